@@ -43,9 +43,9 @@ pub use error::ImportError;
 pub use height_map::{HeightMap, MAX_POSTS};
 pub use height_png::{Sidecar, SidecarPlace};
 pub use model::{
-    Extent, FindFile, MAX_DEPTH, MAX_MATERIALS, MAX_MODEL_BYTES, MAX_NODES, MAX_PICTURE_PIXELS,
-    MAX_PICTURE_SIDE, MAX_PICTURES, MAX_TRIANGLES, Model, ModelFiles, ModelKind, ModelSidecar,
-    TreeMeasures, Up,
+    Extent, FindFile, LogMeasures, MAX_DEPTH, MAX_MATERIALS, MAX_MODEL_BYTES, MAX_NODES,
+    MAX_PICTURE_PIXELS, MAX_PICTURE_SIDE, MAX_PICTURES, MAX_TRIANGLES, Model, ModelFiles,
+    ModelKind, ModelSidecar, TreeMeasures, Up,
 };
 pub use stem_map::{MAX_STEMS, Stem, read_stem_map};
 pub use trail_lines::{MAX_LENGTH_M, MAX_LINES, MAX_VERTICES, TrailLine, read_trail_lines};

@@ -7,6 +7,8 @@ use crate::table::Table;
 
 /// The most rows of a stem map.
 pub const MAX_STEMS: usize = 200_000;
+/// The longest name of a tree.
+const MAX_ID_BYTES: usize = 64;
 /// Coordinates are within this, metres: projected ones are.
 pub(crate) const REACH_M: f64 = 5e7;
 
@@ -15,6 +17,8 @@ pub(crate) const REACH_M: f64 = 5e7;
 pub struct Stem {
     /// Its line in the file, from 1.
     pub line: u64,
+    /// What the file calls it.
+    pub id: Option<String>,
     /// Easting of its foot, metres.
     pub x_m: f64,
     /// Northing of its foot, metres.
@@ -40,6 +44,7 @@ pub struct Stem {
 /// | `dbh_m`, `dbh_cm` or `dbh_mm` | diameter at breast height, 5 mm to 5 m |
 /// | `height_m` or `height` | metres, 2 to 120 |
 /// | `alive` | true or false, 1 or 0, yes or no |
+/// | `id` or `tree_id`, `tree`, `stem_id` | what the tree is called, at most 64 bytes |
 ///
 /// Only x and y are needed; other columns are ignored, and so the `trees.csv` of a data set is a
 /// stem map. Cells may be empty.
@@ -54,6 +59,7 @@ pub fn read_stem_map(bytes: &[u8]) -> Result<Vec<Stem>, ImportError> {
     let species = table.column(&["species"])?;
     let height = table.column(&["height_m", "height"])?;
     let alive = table.column(&["alive"])?;
+    let id = table.column(&["id", "tree_id", "tree", "stem_id"])?;
     if table.columns().iter().any(|c| c == "dbh") {
         let message =
             "has a column `dbh`, whose unit is not known: call it dbh_m, dbh_cm or dbh_mm";
@@ -107,8 +113,18 @@ pub fn read_stem_map(bytes: &[u8]) -> Result<Vec<Stem>, ImportError> {
                 }
             },
         };
+        let id = id.and_then(|column| row.text(column));
+        if let Some(long) = id.filter(|id| id.len() > MAX_ID_BYTES) {
+            let message = format!(
+                "the id {} has {} bytes: at most {MAX_ID_BYTES} are read",
+                crate::error::shown(long),
+                long.len()
+            );
+            return Err(row.error(message));
+        }
         stems.push(Stem {
             line: row.line,
+            id: id.map(str::to_owned),
             x_m,
             y_m,
             species: species
@@ -145,6 +161,7 @@ mod tests {
         let expected = |lines: [u64; 2]| {
             let stem = |line, x_m, y_m| Stem {
                 line,
+                id: None,
                 x_m,
                 y_m,
                 species: None,

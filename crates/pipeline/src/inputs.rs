@@ -30,7 +30,12 @@ pub struct InputFile {
 /// A model that is read when it is asked for first.
 type ReadOnce = OnceLock<Result<Arc<Model>, ImportError>>;
 
-const KINDS: [ModelKind; 3] = [ModelKind::Tree, ModelKind::Shrub, ModelKind::Rock];
+const KINDS: [ModelKind; 4] = [
+    ModelKind::Tree,
+    ModelKind::Shrub,
+    ModelKind::Rock,
+    ModelKind::Log,
+];
 
 impl InputFile {
     fn new(path: &Path, bytes: Vec<u8>) -> Self {

@@ -172,6 +172,20 @@ impl<'a, P: PlanTypes> Runner<'a, P> {
 /// Where a worker leaves its result.
 type Slot<T, E> = Mutex<Option<Result<Arc<T>, E>>>;
 
+impl<P: PlanTypes, D: Coordinate<P>, T: Clone + Send + Sync + 'static> Demand<'_, P, D, Vec<T>> {
+    /// The elements of the node's lists at many coordinates, in their order.
+    ///
+    /// # Errors
+    /// The error of the first coordinate that has one.
+    pub fn joined(&self, places: impl IntoIterator<Item = D>) -> Result<Vec<T>, P::Error> {
+        let mut all = Vec::new();
+        for at in places {
+            all.extend_from_slice(&self.at(at)?);
+        }
+        Ok(all)
+    }
+}
+
 impl<P: PlanTypes, D: Coordinate<P>, T: Send + Sync + 'static> Demand<'_, P, D, T> {
     /// The node's value at a coordinate.
     ///

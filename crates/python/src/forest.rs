@@ -532,5 +532,7 @@ pub(crate) fn tree_columns<'py>(
     dict.set_item("age_class", classes)?;
     let alive: Vec<bool> = trees.iter().map(|t| t.alive).collect();
     dict.set_item("alive", PyArray1::from_vec(py, alive))?;
+    let names: Vec<&str> = trees.iter().map(|t| &*t.field_id).collect();
+    dict.set_item("field_id", names)?;
     Ok(dict)
 }

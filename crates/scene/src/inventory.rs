@@ -92,6 +92,8 @@ pub struct TreeRecord {
     pub age_class: String,
     /// Whether it is alive.
     pub alive: bool,
+    /// What the stem map that it stands in calls it; empty for other trees.
+    pub field_id: String,
 }
 
 /// How far a log has decayed, in the five stages of Maser, Anderson, Cromack, Williams and Martin

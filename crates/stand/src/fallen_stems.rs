@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use nemoral_scene::ChunkCoord;
 use nemoral_scene::glam::DVec2;
-use nemoral_seed::{Domain, Draw, Key};
+use nemoral_seed::{Domain, Draw, Key, Rng};
 
 const STEM: Domain = Domain::new("stand.fallen_stem");
 const PLACE: Domain = Domain::new("stand.fallen_stem.place");
@@ -23,6 +23,46 @@ pub struct StemKind {
     pub radius_m: f64,
     /// Its volume, m³.
     pub volume_m3: f64,
+    /// How large its copies are.
+    pub scale: StemScale,
+}
+
+/// The scales of a stem's copies, evenly between the two numbers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum StemScale {
+    /// Of length and thickness apart.
+    Apart(f64, f64),
+    /// One of both, which keeps its form.
+    Together(f64, f64),
+}
+
+impl StemScale {
+    /// That of grown stems.
+    pub const GROWN: Self = Self::Apart(0.82, 1.18);
+
+    /// Scales of length and of thickness.
+    fn draw(self, rng: &mut impl Rng) -> [f64; 2] {
+        match self {
+            Self::Apart(low, high) => [rng.range_f64(low, high), rng.range_f64(low, high)],
+            Self::Together(low, high) => [rng.range_f64(low, high); 2],
+        }
+    }
+
+    /// The mean volume of copies, over that of the stem.
+    fn mean_volume(self) -> f64 {
+        // The mean of the n-th power of a number that is spread evenly.
+        let mean = |low: f64, high: f64, n: i32| {
+            if high - low > 1e-9 {
+                (high.powi(n + 1) - low.powi(n + 1)) / (f64::from(n + 1) * (high - low))
+            } else {
+                low.powi(n)
+            }
+        };
+        match self {
+            Self::Apart(low, high) => mean(low, high, 1) * mean(low, high, 2),
+            Self::Together(low, high) => mean(low, high, 3),
+        }
+    }
 }
 
 /// A stem on the map.
@@ -47,9 +87,6 @@ pub struct FallenStem {
 }
 
 impl FallenStem {
-    /// The range of scales of length and thickness.
-    pub const SCALE: (f64, f64) = (0.82, 1.18);
-
     /// Its ends on the map, the thick one first.
     #[must_use]
     pub fn ends_m(&self) -> [DVec2; 2] {
@@ -87,16 +124,10 @@ fn crosses([a, b]: [DVec2; 2], [c, d]: [DVec2; 2]) -> bool {
 /// The mean volume of a stem of these kinds, m³, over their weights and scales.
 #[must_use]
 pub fn mean_volume_m3(kinds: &[StemKind]) -> f64 {
-    let (low, high) = FallenStem::SCALE;
-    let length = 0.5 * (low + high);
-    let section = (high.powi(3) - low.powi(3)) / (3.0 * (high - low));
     let weight: f64 = kinds.iter().map(|k| k.weight).sum();
-    let volume: f64 = kinds.iter().map(|k| k.weight * k.volume_m3).sum();
-    if weight > 0.0 {
-        volume / weight * length * section
-    } else {
-        0.0
-    }
+    let volume_of = |k: &StemKind| k.weight * k.volume_m3 * k.scale.mean_volume();
+    let volume: f64 = kinds.iter().map(volume_of).sum();
+    if weight > 0.0 { volume / weight } else { 0.0 }
 }
 
 /// The stems whose middles are in a chunk, `mean` of them on average.
@@ -120,9 +151,7 @@ pub fn fallen_stems(
         let Some(kind) = rng.weighted(&weights) else {
             break;
         };
-        let (low, high) = FallenStem::SCALE;
-        let length_scale = rng.range_f64(low, high);
-        let radius_scale = rng.range_f64(low, high);
+        let [length_scale, radius_scale] = kinds[kind].scale.draw(&mut rng);
         let found = (0..TRIES).find_map(|i| {
             let mut rng = own.domain(PLACE).item(i).rng();
             let place = DVec2::new(rng.unit_f64(), rng.unit_f64()) * chunk_size_m;
@@ -181,12 +210,14 @@ mod tests {
             length_m: 4.0,
             radius_m: 0.1,
             volume_m3: 0.1,
+            scale: StemScale::GROWN,
         },
         StemKind {
             weight: 1.0,
             length_m: 9.0,
             radius_m: 0.2,
             volume_m3: 0.9,
+            scale: StemScale::GROWN,
         },
     ];
 

@@ -41,7 +41,7 @@ struct ReadmeDoctests;
 
 pub use communities::{COMMUNITY_FIELD, Closed, Communities, CommunityParams, SWARD_FIELD, Site};
 pub use error::Error;
-pub use fallen_stems::{FallenStem, StemKind, fallen_stems, mean_volume_m3, settle};
+pub use fallen_stems::{FallenStem, StemKind, StemScale, fallen_stems, mean_volume_m3, settle};
 pub use field::{Field, FieldParams};
 pub use floor_composition::{FLOOR_FIELD, FloorComposition, FloorCover};
 pub use instance_variation::{

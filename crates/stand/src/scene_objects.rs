@@ -127,6 +127,8 @@ pub enum ObjectSize {
 /// The size of a tree that was measured in the field, and its asset's that is nearest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeasuredSize {
+    /// Its number in the stem map, from 0.
+    pub number: u32,
     /// Diameter at breast height, metres.
     pub dbh_m: f64,
     /// Height, metres.
@@ -274,6 +276,7 @@ mod tests {
     #[test]
     fn a_measured_tree_is_as_wide_and_as_high_as_it_was_measured() {
         let size = MeasuredSize {
+            number: 0,
             dbh_m: 0.3,
             height_m: 21.0,
             across: 1.2,

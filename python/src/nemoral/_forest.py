@@ -252,7 +252,7 @@ class Forest:
         Returns:
             ``object`` uint64 and ``instance`` uint32 ids, ``species``, ``position_m`` (N, 3),
             ``dbh_m``, ``height_m``, ``crown_base_m``, ``crown_radius_m``, ``leaf_area_m2``,
-            ``stem_volume_m3``, ``lean_rad``, ``age_class``, ``alive``.
+            ``stem_volume_m3``, ``lean_rad``, ``age_class``, ``alive``, ``field_id``.
         """
         low, high = self._rectangle(xmin, ymin, xmax, ymax)
         return self._live.inventory(self._sequence(sequence), low, high, True)

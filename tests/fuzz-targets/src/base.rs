@@ -270,5 +270,6 @@ fn tree() -> TreeRecord {
         lean_rad: 0.02,
         age_class: "young".to_owned(),
         alive: true,
+        field_id: String::new(),
     }
 }

@@ -120,7 +120,35 @@ fn a_tree_that_was_exported_is_the_same_tree() {
     }
 }
 
-/// A forest in which half of the trees, most shrubs and all rocks are models.
+/// Length and radii of a trunk, metres.
+const TRUNK_M: (f64, [f64; 2]) = (5.0, [0.3, 0.2]);
+
+/// A trunk that lies to the north-east.
+fn trunk_obj() -> String {
+    let mut obj = "usemtl wood\n".to_owned();
+    let (length_m, radii_m) = TRUNK_M;
+    for (end, radius_m) in radii_m.into_iter().enumerate() {
+        let along = (end as f64 - 0.5) * length_m * std::f64::consts::FRAC_1_SQRT_2;
+        for side in 0..16 {
+            let (sin, cos) = (std::f64::consts::TAU * f64::from(side) / 16.0).sin_cos();
+            let aside = radius_m * cos * std::f64::consts::FRAC_1_SQRT_2;
+            let z = radius_m * (1.0 + sin);
+            obj += &format!("v {} {} {z}\n", along + aside, along - aside);
+        }
+    }
+    for side in 0..16 {
+        let (a, b) = (side + 1, (side + 1) % 16 + 1);
+        obj += &format!("f {a} {b} {} {}\n", b + 16, a + 16);
+    }
+    let ring = |first: u32| {
+        (first..first + 16)
+            .map(|i| format!(" {i}"))
+            .collect::<String>()
+    };
+    obj + &format!("f{}\nf{}\n", ring(1), ring(17))
+}
+
+/// A forest in which half of the trees and logs and all rocks are models.
 fn world() -> World {
     let folder = tempfile::tempdir().expect("a folder");
     let path = |name: &str| folder.path().join(name);
@@ -134,6 +162,12 @@ fn world() -> World {
     nemoral_files::write(&path("rock.mtl"), mtl).expect("written");
     let sidecar = b"up = \"z\"\nmetres_per_unit = 0.01\n";
     nemoral_files::write(&path("rock.obj.toml"), sidecar).expect("written");
+    nemoral_files::write(&path("trunk.obj"), trunk_obj().as_bytes()).expect("written");
+    nemoral_files::write(
+        &path("trunk.obj.toml"),
+        b"up = \"z\"\nmetres_per_unit = 1.0\n",
+    )
+    .expect("written");
     let file = |name: &str| path(name).display().to_string();
     let settings = [
         "frames=5".to_owned(),
@@ -156,6 +190,11 @@ fn world() -> World {
         "models.boulder.share=1".to_owned(),
         "models.boulder.scale_min=0.3".to_owned(),
         "models.boulder.scale_max=1.5".to_owned(),
+        format!("models.trunk.file={}", file("trunk.obj")),
+        "models.trunk.kind=log".to_owned(),
+        "models.trunk.share=0.5".to_owned(),
+        "models.trunk.decay=2".to_owned(),
+        "deadwood.volume_m3_ha=40".to_owned(),
         "placement.rocks_max=30".to_owned(),
         "placement.rocks_min=20".to_owned(),
     ];
@@ -202,19 +241,54 @@ fn models_are_in_the_inventory_in_their_shares() {
 }
 
 #[test]
+fn logs_of_models_lie_among_the_others() {
+    let runner = WORLD.runner(2);
+    let assets = runner.get(WORLD.forest.assets, ()).expect("plants");
+    let (length_m, [thick, thin]) = TRUNK_M;
+    let cone_m3 =
+        std::f64::consts::PI / 3.0 * length_m * (thick * thick + thick * thin + thin * thin);
+    let (mut of_model, mut others, mut volume_m3) = (0, 0, 0.0);
+    for (x, y) in (-4..=4).flat_map(|x| (-4..=4).map(move |y| (x, y))) {
+        let objects = runner.get(WORLD.forest.objects, ChunkCoord::new(x, y));
+        for log in (objects.expect("objects").0.iter()).filter_map(|o| assets.deadwood_record(o)) {
+            volume_m3 += log.volume_m3;
+            if log.species != "trunk" {
+                others += 1;
+                continue;
+            }
+            of_model += 1;
+            assert_eq!(log.decay.number(), 2);
+            let scale = log.length_m / length_m;
+            assert!((0.9..=1.1).contains(&scale), "{log:?}");
+            // It keeps its form.
+            let near = |a: f64, b: f64| (a / b - 1.0).abs() < 0.05;
+            assert!(near(log.volume_m3, cone_m3 * scale.powi(3)), "{log:?}");
+            assert!(near(log.diameter_m[0], scale * 2.0 * thick), "{log:?}");
+        }
+    }
+    println!("{of_model} logs of a model, {others} others, {volume_m3:.0} m³");
+    assert!(of_model > 150, "{of_model}");
+    let share = f64::from(of_model) / f64::from(of_model + others);
+    assert!((0.40..0.60).contains(&share), "{share}");
+    // 81 chunks of a quarter of a hectare; some find no place.
+    let per_ha = volume_m3 / (81.0 * 0.25);
+    assert!((28.0..44.0).contains(&per_ha), "{per_ha}");
+}
+
+#[test]
 fn sensors_agree_on_models() {
     let frames = frames_of(&WORLD);
     println!("{}", assert_agreement(&frames, 40_000, &[1, 3, 4]));
     let runner = WORLD.runner(2);
     let assets = runner.get(WORLD.forest.assets, ()).expect("plants");
     // Points on models are labelled as what they are.
-    let (mut stems, mut leaves, mut rocks) = (0, 0, 0);
+    let (mut stems, mut leaves, mut rocks, mut logs) = (0, 0, 0, 0);
     let mut of_models = std::collections::BTreeSet::new();
     for (x, y) in (-3..=3).flat_map(|x| (-3..=3).map(move |y| (x, y))) {
         let objects = runner.get(WORLD.forest.objects, ChunkCoord::new(x, y));
         for object in &objects.expect("objects").0 {
             let species = assets.object_record(object).species;
-            if species == "my_birch" || species == "boulder" {
+            if ["my_birch", "boulder", "trunk"].contains(&species.as_str()) {
                 of_models.insert(object.object);
             }
         }
@@ -226,15 +300,16 @@ fn sensors_agree_on_models() {
                 Semantic::Stem | Semantic::Limb | Semantic::RootFlare => stems += 1,
                 Semantic::Leaf => leaves += 1,
                 Semantic::Rock => rocks += 1,
+                Semantic::Log => logs += 1,
                 Semantic::Branch | Semantic::Twig => {}
                 other => panic!("a model is {other:?}"),
             }
         }
     }
-    println!("on models: {stems} points on stems, {leaves} on leaves, {rocks} on rocks");
+    println!("on models: {stems} on stems, {leaves} on leaves, {rocks} on rocks, {logs} on logs");
     assert!(
-        stems > 500 && leaves > 500 && rocks > 50,
-        "{stems} {leaves} {rocks}"
+        stems > 500 && leaves > 500 && rocks > 50 && logs > 50,
+        "{stems} {leaves} {rocks} {logs}"
     );
 }
 
@@ -247,5 +322,5 @@ fn the_same_models_make_the_same_forest() {
         frame(&again, 1).expect("a frame"),
     );
     assert!(first == second, "frame 3 differs");
-    assert_eq!(again.config.models.len(), 2);
+    assert_eq!(again.config.models.len(), 3);
 }

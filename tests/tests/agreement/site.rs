@@ -114,6 +114,8 @@ fn the_inventory_is_the_stem_map() {
             stem.line
         );
         assert_eq!(tree.alive, stem.is_alive, "line {}", stem.line);
+        let id = stem.id.as_deref().expect("the example numbers its trees");
+        assert_eq!(tree.field_id, id, "line {}", stem.line);
         assert_eq!(Some(tree.dbh_m), stem.dbh_m, "line {}", stem.line);
         match stem.height_m {
             Some(height_m) => assert_eq!(tree.height_m, height_m, "line {}", stem.line),
@@ -131,6 +133,8 @@ fn the_inventory_is_the_stem_map() {
     }
     assert!(drawn > 50, "{drawn}");
     // Among them there is no other tree, and around them there are many.
+    let named = trees.iter().filter(|t| !t.field_id.is_empty()).count();
+    assert_eq!(named, stems.len());
     let others = trees.len() - stems.len();
     assert!(others > 500, "{others}");
     let feet: Vec<DVec2> = stems.iter().map(|s| in_world(s.x_m, s.y_m)).collect();

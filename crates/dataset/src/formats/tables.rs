@@ -14,7 +14,7 @@ use crate::Error;
 /// The columns with which every row starts.
 const ID_COLUMNS: &str = "id,chunk_x,chunk_y,item,image_id,label_id";
 const TREE_COLUMNS: &str = "species,x_m,y_m,z_m,dbh_m,height_m,crown_base_m,crown_radius_m,\
-                            leaf_area_m2,stem_volume_m3,lean_deg,age_class,alive";
+                            leaf_area_m2,stem_volume_m3,lean_deg,age_class,alive,field_id";
 const DEADWOOD_COLUMNS: &str = "kind,species,x_m,y_m,z_m,azimuth_deg,length_m,large_diameter_m,\
                                 small_diameter_m,decay,volume_m3,thrown";
 const OBJECT_COLUMNS: &str = "kind,species,x_m,y_m,z_m,radius_m,height_m";
@@ -78,6 +78,7 @@ pub(crate) fn tree_rows(trees: &[TreeRecord]) -> Result<Rows, Error> {
         ]));
         row.push_field(&t.age_class);
         row.push_field(&t.alive.to_string());
+        row.push_field(&t.field_id);
         insert(&mut rows, "trees", row)?;
     }
     Ok(rows)
@@ -249,6 +250,7 @@ pub(crate) fn trees(path: &Path, rows: &Rows) -> Result<Vec<TreeRecord>, Error> 
             lean_rad: f.parse::<f64>()?.to_radians(),
             age_class: f.text().to_owned(),
             alive: f.parse()?,
+            field_id: f.text().to_owned(),
         })
     };
     rows.values().map(tree).collect()
@@ -337,6 +339,7 @@ mod tests {
                     lean_rad: 0.0,
                     age_class: "young".to_owned(),
                     alive: o.object.item().is_multiple_of(2),
+                    field_id: String::new(),
                 })
                 .collect();
             let mut shuffled = objects_in.clone();

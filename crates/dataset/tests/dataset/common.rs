@@ -467,6 +467,7 @@ pub(crate) fn trees() -> Vec<TreeRecord> {
         lean_rad: 0.0,
         age_class: "middle".to_owned(),
         alive: o.object.item().is_multiple_of(2),
+        field_id: String::new(),
     };
     objects()
         .iter()

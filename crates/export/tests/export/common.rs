@@ -129,6 +129,7 @@ pub(crate) fn scene() -> ExportScene {
         lean_rad: 0.0,
         age_class: "middle".to_owned(),
         alive: true,
+        field_id: String::new(),
     };
     ExportScene {
         name: "a scene & <more>".to_owned(),

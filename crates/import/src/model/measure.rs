@@ -85,7 +85,7 @@ pub(super) fn put_on_origin(baked: &mut Baked, kind: ModelKind, notes: &mut Vec<
     let size = max - min;
     let deepest = match kind {
         ModelKind::Tree => 0.2,
-        ModelKind::Shrub | ModelKind::Rock => 0.5,
+        _ => 0.5,
     };
     let is_on_ground = min.z <= 0.02 * size.z && -min.z <= deepest * size.z;
     let mut shift = Vec3::ZERO;
@@ -100,12 +100,12 @@ pub(super) fn put_on_origin(baked: &mut Baked, kind: ModelKind, notes: &mut Vec<
     let (centre, tolerance) = match kind {
         ModelKind::Tree => {
             let ground = f64::from(-shift.z) + 0.02 * f64::from(size.z);
-            match section(baked, ground) {
+            match stem_section(baked, ground) {
                 Some(foot) => (foot.centre, (foot.area_m2.max(0.0) as f32).sqrt().max(0.1)),
                 None => (middle, 0.25 * size.truncate().max_element()),
             }
         }
-        ModelKind::Shrub | ModelKind::Rock => (middle, 0.25 * size.truncate().max_element()),
+        _ => (middle, 0.25 * size.truncate().max_element()),
     };
     if centre.length() > tolerance {
         shift -= centre.extend(0.0);
@@ -121,21 +121,38 @@ pub(super) fn put_on_origin(baked: &mut Baked, kind: ModelKind, notes: &mut Vec<
     }
 }
 
-/// A level section of the stem.
-struct Section {
-    area_m2: f64,
+/// A level section of a surface.
+pub(super) struct Section {
+    /// The area that its outlines enclose.
+    pub(super) area_m2: f64,
+    /// Whether they are closed, nearly.
+    pub(super) is_closed: bool,
+    /// The bounds of all outlines.
+    pub(super) low: Vec2,
+    pub(super) high: Vec2,
     /// The middle of all outlines.
     centre: Vec2,
     /// The median of the outlines' points: the stem's middle, as long as boughs have less outline.
     axis: Vec2,
 }
 
-/// The section of the stem at a height: the area that its outlines enclose, by Green's theorem, and
-/// the middle of these; `None` if there is no stem.
-fn section(baked: &Baked, height_m: f64) -> Option<Section> {
+/// The section of the stem at a height; `None` if there is no stem.
+fn stem_section(baked: &Baked, height_m: f64) -> Option<Section> {
+    section(
+        triangles(baked, is_stem).map(|(_, corners)| corners),
+        height_m,
+    )
+}
+
+/// The section of triangles at a height: the area that its outlines enclose, by Green's theorem;
+/// `None` if there is nothing.
+pub(super) fn section(
+    triangles: impl Iterator<Item = [Vec3; 3]>,
+    height_m: f64,
+) -> Option<Section> {
     let z = height_m as f32;
     let mut edges: Vec<[Vec2; 2]> = Vec::new();
-    for (_, corners) in triangles(baked, is_stem) {
+    for corners in triangles {
         let above = corners.map(|p| p.z >= z);
         let mut ends = (0..3).filter(|&i| above[i] != above[(i + 1) % 3]).map(|i| {
             let (a, b) = (corners[i], corners[(i + 1) % 3]);
@@ -176,8 +193,14 @@ fn section(baked: &Baked, height_m: f64) -> Option<Section> {
         middle.map_or(0.0, |(at, _)| *at)
     };
     let axis = Vec2::new(median(|p| p.x), median(|p| p.y));
+    // Around closed outlines, their edges add up to nothing.
+    let gap: Vec2 = edges.iter().map(|[a, b]| *b - *a).sum();
+    let ends = || edges.iter().flatten();
     Some(Section {
         area_m2,
+        is_closed: f64::from(gap.length()) < 0.03 * length,
+        low: ends().fold(Vec2::INFINITY, |low, p| low.min(*p)),
+        high: ends().fold(Vec2::NEG_INFINITY, |high, p| high.max(*p)),
         centre,
         axis,
     })
@@ -191,7 +214,7 @@ pub(super) fn of_tree(
 ) -> Result<TreeMeasures, ImportError> {
     let height_m = extent.height_m;
     let breast_m = BREAST_M.min(height_m / 2.0);
-    let breast = section(baked, breast_m);
+    let breast = stem_section(baked, breast_m);
     let measured_m = (breast.as_ref())
         .map(|s| (4.0 * s.area_m2 / std::f64::consts::PI).sqrt())
         .filter(|d| (0.005..=5.0).contains(d));
@@ -203,8 +226,8 @@ pub(super) fn of_tree(
         )));
     };
     let lean_rad = match (
-        section(baked, 0.1 * height_m),
-        section(baked, 0.4 * height_m),
+        stem_section(baked, 0.1 * height_m),
+        stem_section(baked, 0.4 * height_m),
     ) {
         (Some(low), Some(high)) => {
             let aside = f64::from(low.axis.distance(high.axis));
@@ -220,7 +243,7 @@ pub(super) fn of_tree(
     // By sections, as surfaces may be open at their ends.
     let slice_m = height_m / f64::from(SLICES);
     let middle_m = |i: u32| (f64::from(i) + 0.5) * slice_m;
-    let area_m2 = |i: u32| section(baked, middle_m(i)).map_or(0.0, |s| s.area_m2);
+    let area_m2 = |i: u32| stem_section(baked, middle_m(i)).map_or(0.0, |s| s.area_m2);
     let stem_volume_m3 = slice_m * (0..SLICES).map(area_m2).sum::<f64>();
     let foliage = Foliage::of(baked);
     let is_alive = foliage.area_m2 > 0.0;

@@ -1,4 +1,4 @@
-//! Models that a user brings: trees, shrubs and rocks as glTF or OBJ.
+//! Models that a user brings: trees, shrubs, rocks and logs as glTF or OBJ.
 //!
 //! Files become a [`RawModel`](raw::RawModel), whatever their format (`gltf`, `obj`); the sidecar
 //! and names say what each part of it is (`semantics`); `bake` makes our materials and one mesh of
@@ -10,6 +10,7 @@ mod bundle;
 mod gltf;
 mod gltf_material;
 mod json;
+mod log;
 mod measure;
 mod mtl;
 mod obj;
@@ -25,6 +26,7 @@ use nemoral_scene::{
 };
 
 pub use bundle::{FindFile, MAX_MODEL_BYTES, ModelFiles};
+pub use log::LogMeasures;
 pub use measure::{Extent, TreeMeasures};
 pub use sidecar::{ModelSidecar, Up};
 
@@ -64,9 +66,12 @@ pub enum ModelKind {
     Shrub,
     /// A rock, likewise.
     Rock,
+    /// A log, likewise. It may stand or lie in its file.
+    Log,
 }
 
-/// A model in our units and axes: metres, z up, its foot at the origin.
+/// A model in our units and axes: metres, z up, its foot at the origin. A log lies along x, its
+/// thick end at negative x and the middle of its axis at the origin.
 #[derive(Clone, Debug)]
 pub struct Model {
     /// The triangles, whose materials are numbered as below.
@@ -77,6 +82,8 @@ pub struct Model {
     pub extent: Extent,
     /// What a forester would measure; of a tree alone.
     pub tree: Option<TreeMeasures>,
+    /// The same of a log.
+    pub log: Option<LogMeasures>,
     /// What was guessed, and what was left out, for the user to read.
     pub notes: Vec<String>,
 }
@@ -87,7 +94,7 @@ impl Model {
     /// # Errors
     /// If the files are malformed or too large, have no triangles, their units or axes are not
     /// known, or it is not known what some materials are; of a tree, if its diameter can neither
-    /// be measured nor is told.
+    /// be measured nor is told; of a log, if it is not longer than wide.
     pub fn read(files: &ModelFiles, kind: ModelKind) -> Result<Self, ImportError> {
         let sidecar = match files.sidecar() {
             Some(bytes) => ModelSidecar::read(bytes)?,
@@ -110,7 +117,13 @@ impl Model {
                 "has points that are not within {FARTHEST_M} m of its origin"
             )));
         }
-        measure::put_on_origin(&mut baked, kind, &mut notes);
+        let log = match kind {
+            ModelKind::Log => Some(log::lay(&mut baked, &mut notes)?),
+            _ => {
+                measure::put_on_origin(&mut baked, kind, &mut notes);
+                None
+            }
+        };
         let extent = Extent::of(&baked.mesh);
         if extent.height_m > MOST_HEIGHT_M || extent.radius_m > MOST_RADIUS_M {
             let Extent { height_m, radius_m } = extent;
@@ -130,6 +143,7 @@ impl Model {
             materials: baked.materials,
             extent,
             tree,
+            log,
             notes,
         })
     }

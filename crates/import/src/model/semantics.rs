@@ -128,6 +128,7 @@ pub(super) fn find(
         let semantic = match kind {
             ModelKind::Shrub => Some((Semantic::Shrub, None)),
             ModelKind::Rock => Some((Semantic::Rock, None)),
+            ModelKind::Log => Some((Semantic::Log, None)),
             ModelKind::Tree => {
                 let by_word = |name| by_word(name).map(|semantic| (semantic, Some(name)));
                 names_of(raw, part).find_map(by_word)

@@ -54,6 +54,8 @@ choices! {
         Shrub = "shrub",
         /// A rock.
         Rock = "rock",
+        /// A log.
+        Log = "log",
     }
 
     /// How the exposure of pictures is chosen.

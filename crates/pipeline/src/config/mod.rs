@@ -43,7 +43,7 @@ pub use input_path::InputPath;
 pub(crate) use lidar_model::refused_at;
 pub(crate) use light_model::sky_params;
 pub use load::Layers;
-pub(crate) use models::SLACK;
+pub(crate) use models::{LONGEST_LOG_M, SLACK};
 pub use pages::{annotated_toml, json_schema, reference_page};
 pub use presets::Preset;
 pub use schema::{Allowed, KeySpec, SectionSpec};

@@ -8,6 +8,8 @@ const MOST: usize = 64;
 /// The largest radii that models may occupy at the ground: those of a tree, a shrub and a rock, as
 /// placed, metres.
 const MOST_RADIUS_M: f64 = 3.0;
+/// The longest log, metres.
+pub(crate) const LONGEST_LOG_M: f64 = 19.0;
 
 impl ModelKind {
     /// The kind as readers of models know it.
@@ -16,6 +18,7 @@ impl ModelKind {
             Self::Tree => nemoral_import::ModelKind::Tree,
             Self::Shrub => nemoral_import::ModelKind::Shrub,
             Self::Rock => nemoral_import::ModelKind::Rock,
+            Self::Log => nemoral_import::ModelKind::Log,
         }
     }
 }
@@ -52,7 +55,12 @@ impl Config {
             );
             refuse("models".to_owned(), message);
         }
-        for kind in [ModelKind::Tree, ModelKind::Shrub, ModelKind::Rock] {
+        for kind in [
+            ModelKind::Tree,
+            ModelKind::Shrub,
+            ModelKind::Rock,
+            ModelKind::Log,
+        ] {
             let share = self.share_of_models(kind);
             if share > 1.0 + SLACK {
                 let word = kind.word();
@@ -92,6 +100,16 @@ impl Config {
                 Err(e) => {
                     let message = format!(" = \"{}\": {e}", super::cut(model.file.as_str()));
                     refuse(format!("{path}.file"), message);
+                }
+                Ok(read) if let Some(log) = read.log => {
+                    let length_m = high * log.length_m;
+                    if length_m > LONGEST_LOG_M {
+                        let message = format!(
+                            " = {high}: its largest copy is {length_m:.2} m long, and at most \
+                             {LONGEST_LOG_M} m are allowed; is its unit right?"
+                        );
+                        refuse(format!("{path}.scale_max"), message);
+                    }
                 }
                 Ok(read) => {
                     let tree_m = read.tree.map(|tree| tree.foot_radius_m);

@@ -57,6 +57,7 @@ pub fn tree_scene(
         lean_rad: size.lean_rad,
         age_class: tree.class.name().to_owned(),
         alive: tree.alive,
+        field_id: String::new(),
     };
     Ok(ExportScene {
         name: tree.species,

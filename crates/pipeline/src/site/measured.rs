@@ -34,6 +34,8 @@ pub(crate) struct MeasuredStem {
 pub(crate) struct MeasuredStems {
     /// In the file's order.
     pub(crate) stems: Vec<MeasuredStem>,
+    /// What the file calls each; empty where it does not say.
+    pub(crate) ids: Vec<String>,
     /// Of each species, living ones first.
     pub(crate) shapes: Vec<MeasuredTree>,
 }
@@ -85,7 +87,11 @@ pub(crate) fn measure(
 ) -> Result<MeasuredStems, String> {
     let key = key.domain(PLOT);
     let shares: Vec<f64> = species.iter().map(|(_, share)| *share).collect();
-    let mut all = MeasuredStems::default();
+    let id = |stem: &Stem| stem.id.clone().unwrap_or_default();
+    let mut all = MeasuredStems {
+        ids: stems.iter().map(id).collect(),
+        ..MeasuredStems::default()
+    };
     for (i, (stem, known)) in stems.iter().zip(of_stem).enumerate() {
         let key = key.item(i as u64);
         let index = known.or_else(|| key.rng().weighted(&shares)).unwrap_or(0);

@@ -50,11 +50,8 @@ impl Stage<Forest> for FallenStemStage {
         if self.0.is_empty() {
             return Ok(Vec::new());
         }
-        let mut sites = Vec::new();
-        for near in at.square(1) {
-            sites.extend_from_slice(&rocks.at(near)?);
-            sites.extend_from_slice(&woody.at(near)?);
-        }
+        let mut sites = rocks.joined(at.square(1))?;
+        sites.extend(woody.joined(at.square(1))?);
         let around = Surroundings {
             ground: &ground,
             model: &model,
@@ -101,12 +98,7 @@ impl Stage<Forest> for DeadwoodStage {
         if self.is_empty {
             return Ok(Vec::new());
         }
-        let own = stems.at(at)?;
-        let mut around = Vec::new();
-        for near in at.square(1).filter(|near| *near != at) {
-            around.push(stems.at(near)?);
-        }
-        let around: Vec<&[FallenStem]> = around.iter().map(|a| a.as_slice()).collect();
-        Ok(settle(&own, &around))
+        let around = stems.joined(at.square(1).filter(|near| *near != at))?;
+        Ok(settle(&stems.at(at)?, &[&around]))
     }
 }

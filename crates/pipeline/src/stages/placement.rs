@@ -121,10 +121,7 @@ impl Stage<Forest> for WoodyStage {
         world: Key,
         (placement, ground, rocks): Values<'_, Self>,
     ) -> Result<Vec<Site>, Error> {
-        let mut around = Vec::new();
-        for near in at.square(1) {
-            around.extend_from_slice(&rocks.at(near)?);
-        }
+        let around = rocks.joined(at.square(1))?;
         Ok(woody_sites(at, world, &placement, &ground, &around))
     }
 }

@@ -75,6 +75,8 @@ pub struct WorldAssets {
     pub variation: InstanceVariation,
     /// The trees of the stem map, in its order.
     pub(crate) measured: Vec<MeasuredObject>,
+    /// What the stem map calls each of them.
+    field_ids: Vec<String>,
     /// The user's models among all these.
     pub(crate) models: WorldModels,
 }
@@ -112,7 +114,8 @@ impl WorldAssets {
         let species = recipe.species()?;
         let params = recipe.params(&species);
         let snags = recipe.snag_share();
-        let measured = recipe.measured(&species, recipe.seed().map_or(world, Key::world))?;
+        let mut stems = recipe.measured(&species, recipe.seed().map_or(world, Key::world))?;
+        let field_ids = std::mem::take(&mut stems.ids);
         // The trees and snags of the stand come before those of the stem map.
         let of_stand = [params.individuals_per_species, params.snags_per_species]
             .map(|of_species| of_species as usize * params.species.len());
@@ -160,7 +163,7 @@ impl WorldAssets {
         }
         let measured = {
             let first = [of_stand[0], library.trees.len() + of_stand[1]];
-            objects_of(&measured, &species, first, &standing)
+            objects_of(&stems, &species, first, &standing)
         };
         let build = |prototypes: Vec<&Arc<Prototype>>| -> Vec<Arc<Blas>> {
             prototypes
@@ -203,6 +206,7 @@ impl WorldAssets {
             dbh_mean_m: recipe.dbh_mean_m(),
             variation: InstanceVariation::new(world),
             measured,
+            field_ids,
             models,
             library,
         })
@@ -345,8 +349,10 @@ impl WorldAssets {
         let s = object.scale;
         let mut size = tree.size.scaled(s);
         let mut stem_volume_m3 = tree.stem_volume_m3 * s * s * s;
+        let mut field_id = String::new();
         if let Some(measured) = object.measured {
             let MeasuredSize {
+                number,
                 dbh_m,
                 height_m,
                 across,
@@ -363,6 +369,7 @@ impl WorldAssets {
                 lean_rad: libm::atan(libm::tan(tree.size.lean_rad) * across / along),
             };
             stem_volume_m3 = tree.stem_volume_m3 * across * across * along;
+            field_id.clone_from(&self.field_ids[number as usize]);
         }
         Some(TreeRecord {
             object: object.object,
@@ -377,6 +384,7 @@ impl WorldAssets {
             lean_rad: size.lean_rad,
             age_class: tree.class.name().to_owned(),
             alive: tree.alive,
+            field_id,
         })
     }
 }
@@ -398,7 +406,7 @@ fn objects_of(
             *next - 1
         })
         .collect();
-    let object = |stem: &MeasuredStem| {
+    let object = |(number, stem): (usize, &MeasuredStem)| {
         let asset = assets[stem.shape];
         let tree = &standing[asset].tree;
         let along = stem.height_m / tree.size.height_m;
@@ -413,6 +421,7 @@ fn objects_of(
         MeasuredObject {
             asset,
             size: MeasuredSize {
+                number: number as u32,
                 dbh_m: stem.dbh_m,
                 height_m: stem.height_m,
                 across,
@@ -421,7 +430,7 @@ fn objects_of(
             radius_m: tree.radius_m * across,
         }
     };
-    measured.stems.iter().map(object).collect()
+    measured.stems.iter().enumerate().map(object).collect()
 }
 
 /// The height at which diameters are measured, metres.

@@ -6,14 +6,14 @@ use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, DecayStage, ObjectKind, Surface};
 use nemoral_seed::{Domain, Key};
 use nemoral_stand::{
-    FallenStem, Lying, LyingStem, ObjectSite, ObjectSize, Rest, StemKind, fallen_stems,
+    FallenStem, Lying, LyingStem, ObjectSite, ObjectSize, Rest, StemKind, StemScale, fallen_stems,
     mean_volume_m3, roll_rad,
 };
 
 use super::assets::WorldAssets;
 use super::ground::{ChunkGround, GroundModel};
 use super::thrown::ThrownTree;
-use crate::config::{self, Config};
+use crate::config::{self, Config, LONGEST_LOG_M};
 use crate::plan::{Encode, Encoder};
 
 const LOGS: Domain = Domain::new("pipeline.logs");
@@ -25,7 +25,7 @@ const ROLLS: f64 = 0.30;
 /// Least distance of a log from a trail's edge, metres.
 const VERGE_M: f64 = 0.35;
 /// No log reaches farther from its middle, metres.
-pub(crate) const REACH_M: f64 = 9.5;
+pub(crate) const REACH_M: f64 = LONGEST_LOG_M / 2.0;
 /// How deep logs lie in the ground, as a share of their height, by stage.
 const SUNK: [f64; 5] = [0.05, 0.08, 0.15, 0.32, 0.48];
 
@@ -159,13 +159,17 @@ fn kinds(assets: &WorldAssets, decay: f64) -> Vec<StemKind> {
         libm::exp(-0.5 * off * off)
     };
     let logs = assets.library.deadwood.logs.iter();
-    logs.map(|log| StemKind {
-        weight: of_stage(log.stage) * assets.share_of(&log.species),
-        length_m: log.length_m,
-        radius_m: 0.5 * log.diameter_m[0],
-        volume_m3: log.volume_m3,
-    })
-    .collect()
+    let mut kinds: Vec<StemKind> = logs
+        .map(|log| StemKind {
+            weight: of_stage(log.stage) * assets.share_of(&log.species),
+            length_m: log.length_m,
+            radius_m: 0.5 * log.diameter_m[0],
+            volume_m3: log.volume_m3,
+            scale: StemScale::GROWN,
+        })
+        .collect();
+    assets.models.mix_in_logs(&mut kinds);
+    kinds
 }
 
 /// Logs, thrown stems and root plates as they lie on the ground of a chunk.
@@ -178,7 +182,10 @@ pub(crate) fn lying_sites(
     let of = &assets.library.deadwood;
     let mut sites: Vec<ObjectSite> = logs
         .iter()
-        .map(|stem| log_site(stem, stem.kind, &of.logs[stem.kind], ground))
+        .map(|stem| {
+            let may_roll = !assets.models.contain(ObjectKind::Log, stem.kind);
+            log_site(stem, &of.logs[stem.kind], may_roll, ground)
+        })
         .collect();
     for tree in thrown {
         sites.extend(thrown_sites(tree, of, ground));
@@ -186,16 +193,22 @@ pub(crate) fn lying_sites(
     sites
 }
 
-fn log_site(stem: &FallenStem, asset: usize, log: &LogAsset, ground: &ChunkGround) -> ObjectSite {
+/// A log as it lies. One that may not roll has its upper side up, as its model has.
+fn log_site(stem: &FallenStem, log: &LogAsset, may_roll: bool, ground: &ChunkGround) -> ObjectSite {
     let half_height_m = log.half_height_m.map(|h| h * stem.radius_scale);
     let shape = LyingStem {
         length_m: stem.length_m,
         half_height_m,
     };
-    let (rest, roll) = match log.stage {
-        DecayStage::Fresh | DecayStage::Loosening => (Rest::Stiff, roll_rad(stem.key)),
-        DecayStage::Bare => (Rest::Sagging, roll_rad(stem.key)),
-        DecayStage::Soft | DecayStage::Rotten => (Rest::Sagging, 0.0),
+    let (rest, is_round) = match log.stage {
+        DecayStage::Fresh | DecayStage::Loosening => (Rest::Stiff, true),
+        DecayStage::Bare => (Rest::Sagging, true),
+        DecayStage::Soft | DecayStage::Rotten => (Rest::Sagging, false),
+    };
+    let roll = if is_round && may_roll {
+        roll_rad(stem.key)
+    } else {
+        0.0
     };
     let sink_m = SUNK[log.stage.index()] * (half_height_m[0] + half_height_m[1]);
     let pose = shape.lie(ground, stem.middle_m, stem.heading, rest, sink_m, roll);
@@ -203,7 +216,7 @@ fn log_site(stem: &FallenStem, asset: usize, log: &LogAsset, ground: &ChunkGroun
         kind: ObjectKind::Log,
         position_m: stem.middle_m,
         radius_m: 0.5 * stem.length_m,
-        asset,
+        asset: stem.kind,
         size: ObjectSize::Given(1.0),
         key: stem.key,
         on_trail: false,

@@ -4,12 +4,13 @@ use std::fmt;
 use std::sync::Arc;
 
 use nemoral_assets::{
-    Library, PlantAsset, SizeClass, TreeAsset, TreeClimbers, TreeSize, with_ambient_occlusion,
+    Library, LogAsset, PlantAsset, SizeClass, TreeAsset, TreeClimbers, TreeSize,
+    with_ambient_occlusion,
 };
-use nemoral_import::{self as import, TreeMeasures};
+use nemoral_import::{self as import, LogMeasures, TreeMeasures};
 use nemoral_placement::Variety;
-use nemoral_scene::{ObjectKind, Prototype};
-use nemoral_stand::ObjectSize;
+use nemoral_scene::{DecayStage, ObjectKind, Prototype};
+use nemoral_stand::{ObjectSize, StemKind, StemScale};
 
 use crate::config::{self, Config, SLACK};
 use crate::plan::{Encode, Encoder, Hasher};
@@ -90,7 +91,7 @@ impl ModelRecipe {
             let shape = model.prototype(&format!("models.{name}"), &mut all.materials);
             let shape = shape.map_err(|e| wrong(&e))?;
             let shape = match kind {
-                import::ModelKind::Rock => shape,
+                import::ModelKind::Rock | import::ModelKind::Log => shape,
                 kind => {
                     let is_tree = kind == import::ModelKind::Tree;
                     with_ambient_occlusion(shape, &all.materials, is_tree)
@@ -98,8 +99,29 @@ impl ModelRecipe {
             };
             let shape = Arc::new(shape);
             let species = wanted.species_or(name).to_owned();
-            let (kind, asset) = match (kind, model.tree) {
-                (import::ModelKind::Tree, Some(measures)) => {
+            let (kind, asset) = match (kind, model.tree, model.log) {
+                (_, _, Some(measures)) => {
+                    let of = DecayStage::ALL
+                        .into_iter()
+                        .find(|s| u32::from(s.number()) == wanted.decay);
+                    let LogMeasures {
+                        length_m,
+                        diameter_m,
+                        half_height_m,
+                        volume_m3,
+                    } = measures;
+                    all.deadwood.logs.push(LogAsset {
+                        prototype: shape,
+                        species,
+                        stage: of.unwrap_or(DecayStage::Bare),
+                        length_m,
+                        diameter_m,
+                        half_height_m,
+                        volume_m3,
+                    });
+                    (ObjectKind::Log, all.deadwood.logs.len() - 1)
+                }
+                (import::ModelKind::Tree, Some(measures), _) => {
                     if !all.climbers.trees.is_empty() {
                         all.climbers.trees.push(NOTHING_CLIMBS);
                     }
@@ -107,7 +129,7 @@ impl ModelRecipe {
                     all.trees.push(tree(species, shape, &measures, height_m));
                     (ObjectKind::Tree, all.trees.len() - 1)
                 }
-                (kind, _) => {
+                (kind, ..) => {
                     let (kind, plants) = match kind {
                         import::ModelKind::Rock => (ObjectKind::Rock, &mut all.rocks),
                         _ => (ObjectKind::Shrub, &mut all.shrubs),
@@ -195,6 +217,24 @@ impl WorldModels {
             variety.weight = weight;
         }
         self.widen(kind, varieties);
+    }
+
+    /// The same of logs, whose copies keep the form of their model.
+    pub(crate) fn mix_in_logs(&self, kinds: &mut [StemKind]) {
+        let mut weights: Vec<f64> = kinds.iter().map(|k| k.weight).collect();
+        self.weigh(ObjectKind::Log, &mut weights);
+        for (asset, (kind, weight)) in kinds.iter_mut().zip(weights).enumerate() {
+            kind.weight = weight;
+            if let Some(model) = self.find(ObjectKind::Log, asset) {
+                let [low, high] = model.scale;
+                kind.scale = StemScale::Together(low, high);
+            }
+        }
+    }
+
+    /// Whether an asset of a kind is a model.
+    pub(crate) fn contain(&self, kind: ObjectKind, asset: usize) -> bool {
+        self.find(kind, asset).is_some()
     }
 
     /// Gives the models of a kind the weights that make their shares of all. `weights` are those of

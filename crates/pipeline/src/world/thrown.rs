@@ -3,7 +3,7 @@
 use nemoral_scene::SurfaceSample;
 use nemoral_scene::glam::DVec2;
 use nemoral_seed::Draw;
-use nemoral_stand::{FallenStem, StemKind};
+use nemoral_stand::{FallenStem, StemKind, StemScale};
 
 /// Length over diameter of a thrown stem without its crown.
 const SLENDERNESS: f64 = 36.0;
@@ -29,6 +29,7 @@ impl ThrownTree {
             length_m: (SLENDERNESS * diameter_m).clamp(4.0, 14.0),
             radius_m: 0.5 * diameter_m,
             volume_m3: 0.0,
+            scale: StemScale::GROWN,
         }
     }
 

@@ -2,14 +2,14 @@
 
 use nemoral_import::MAX_MODEL_BYTES;
 
-use crate::config::schema::Allowed::{Model as ModelFile, OneOf, Real, Text};
+use crate::config::schema::Allowed::{Model as ModelFile, OneOf, Real, Text, Whole};
 use crate::config::schema::{SectionSpec, section};
 use crate::config::{InputPath, ModelKind};
 
 /// Models, by name.
 pub(super) const MODELS: SectionSpec = SectionSpec {
     path: "models",
-    doc: " Your own trees, shrubs and rocks, beside the grown ones or instead of them: a table \
+    doc: " Your own trees, shrubs, rocks and logs, beside the grown ones or instead of them: a table \
         `[models.NAME]` for each model.",
     choice: None,
     keys: &[],
@@ -24,11 +24,13 @@ section! {
         file: InputPath = InputPath::default(), ModelFile(MAX_MODEL_BYTES), "none";
         /// What it is.
         kind: ModelKind = ModelKind::Tree, OneOf(ModelKind::WORDS), "most models are trees";
-        /// Its share among all trees, shrubs or rocks. What the models of a kind leave of 1 is
+        /// Its share among all trees, shrubs, rocks or logs. What the models of a kind leave of 1 is
         /// grown.
         share: f64 = 0.2, Real(0.0, 1.0), "every fifth";
         /// The name of its species in inventories; empty for NAME.
         species: String = String::new(), Text, "its own name";
+        /// The stage of decay of a log: 1 fresh, 2 losing its bark, 3 bare, 4 soft, 5 rotten.
+        decay: u32 = 3, Whole(1, 5), "what is scanned has lain for some years";
         /// Size of the smallest copy, relative to the model.
         scale_min: f64 = 0.9, Real(0.05, 20.0), "as grown trees vary";
         /// Size of the largest copy, relative to the model.
