@@ -15,6 +15,9 @@ const VERGE: Domain = Domain::new("trails.verge");
 const ROOTS: Domain = Domain::new("trails.roots");
 const BEDS: Domain = Domain::new("trails.beds");
 
+/// Beds of their full size fit into a ditch of this width, metres.
+const BED_DITCH_M: f64 = 1.2;
+
 /// Distance of the beds of stones along an edge, metres.
 const BED_M: f64 = 0.7;
 
@@ -188,14 +191,22 @@ pub(crate) fn beds(
                 let mut rng = key.item(u64::from(i)).rng();
                 let s = from + BED_M * (f64::from(i) + rng.unit_f64());
                 let shift = rng.range_f64(-0.15, 0.15);
-                let (beyond, there) = match way.section.ditch {
-                    Some(ditch) => (0.5 * ditch.width_m, path.ditches(s)[side as usize] > 0.4),
-                    None => (0.3, true),
+                let (beyond, size, there) = match way.section.ditch {
+                    Some(ditch) => (
+                        0.5 * ditch.width_m,
+                        (ditch.width_m / BED_DITCH_M).min(1.0),
+                        path.ditches(s)[side as usize] > 0.4,
+                    ),
+                    None => (0.3, 1.0, true),
                 };
                 let bed = TrailDressing {
-                    position_m: beside(path, s, sign * (0.5 * path.width_m(s) + beyond + shift)),
+                    position_m: beside(
+                        path,
+                        s,
+                        sign * (0.5 * path.width_m(s) + beyond + size * shift),
+                    ),
                     yaw_rad: rng.range_f64(0.0, std::f64::consts::TAU),
-                    scale: rng.range_f64(0.8, 1.15),
+                    scale: size * rng.range_f64(0.8, 1.15),
                     kind: DressingKind::Bed,
                 };
                 if there && 0.5 * (1.0 + stony.at(s)) < way.stone_beds {

@@ -216,6 +216,19 @@ impl TrailGround {
         topmost(&around, 0.0).map(|s| s.path.way_number())
     }
 
+    /// Whether a disk reaches into a ditch.
+    #[must_use]
+    pub fn is_in_ditch(&self, world_m: DVec2, radius_m: f64) -> bool {
+        let around = self.around(world_m);
+        let mut strands = around.iter().flat_map(|near| &near.strands);
+        strands.any(|strand| {
+            let ditch = strand.path.way().ditch(&strand.foot);
+            ditch.is_some_and(|(ditch, share)| {
+                share.value > 0.0 && strand.edge.value - radius_m < ditch.width_m
+            })
+        })
+    }
+
     /// Signed offset from the middle of the nearest trail, metres, positive to the left of its
     /// direction; `None` farther than 12 m from all edges.
     #[must_use]
@@ -252,14 +265,14 @@ impl TrailGround {
                 Dual::new(base.height_m, base.gradient)
             })
         };
-        let (mut ground, mut before): (Option<Dual>, Option<(Dual, f64)>) = (None, None);
+        let (mut ground, mut before): (Option<Dual>, Vec<(Dual, f64)>) = (None, Vec::new());
         for Near {
             layer,
             strands,
             edge,
         } in self.around(p)
         {
-            let fade = before.map(|(edge, _)| {
+            let fade = joined(&before).map(|edge| {
                 let t = (edge.value / MERGE_M).clamp(0.0, 1.0);
                 edge.chain((smoothstep(t), 6.0 * t * (1.0 - t) / MERGE_M))
             });
@@ -271,10 +284,7 @@ impl TrailGround {
                     Some(fade) => ground.unwrap_or_else(natural) + fade * (carved - natural()),
                 });
             }
-            before = Some(match before {
-                None => (edge, layer.fillet_m()),
-                Some(other) => merge(other, (edge, layer.fillet_m())),
-            });
+            before.push((edge, layer.fillet_m()));
         }
         ground
     }
@@ -296,15 +306,26 @@ impl TrailGround {
 
 /// Signed distance to the union of the trails of all layers.
 fn outline(around: &[Near<'_>]) -> Option<Dual> {
-    let edges = around.iter().map(|n| (n.edge, n.layer.fillet_m()));
-    edges.reduce(merge).map(|(edge, _)| edge)
+    let edges: Vec<_> = (around.iter())
+        .map(|n| (n.edge, n.layer.fillet_m()))
+        .collect();
+    joined(&edges)
 }
 
-/// The union of the outlines of two layers, each with the radius of its inner corners.
-fn merge((a, fillet_a): (Dual, f64), (b, fillet_b): (Dual, f64)) -> (Dual, f64) {
-    let fillet_m = fillet_a.min(fillet_b);
-    let edge = union([a, b].into_iter(), fillet_m).unwrap_or(a);
-    (edge, fillet_m)
+/// The union of outlines with the radii of their inner corners: the nearest of what each two of
+/// them are together, so that a third one that is far away changes nothing.
+fn joined(edges: &[(Dual, f64)]) -> Option<Dual> {
+    let nearest = |a: Dual, b: Dual| if b.value < a.value { b } else { a };
+    let pair = |i: usize, j: usize| {
+        let ((a, fillet_a), (b, fillet_b)) = (edges[i], edges[j]);
+        union([a, b].into_iter(), fillet_a.min(fillet_b)).unwrap_or(a)
+    };
+    let count = edges.len();
+    let pairs = (0..count).flat_map(|i| (i + 1..count).map(move |j| (i, j)));
+    match edges {
+        [(only, _)] => Some(*only),
+        _ => pairs.map(|(i, j)| pair(i, j)).reduce(nearest),
+    }
 }
 
 /// The trail that is uppermost: of the first layer whose surface is here, the one whose edge is

@@ -151,9 +151,9 @@ impl Layer {
     /// stretch.
     pub(crate) fn strands(&self, p: DVec2) -> Vec<Strand<'_>> {
         let mut strands = Vec::new();
-        let close = close_m(self.width_m, self.has_ditch);
         for &Stretch { path, first, end } in self.close.at(p) {
             let path = &*self.paths[path as usize];
+            let close = close_m(path.way().widest_m(), self.has_ditch);
             // Each run of knots that are close is a strand of its own.
             let mut run = (close * close, None);
             for (i, knot) in path.knots()[first as usize..end as usize]
@@ -176,19 +176,28 @@ impl Layer {
         strands
     }
 
-    /// The nearest point of all trails within reach.
+    /// The point of all trails within reach whose edge is nearest: of each kind of way, whose
+    /// trails are equally wide, that of the nearest trail.
     fn nearest_strand(&self, p: DVec2) -> Option<Strand<'_>> {
-        let mut nearest = (f64::INFINITY, None);
+        let mut of_kinds: Vec<(usize, f64, &TrailPath, usize)> = Vec::new();
         for &Stretch { path, first, end } in self.index.at(p) {
             let path = &*self.paths[path as usize];
+            let number = path.way_number();
             for i in first as usize..end as usize {
                 let square = path.knots()[i].position.distance_squared(p);
-                if square < nearest.0 {
-                    nearest = (square, Some((path, i)));
+                match of_kinds.iter_mut().find(|of| of.0 == number) {
+                    Some(of) if square >= of.1 => {}
+                    Some(of) => *of = (number, square, path, i),
+                    None => of_kinds.push((number, square, path, i)),
                 }
             }
         }
-        nearest.1.map(|(path, i)| Strand::new(path, p, i))
+        let edge_m =
+            |of: &(usize, f64, &TrailPath, usize)| libm::sqrt(of.1) - 0.5 * of.2.way().widest_m();
+        let nearest = of_kinds
+            .into_iter()
+            .min_by(|a, b| edge_m(a).total_cmp(&edge_m(b)));
+        nearest.map(|(_, _, path, i)| Strand::new(path, p, i))
     }
 
     /// Height of the formation; `None` beyond reach. Each knot continues its height along its

@@ -120,6 +120,9 @@ impl Default for Ruts {
     }
 }
 
+/// The least distance of two points of a section's curve, metres.
+const CURVE_STEP_M: f64 = 0.01;
+
 impl TrailParams {
     /// Trails of one kind only.
     #[must_use]
@@ -156,10 +159,12 @@ impl TrailParams {
             ParamError::check_range("ways share", *share, 0.0..=1e6, "0..=1e6")?;
             total += share;
             way.check()?;
+            // Of a kind without a share no trail crosses a chunk's border at a keyed place.
+            let width_m = if *share > 0.0 { way.width_m } else { 0.0 };
             ParamError::check_range(
                 "chunk_size_m",
                 chunk_size_m,
-                4.0 * way.width_m..=1000.0,
+                4.0 * width_m..=1000.0,
                 "at least 4 times width_m and at most 1000 m",
             )?;
         }
@@ -219,8 +224,8 @@ impl Section {
             ParamError::check_range(
                 "section.curve offset",
                 point.x,
-                last.next_up()..=10.0,
-                "rising and at most 10 m",
+                last + CURVE_STEP_M..=10.0,
+                "at least 1 cm more than the one before, and at most 10 m",
             )?;
             ParamError::check_range("section.curve height", point.y, -2.0..=2.0, "-2..=2 m")?;
             last = point.x;

@@ -118,8 +118,6 @@ impl Trails {
     #[must_use]
     pub fn along(mut self, lines_m: &[Vec<DVec2>], way: usize) -> Self {
         let way = way.min(self.ways.len() - 1);
-        self.used[way] = true;
-        self.earthworks = Earthworks::new(&self.ways, &self.used);
         for (number, line) in (self.numbered..).zip(lines_m) {
             let Some(course) = course(line, number, self.chunk_size_m) else {
                 continue;
@@ -134,6 +132,10 @@ impl Trails {
             self.given.push(path);
         }
         self.numbered += lines_m.len() as u32;
+        if !self.given.is_empty() && !self.used[way] {
+            self.used[way] = true;
+            self.earthworks = Earthworks::new(&self.ways, &self.used);
+        }
         self
     }
 
@@ -325,10 +327,10 @@ impl Trails {
     }
 
     /// Adds what trails have in a chunk, each along its passage through one; nothing of a verge or
-    /// a ditch lies on another trail.
+    /// a ditch lies on another trail, and no root on another kind of way.
     fn add(&self, coord: ChunkCoord, dressing: &mut Vec<TrailDressing>, dress: &Dress<'_>) {
         let size = self.chunk_size_m;
-        let others = dressing.len();
+        let mut added = Vec::new();
         // A trail just beyond the border may have a verge here.
         for x in -1..=1 {
             for y in -1..=1 {
@@ -336,20 +338,21 @@ impl Trails {
                 for path in self.in_chunk(chunk) {
                     dress(&path, chunk, &mut |it| {
                         if ChunkCoord::containing(it.position_m, size) == coord {
-                            dressing.push(it);
+                            added.push((path.way_number(), it));
                         }
                     });
                 }
             }
         }
-        if dressing.len() > others {
-            let ground = self.ground_near(coord, 0.0);
-            let is_beside = |d: &TrailDressing| {
-                !matches!(d.kind, DressingKind::Verge | DressingKind::Bed)
-                    || ground.edge_m(d.position_m) >= 0.0
-            };
-            dressing.retain(is_beside);
+        if added.is_empty() {
+            return;
         }
+        let ground = self.ground_near(coord, 0.0);
+        let stays = |&(own, d): &(usize, TrailDressing)| match d.kind {
+            DressingKind::Verge | DressingKind::Bed => ground.edge_m(d.position_m) >= 0.0,
+            _ => (ground.way_number(d.position_m)).is_none_or(|way| way == own),
+        };
+        dressing.extend(added.into_iter().filter(stays).map(|(_, d)| d));
     }
 
     fn births_through(&self, chunk: ChunkCoord) -> Arc<[ChunkCoord]> {

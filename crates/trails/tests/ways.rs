@@ -489,6 +489,132 @@ fn roots_lie_across_paths_and_stones_in_ditches() {
 }
 
 #[test]
+fn of_unequal_ways_the_nearest_edge_counts() {
+    // A wide trail and a narrow one side by side, with a ridge between that is cut.
+    let ridge = |p: DVec2| 3.0 * libm::exp(-(p.x - 4.0).powi(2));
+    struct Ridge<F>(F);
+    impl<F: Fn(DVec2) -> f64 + Send + Sync> Surface for Ridge<F> {
+        fn sample(&self, p: DVec2) -> nemoral_scene::SurfaceSample {
+            let height_m = (self.0)(p);
+            nemoral_scene::SurfaceSample {
+                height_m,
+                gradient: DVec2::new(-2.0 * (p.x - 4.0) * height_m, 0.0),
+            }
+        }
+    }
+    let wide = Way {
+        width_m: 4.0,
+        width_variation: 0.0,
+        ..Way::skid_trail()
+    };
+    let ways = vec![(wide, 1.0), (Way::default(), 1.0)];
+    let line = |x: f64| [DVec2::new(x, -60.0), DVec2::new(x, 60.0)];
+    let lines = [(0, line(8.05)), (1, line(0.0))];
+    let trails = given(ways, &lines, Arc::new(Ridge(ridge)));
+    let ground = trails.ground_near(ChunkCoord::new(0, 0), 5.0);
+    let at = |x: f64| DVec2::new(x, 20.3);
+    for i in 0..8000 {
+        let (a, b) = (at(f64::from(i) * 1e-3), at(f64::from(i + 1) * 1e-3));
+        let step = (ground.height_m(a) - ground.height_m(b)).abs();
+        assert!(step < 0.02, "{step} m at {a}");
+        let step = (ground.edge_m(a) - ground.edge_m(b)).abs();
+        assert!(step < 2e-3, "the edge jumps by {step} m at {a}");
+    }
+}
+
+#[test]
+fn a_kind_without_a_share_bounds_no_chunk() {
+    let params = |share| TrailParams {
+        ways: vec![(Way::default(), 1.0), (Way::firebreak(), share)],
+        ..TrailParams::default()
+    };
+    let made = |share| Trails::new(params(share), 20.0, Key::world(1), flat(DVec2::ZERO));
+    assert!(made(0.0).is_ok());
+    let refused = made(0.1).expect_err("a firebreak needs 24 m").to_string();
+    assert!(refused.contains("4 times width_m"), "{refused}");
+}
+
+#[test]
+fn lines_that_are_none_make_no_kind_used() {
+    let wide = Way {
+        width_m: 6.0,
+        ..Way::default()
+    };
+    let params = TrailParams {
+        ways: vec![(Way::forest_road(), 1.0), (wide, 0.0)],
+        ..mixed()
+    };
+    let without = trails(params.clone(), 4, hills(0.4));
+    let with = trails(params, 4, hills(0.4)).along(&[], 1);
+    let mut near = 0;
+    for chunk in around(ChunkCoord::new(0, 0), 2) {
+        let [a, b] = [&without, &with].map(|t| t.ground_near(chunk, 2.0));
+        for i in 0..400 {
+            let p = chunk.origin_m(SIZE_M) + 2.5 * DVec2::new(f64::from(i % 20), f64::from(i / 20));
+            assert_eq!(a.sample(p), b.sample(p));
+            near += i32::from(a.edge_m(p) < 8.0);
+        }
+    }
+    assert!(near > 100, "{near}");
+}
+
+#[test]
+fn no_root_lies_on_a_road() {
+    let lines = [
+        (0, [DVec2::new(-60.0, 10.0), DVec2::new(60.0, 12.0)]),
+        (1, [DVec2::new(9.0, -60.0), DVec2::new(11.0, 60.0)]),
+    ];
+    let rooted = Way {
+        roots_per_m: 5.0,
+        change: 0.0,
+        ..Way::footpath()
+    };
+    let trails = given(
+        vec![(Way::forest_road(), 1.0), (rooted, 1.0)],
+        &lines,
+        flat(DVec2::ZERO),
+    );
+    let chunk = ChunkCoord::new(0, 0);
+    let ground = trails.ground_near(chunk, 2.0);
+    let dressing = trails.dressing(chunk);
+    let mut roots = dressing.iter().filter(|d| d.kind == DressingKind::Root);
+    assert!(roots.clone().count() > 100);
+    assert!(roots.all(|d| ground.way_number(d.position_m) != Some(0)));
+}
+
+#[test]
+fn stones_lie_in_narrow_ditches_too() {
+    let mut way = Way::forest_road();
+    way.stone_beds = 1.0;
+    for width_m in [0.4, 0.6, 1.2, 1.5] {
+        way.section.ditch = Some(nemoral_trails::Ditch {
+            depth_m: 0.35,
+            width_m,
+        });
+        let (trails, path) = northward(way.clone(), flat(DVec2::ZERO));
+        let dressing = trails.dressing(ChunkCoord::new(0, 0));
+        let beds = dressing.iter().filter(|d| d.kind == DressingKind::Bed);
+        let ground = trails.ground_near(ChunkCoord::new(0, 0), 2.0);
+        let mut count = 0;
+        for bed in beds {
+            count += 1;
+            // The bed's edge away from the trail, on the plane that touches the ground at its
+            // middle, is not above the edges of the ditch.
+            let s = ground.sample(bed.position_m);
+            let away = path.tangent(60.0).perp();
+            let half_m = 0.52 * bed.scale;
+            let level_m = ground.height_m(DVec2::new(40.0, 20.0));
+            let highest = s.height_m - level_m + (s.gradient.dot(away) * half_m).abs();
+            assert!(highest < 0.12, "{width_m}: {highest}");
+            assert!(ground.is_in_ditch(bed.position_m, 0.0), "{width_m}");
+        }
+        assert!(count > 20, "{count}");
+        let place = DVec2::new(3.0 + 1.8 + width_m + 1.0, 20.0);
+        assert!(!ground.is_in_ditch(place, 0.3) && ground.is_in_ditch(place, 1.1));
+    }
+}
+
+#[test]
 fn impossible_ways_are_refused() {
     let refused = |change: &dyn Fn(&mut Way)| {
         let mut way = Way::forest_road();

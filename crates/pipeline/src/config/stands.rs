@@ -266,6 +266,8 @@ pub(super) fn boreal_birch_pine(c: &mut Config) {
 
 /// Montado with 40-120 trees/ha, LAI 0.5-2, over pasture on gentle hills.
 pub(super) fn montado(c: &mut Config) {
+    // There are hardly any trees beside its paths.
+    c.trails.footpath.roots_per_m = 0.0;
     let a = bare(c);
     a.cork_oak = 1.0;
     (a.dbh_mean_m, a.dbh_shape, a.dbh_min_m, a.dbh_max_m) = (0.42, 2.6, 0.18, 0.90);
@@ -299,6 +301,8 @@ pub(super) fn montado(c: &mut Config) {
 /// grazed, cut late or not at all. Shrubs and saplings are densest at its edges and in its gaps.
 pub(super) fn glade(c: &mut Config) {
     oak_mixed(c);
+    // There are hardly any trees beside its paths.
+    c.trails.footpath.roots_per_m = 0.0;
     let a = bare(c);
     (a.english_oak, a.beech, a.silver_birch, a.scots_pine) = (0.6, 0.0, 0.4, 0.0);
     (a.gorse, a.heather, a.bramble) = (0.15, 0.1, 1.0);
@@ -324,6 +328,8 @@ pub(super) fn glade(c: &mut Config) {
 /// what comes first, over a robot's head in places.
 pub(super) fn rank_clearing(c: &mut Config) {
     oak_mixed(c);
+    // There are hardly any trees beside its paths.
+    c.trails.footpath.roots_per_m = 0.0;
     c.placement.trees = per_hectare(c, 36.0);
     c.placement.stumps = per_hectare(c, 180.0);
     c.placement.shrubs = per_hectare(c, 120.0);

@@ -166,12 +166,17 @@ impl Config {
     fn way_problems(&self, out: &mut Problems) {
         let (terrain, trails) = (&self.terrain, &self.trails);
         let ways = trail_params(trails).ways.into_iter().enumerate();
-        let built = ways.filter(|(i, w)| trails.enabled && w.1 > 0.0 && *i != TRACK);
-        for (i, (way, _)) in built {
-            let key = format!("trails.{}.width_m", WAYS[1 + i]);
-            if way.width_m < 1.5 * terrain.fine_cell_m {
+        let born = ways.filter(|(_, w)| trails.enabled && w.1 > 0.0);
+        for (i, (way, _)) in born {
+            let key = match i {
+                TRACK => "trails.width_m".to_owned(),
+                _ => format!("trails.{}.width_m", WAYS[1 + i]),
+            };
+            // Its narrow places too are as wide as a cell.
+            let cells = (1.0 / (1.0 - way.width_variation)).max(1.5);
+            if way.width_m < cells * terrain.fine_cell_m {
                 let must = format!(
-                    "be at least 1.5 times terrain.fine_cell_m = {}, or trails.kinds.{} 0",
+                    "be at least {cells:.2} times terrain.fine_cell_m = {}, or trails.kinds.{} 0",
                     terrain.fine_cell_m,
                     WAYS[1 + i]
                 );
@@ -186,12 +191,20 @@ impl Config {
                 out.refuse(&key, way.width_m, &must);
             }
         }
+        let has_lines = !self.site.trails.path.is_empty();
         if let RobotPath::Trail(PathTrail { way, .. }) = &self.robot.path
             && let Some(i) = WAYS[1..].iter().position(|word| word == way)
-            && trails.enabled
-            && trails.kinds.shares()[i] <= 0.0
+            && (trails.enabled || has_lines)
+            && !(trails.enabled && trails.kinds.shares()[i] > 0.0)
+            && !(has_lines && i == TRACK)
         {
-            let must = format!("be a kind that there is, and trails.kinds.{way} is 0");
+            let must = if trails.enabled {
+                format!("be a kind that there is, and trails.kinds.{way} is 0")
+            } else {
+                "be \"any\" or \"track\", as which trails along lines are built: trails.enabled is \
+                 false"
+                    .to_owned()
+            };
             out.refuse("robot.trail.way", format!("\"{way}\""), &must);
         }
     }

@@ -101,7 +101,11 @@ fn forest_road(t: &config::Trails) -> Way {
         ..built(t, way.section.clone())
     };
     // Its gravel was brought, whatever the ground is.
-    let stone_beds = road.stone_beds;
+    let stone_beds = if section.ditch.is_some() {
+        road.stone_beds
+    } else {
+        0.0
+    };
     let way = Way {
         section,
         stone_beds,
@@ -115,6 +119,8 @@ fn skid_trail(t: &config::Trails) -> Way {
     let trail = &t.skid_trail;
     let ruts = way.section.ruts.map(|ruts| Ruts {
         depth_m: trail.rut_depth_m,
+        // On a narrow one, smaller machines drive.
+        gauge_m: ruts.gauge_m.min(trail.width_m - 1.4),
         ..ruts
     });
     let section = Section {

@@ -103,7 +103,11 @@ impl GroundModel {
         let trails = if trails.enabled || !lines_m.is_empty() {
             let mut params = trail_params(trails);
             if !trails.enabled {
+                // Those along the lines are all that there are.
                 params.spawn_probability = 0.0;
+                for (number, (_, share)) in params.ways.iter_mut().enumerate() {
+                    *share = f64::from(u8::from(number == TRACK));
+                }
             }
             let trails = Trails::new(params, chunk_size_m, world, Arc::clone(&base));
             Some(Arc::new(
@@ -287,6 +291,11 @@ impl ChunkGround {
     /// Whether a disk on the map keeps clear of the trees of the stem map.
     pub(crate) fn is_clear_of_plot(&self, world_m: DVec2, radius_m: f64) -> bool {
         (self.plot.as_ref()).is_none_or(|plot| plot.is_clear(world_m, radius_m))
+    }
+
+    /// Whether a disk on the map reaches into a ditch along a trail.
+    pub(crate) fn is_in_ditch(&self, world_m: DVec2, radius_m: f64) -> bool {
+        (self.carved.as_ref()).is_some_and(|g| g.is_in_ditch(world_m, radius_m))
     }
 
     /// Whether a place is in the bare soil of a thrown tree's pit.

@@ -49,22 +49,23 @@ section! {
         /// right.
         forward_probability: f64 = 0.75, Real(0.0, 1.0), "long trails with some bends";
         /// A trail ends after this many chunks.
-        max_length_chunks: u32 = 40, Whole(1, 200), "2 km; bounds the search for trails";
+        max_length_chunks: u32 = 40, Whole(1, 64), "2 km; bounds the search for trails";
         /// How readily surface, grass and stones change along a way. 0: in stretches of 60 to
-        /// 180 m, with grass and stones evenly along it.
+        /// 180 m, with grass and stones evenly along it; above 0, half as many, in patches.
         change: f64 = 0.5, Real(0.0, 1.0), "our choice: overgrown, muddy and stony places";
         /// Depth of the wheel ruts of tracks.
         rut_depth_m: f64 = 0.05, Real(0.0, 0.4), "our choice: 2-8 cm when dry";
         /// Height of the crown in the middle of tracks over the edges.
         crown_m: f64 = 0.04, Real(-0.3, 0.3), "our choice: some 4 %";
-        /// Most tufts of grass along the trails in a chunk; 0 for none.
+        /// Most tufts of grass along the tracks in a chunk, and in proportion along other ways; 0
+        /// for none.
         grass_max: u32 = 120, Whole(0, 2000), "paper, IV-C";
         /// How far from the middle a tuft may stand.
         grass_spread_m: f64 = 0.6, Real(0.0, 5.0), "paper, IV-C; between the ruts";
         /// Room for tufts of grass on a metre of each edge, of which about half grow; 0 for bare
         /// verges.
         verge_per_m: f64 = 6.0, Real(0.0, 20.0), "grassed verges, which get light and water";
-        /// Most stones along a trail in a chunk; 0 for none.
+        /// Most stones along a track, and in proportion along other ways, at most 120; 0 for none.
         rocks_max: u32 = 25, Whole(0, 500), "paper, IV-C";
     }
     plus {

@@ -67,7 +67,7 @@ section! {
         sink_m: f64 = 0.06, Real(0.0, 0.4), "our choice: trodden litter and soil";
         /// Further depth where the path is steep.
         hollow_m: f64 = 0.4, Real(0.0, 1.5), "our choice: a hollow way from 20 % on";
-        /// Roots across a metre of the path; on a path that changes, half as many, in patches.
+        /// Roots across a metre of the path, whatever grows beside it; on a path that changes, half as many, in patches.
         roots_per_m: f64 = 1.0, Real(0.0, 5.0), "our choice: bare roots among trees";
     }
 }
@@ -83,7 +83,7 @@ section! {
         ditch_depth_m: f64 = 0.35, Real(0.0, 0.8), "0.3 m and more are usual";
         /// Width of the ditch.
         ditch_width_m: f64 = 1.2, Real(0.4, 1.5), "0.6-1.2 m are usual";
-        /// Share of the ditches in which stones lie side by side.
+        /// About the share of the ditches in which stones lie side by side.
         stone_beds: f64 = 0.35, Real(0.0, 1.0), "our choice: where water runs";
     }
 }
@@ -144,8 +144,10 @@ impl TrailSection {
         let points: Vec<[f64; 2]> = self.curve.split(',').map(point).collect::<Result<_, _>>()?;
         let mut last = f64::NEG_INFINITY;
         for [offset, height] in &points {
-            if !(-10.0..=10.0).contains(offset) || *offset <= last {
-                return Err(format!("offset {offset} is not rising within -10..=10 m"));
+            if !(-10.0..=10.0).contains(offset) || *offset < last + 0.01 {
+                return Err(format!(
+                    "offset {offset} is not within -10..=10 m and 1 cm more than the one before"
+                ));
             }
             if !(-2.0..=2.0).contains(height) {
                 return Err(format!("height {height} is not within -2..=2 m"));
