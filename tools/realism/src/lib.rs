@@ -18,13 +18,14 @@ pub mod ranges;
 mod relations;
 mod stems;
 mod survey;
+mod visibility;
 mod world;
 
 pub use asked::{asked_diameters, asked_shapes};
 pub use canopy::{Canopy, Gaps, HINGE_DEG, LeafField, Standing};
 pub use circle::{Circle, circle};
 pub use classes::ClassCounts;
-pub use cover::{LOW_PLANTS, LowCover};
+pub use cover::{COVER_LAYERS, LOW_PLANTS, LayerCover, LowCover, TOPS_M};
 pub use diameters::{STATIONS, ScannedDiameters, ScannedStem};
 pub use ground::ground_repetition;
 pub use heights::{HeightScatter, stand_diameters};
@@ -40,4 +41,5 @@ pub use stems::{
     clark_evans, distribution_distance, mark_correlation, pair_correlation, row_power, weibull_fit,
 };
 pub use survey::{Copied, CopyKind, Survey};
+pub use visibility::{SIGHT_M, StemVisibility, law_per_m};
 pub use world::{STANDS, World, config};

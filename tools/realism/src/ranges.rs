@@ -151,6 +151,62 @@ pub fn densest(stand: &str) -> Range {
 /// over the dominant height: spruce is broad.
 pub const BREADTH: Range = (0.4, 0.9);
 
+/// How fast stems go out of sight with distance, over the law of stems alone that stand at random.
+/// Below 1, stems keep clear of each other; above, branches and undergrowth hide them. An assumption.
+#[must_use]
+pub fn sight(stand: &str) -> Range {
+    match stand {
+        // Dead branches and young trees hide most.
+        "spruce" | "boreal-birch-pine" => (1.0, 6.0),
+        "montado" => (0.8, 8.0),
+        "beech" => (0.8, 2.5),
+        _ => (0.9, 6.0),
+    }
+}
+
+/// Lying deadwood found, over what was asked for.
+pub const DEADWOOD: Range = (0.85, 1.15);
+
+/// Cover of the layers of [`COVER_LAYERS`](super::COVER_LAYERS). All are assumptions of usual
+/// values: surveys count what one sees in a plot of some metres, and differ by more than these.
+#[must_use]
+pub fn layer_cover(stand: &str) -> [Option<Range>; 5] {
+    let [moss, herbs, low, middle, high] = match stand {
+        "maritime-pine" => [
+            (0.0, 0.3),
+            (0.05, 0.5),
+            (0.03, 0.5),
+            (0.05, 0.5),
+            (0.0, 0.3),
+        ],
+        "eucalyptus-plantation" => [
+            (0.0, 0.2),
+            (0.03, 0.4),
+            (0.01, 0.4),
+            (0.01, 0.4),
+            (0.0, 0.2),
+        ],
+        "oak-mixed" => [
+            (0.02, 0.5),
+            (0.1, 0.7),
+            (0.02, 0.4),
+            (0.03, 0.5),
+            (0.0, 0.3),
+        ],
+        "beech" => [
+            (0.0, 0.2),
+            (0.02, 0.4),
+            (0.0, 0.15),
+            (0.0, 0.15),
+            (0.0, 0.1),
+        ],
+        "spruce" => [(0.1, 0.8), (0.01, 0.4), (0.0, 0.3), (0.0, 0.2), (0.0, 0.1)],
+        "boreal-birch-pine" => [(0.3, 0.95), (0.05, 0.5), (0.1, 0.6), (0.0, 0.2), (0.0, 0.1)],
+        _ => [(0.0, 1.0), (0.3, 0.95), (0.0, 0.2), (0.0, 0.2), (0.0, 0.1)],
+    };
+    [moss, herbs, low, middle, high].map(Some)
+}
+
 /// The slope of the amplitude spectrum: photographs of nature (Tolhurst et al. 1992).
 pub const SLOPE: Range = (-1.5, -0.8);
 /// Amplitudes of waves along the horizontal over those along the vertical. The range is an

@@ -20,6 +20,8 @@ pub struct Survey {
     pub leafy: Vec<Standing>,
     /// All standing trees: grown living ones, saplings and dead ones.
     pub copies: Vec<Copied>,
+    /// Volume of lying deadwood in it, m³/ha.
+    pub deadwood_m3_ha: f64,
     /// The square's south-west corner and edge, metres.
     pub square: (DVec2, f64),
 }
@@ -64,12 +66,17 @@ impl Survey {
             trees: Vec::new(),
             leafy: Vec::new(),
             copies: Vec::new(),
+            deadwood_m3_ha: 0.0,
             square: (
                 DVec2::splat(-f64::from(half) * size_m),
                 size_m * f64::from(side),
             ),
         };
+        let hectares = out.square.1 * out.square.1 / 10_000.0;
         for thing in things.iter().flat_map(|t| t.0.iter()) {
+            if let Some(wood) = assets.deadwood_record(thing) {
+                out.deadwood_m3_ha += wood.volume_m3 / hectares;
+            }
             let Some(record) = assets.tree_record(thing) else {
                 continue;
             };

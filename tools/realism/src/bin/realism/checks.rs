@@ -175,6 +175,52 @@ pub(crate) const PROFILES: &[Column] = &[
     }),
 ];
 
+/// The cover of a layer.
+fn cover(s: &Stand, layer: usize) -> Check {
+    let share = s.layer_cover.shares()[layer];
+    Check::new(share, 2, ranges::layer_cover(s.name)[layer])
+}
+
+pub(crate) const FLOOR: &[Column] = &[
+    ("moss", |s| cover(s, 0)),
+    ("herbs < 0.5 m", |s| cover(s, 1)),
+    ("shrubs < 0.5 m", |s| cover(s, 2)),
+    ("0.5–1.5 m", |s| cover(s, 3)),
+    ("1.5–3 m", |s| cover(s, 4)),
+    ("deadwood, m³/ha", |s| {
+        Check::new(s.deadwood_m3_ha, 1, None)
+    }),
+    ("over what was asked for", |s| {
+        let asked = s.config.deadwood.volume_m3_ha;
+        Check::new(s.deadwood_m3_ha / asked, 2, ranges::DEADWOOD)
+    }),
+];
+
+pub(crate) const VISIBILITY: &[Column] = &[
+    ("seen within 10 m", |s| {
+        Check::new(s.visibility.shares()[0], 2, None)
+    }),
+    ("10–20 m", |s| {
+        Check::new(s.visibility.shares()[1], 2, None)
+    }),
+    ("20–30 m", |s| {
+        Check::new(s.visibility.shares()[2], 2, None)
+    }),
+    ("30–40 m", |s| {
+        Check::new(s.visibility.shares()[3], 2, None)
+    }),
+    ("k, 1/m", |s| {
+        Check::new(s.visibility.falls_off_per_m(), 3, None)
+    }),
+    ("k of stems at random", |s| {
+        Check::new(s.sight_law_per_m, 3, None)
+    }),
+    ("ratio", |s| {
+        let ratio = s.visibility.falls_off_per_m() / s.sight_law_per_m;
+        Check::new(ratio, 2, ranges::sight(s.name))
+    }),
+];
+
 pub(crate) const PICTURES: &[Column] = &[
     ("slope", |s| Check::new(s.slope, 2, ranges::SLOPE)),
     ("isotropy", |s| Check::new(s.isotropy, 2, ranges::ISOTROPY)),
