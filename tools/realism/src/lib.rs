@@ -10,6 +10,7 @@ mod cover;
 mod diameters;
 mod ground;
 mod heights;
+mod layer_cover;
 mod leaf_area;
 mod picture;
 mod plot;
@@ -25,10 +26,11 @@ pub use asked::{asked_diameters, asked_shapes};
 pub use canopy::{Canopy, Gaps, HINGE_DEG, LeafField, Standing};
 pub use circle::{Circle, circle};
 pub use classes::ClassCounts;
-pub use cover::{COVER_LAYERS, LOW_PLANTS, LayerCover, LowCover, TOPS_M};
+pub use cover::{LOW_PLANTS, LowCover};
 pub use diameters::{STATIONS, ScannedDiameters, ScannedStem};
 pub use ground::ground_repetition;
 pub use heights::{HeightScatter, stand_diameters};
+pub use layer_cover::{COVER_LAYERS, LayerCover};
 pub use leaf_area::Voxels;
 pub use picture::{
     Colour, Tones, amplitude_slope, colour, isotropy, luminance, luminance_of_light, spectrum,

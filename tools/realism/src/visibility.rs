@@ -105,6 +105,20 @@ impl StemVisibility {
         })
     }
 
+    /// The greatest difference of the [shares](Self::shares) that are seen from the curve of the
+    /// whole, exp(-k r), at the classes' mean distances.
+    #[must_use]
+    pub fn off_the_curve(&self) -> f64 {
+        let k = self.falls_off_per_m();
+        let off = self.shares().into_iter().enumerate().map(|(i, share)| {
+            let (from, to) = (CLASS_M * i as f64, CLASS_M * (i + 1) as f64);
+            let of_class = self.stems.iter().filter(|s| (from..to).contains(&s.0));
+            let expected = of_class.clone().map(|s| (-k * s.0).exp()).sum::<f64>();
+            (share - expected / of_class.count().max(1) as f64).abs()
+        });
+        off.fold(0.0, f64::max)
+    }
+
     /// How fast sight falls off, per metre: the most likely k if stems at a distance r are seen
     /// with the probability exp(-k r).
     #[must_use]
@@ -178,6 +192,7 @@ mod tests {
         let law = f64::from(count) * 2.0 * radius / (side * side);
         let found = visibility.falls_off_per_m();
         assert!((found / law - 1.0).abs() < 0.1, "{found} {law}");
+        assert!(visibility.off_the_curve() < 0.05);
         let shares = visibility.shares();
         for (i, share) in shares.iter().enumerate() {
             let expected = (-law * (10.0 * i as f64 + 6.0)).exp();

@@ -192,7 +192,7 @@ pub(crate) const FLOOR: &[Column] = &[
     }),
     ("over what was asked for", |s| {
         let asked = s.config.deadwood.volume_m3_ha;
-        Check::new(s.deadwood_m3_ha / asked, 2, ranges::DEADWOOD)
+        Check::new(s.deadwood_m3_ha / asked, 2, ranges::deadwood(asked))
     }),
 ];
 
@@ -218,6 +218,9 @@ pub(crate) const VISIBILITY: &[Column] = &[
     ("ratio", |s| {
         let ratio = s.visibility.falls_off_per_m() / s.sight_law_per_m;
         Check::new(ratio, 2, ranges::sight(s.name))
+    }),
+    ("off the curve", |s| {
+        Check::new(s.visibility.off_the_curve(), 2, ranges::OFF_THE_CURVE)
     }),
 ];
 

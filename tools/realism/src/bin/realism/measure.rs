@@ -11,7 +11,7 @@ use nemoral_pipeline::plan::Runner;
 use nemoral_pipeline::world::assets::WorldAssets;
 use nemoral_realism::{
     Canopy, ClassCounts, Colour, CopyKind, Gaps, LayerCover, Layers, LowCover, STATIONS,
-    ScannedDiameters, StemVisibility, Survey, TOPS_M, Tones, amplitude_slope, asked_diameters,
+    ScannedDiameters, StemVisibility, Survey, Tones, amplitude_slope, asked_diameters,
     asked_shapes, clark_evans, colour, distribution_distance, ground_repetition, isotropy,
     law_per_m, layers, luminance, luminance_of_light, mark_correlation, pair_correlation,
     plant_area_density, spectrum, tones, weibull_fit,
@@ -171,7 +171,7 @@ impl Stand {
             inclination: inclinations(&assets),
             layers: layers(&profile, dominant_m),
             low_cover: low_cover(&world, &runner, &assets),
-            layer_cover: layer_cover(&world, &runner, &assets),
+            layer_cover: LayerCover::of(&world, &runner, &assets, &FRAMES),
             visibility: StemVisibility::of(&world, &runner, &assets, &survey.trees, &FRAMES),
             sight_law_per_m: law_per_m(&survey.trees, area_m2),
             deadwood_m3_ha: survey.deadwood_m3_ha,
@@ -314,44 +314,6 @@ fn low_cover(world: &World, runner: &Runner<'_>, assets: &WorldAssets) -> LowCov
         let materials = assets.library.materials.materials();
         for hit in hits {
             cover.add(hit.and_then(|h| materials.get(h.surface.material.0 as usize)));
-        }
-    }
-    cover
-}
-
-/// Cover of layers by lines straight down from the top of each, at places around the robot.
-fn layer_cover(world: &World, runner: &Runner<'_>, assets: &WorldAssets) -> LayerCover {
-    let mut cover = LayerCover::default();
-    let materials = assets.library.materials.materials();
-    for frame in FRAMES {
-        let scene = runner.get(world.forest.scene, frame).expect("a scene");
-        let pose = runner.get(world.forest.pose, frame).expect("a pose");
-        let here = pose.world_from_body().translation_m.truncate();
-        let mut rng = Key::world(19).item(frame).rng();
-        let places: Vec<DVec3> = (0..PULSES)
-            .map(|_| {
-                let way = DVec2::from_angle(rng.range_f64(0.0, TAU));
-                let place = here + way * FLIGHT_M * rng.unit_f64().sqrt();
-                let chunk = ChunkCoord::containing(place, world.config.chunks.size_m);
-                let ground = runner.get(world.forest.ground, chunk).expect("ground");
-                place.extend(ground.height_m(place)) - scene.origin_m
-            })
-            .collect();
-        let met = TOPS_M.map(|top_m| {
-            let from = |place: &DVec3| (*place + DVec3::Z * top_m).as_vec3();
-            let rays = places.iter().map(|p| Ray::new(from(p), Vec3::NEG_Z));
-            let rays: Vec<Ray> = rays.collect();
-            let mut hits = vec![None; rays.len()];
-            scene.caster.closest_hits(&rays, &mut hits);
-            hits
-        });
-        for i in 0..places.len() {
-            let of = |hits: &Vec<Option<nemoral_scene::Hit>>| {
-                let surface = hits[i]?.surface;
-                let material = materials.get(usize::from(surface.material.0))?;
-                Some((material, f64::from(surface.distance_m)))
-            };
-            cover.add([of(&met[0]), of(&met[1]), of(&met[2])]);
         }
     }
     cover
