@@ -7,9 +7,9 @@ use nemoral_tests::World;
 
 /// The robot crosses the square that is surveyed.
 const SETTINGS: [&str; 8] = [
-    "robot.path=straight",
+    "robot.wander.amplitude_m=0",
     "robot.spacing_m=20",
-    "frames=3",
+    "frames=2",
     "chunks.visible_radius_m=65",
     "chunks.undergrowth_radius_m=60",
     "assets.individuals=2",
@@ -19,7 +19,7 @@ const SETTINGS: [&str; 8] = [
 
 /// Side of the square, chunks.
 const SIDE: i32 = 6;
-const FRAMES: [u64; 3] = [0, 1, 2];
+const FRAMES: [u64; 2] = [0, 1];
 
 struct Floor {
     cover: [f64; 5],
@@ -49,7 +49,18 @@ fn floor(preset: &str, settings: &[&str]) -> Floor {
 fn a_floor_that_is_swept_or_overgrown_is_noticed() {
     let preset = "oak-mixed";
     let sound = floor(preset, &[]);
-    let swept = floor(preset, &["undergrowth.cover=0", "deadwood.volume_m3_ha=1"]);
+    let swept = floor(
+        preset,
+        &[
+            "undergrowth.cover=0",
+            "undergrowth.sward.cover=0",
+            "undergrowth.thickets.bramble=0",
+            "undergrowth.thickets.bracken=0",
+            "placement.shrubs=0",
+            "placement.regeneration.seedlings=0",
+            "deadwood.volume_m3_ha=1",
+        ],
+    );
     let overgrown = floor(
         preset,
         &[

@@ -156,7 +156,7 @@ pub const BREADTH: Range = (0.4, 0.9);
 /// but these hides them (an assumption); we know of no limits for stands with undergrowth.
 #[must_use]
 pub fn sight(stand: &str) -> Range {
-    (0.8, if stand == "beech" { 3.0 } else { f64::INFINITY })
+    (0.8, if stand == "beech" { 3.5 } else { f64::INFINITY })
 }
 
 /// The greatest difference of the share of stems that is seen from an exponential curve of distance:
@@ -193,7 +193,7 @@ pub fn layer_cover(stand: &str) -> [Option<Range>; 5] {
             (0.02, 0.5),
             (0.1, 0.7),
             (0.02, 0.4),
-            (0.03, 0.5),
+            (0.03, 0.4),
             (0.0, 0.3),
         ],
         "beech" => [
