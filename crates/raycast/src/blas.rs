@@ -155,9 +155,8 @@ impl Blas {
 
     /// The quad that is numbered by its first triangle.
     pub(crate) fn quad(&self, primitive: u32) -> Option<&Quad> {
-        let quads = self.prototype.quads();
-        match self.surfaces.part(quads, primitive) {
-            QuadPart::First(quad) => Some(&quads[quad]),
+        match self.surfaces.part(primitive) {
+            QuadPart::First(quad) => Some(&self.prototype.quads()[quad]),
             _ => None,
         }
     }
@@ -166,7 +165,7 @@ impl Blas {
     fn shape(&self, primitive: usize) -> Option<(Shape, u16)> {
         let mesh = self.prototype.mesh();
         let (shape, surface) = match mesh.triangles.get(primitive) {
-            Some(t) => match self.surfaces.part(self.prototype.quads(), primitive as u32) {
+            Some(t) => match self.surfaces.part(primitive as u32) {
                 QuadPart::None => {
                     let corners = t.corners.map(|i| mesh.positions[i as usize]);
                     let surface = self.surfaces.of_material(t.material);

@@ -60,7 +60,7 @@ fn shaded_hit(
         Shape::Triangle(_) => (Some(primitive), [m.u, m.v]),
         Shape::Card(_) => match blas.quad(primitive) {
             Some(quad) => {
-                let (number, u, v) = quad.triangle_at(mesh, m.u, m.v);
+                let (number, u, v) = quad.triangle_at(m.u, m.v);
                 (Some(number), [u, v])
             }
             None => (None, [m.u, m.v]),

@@ -45,7 +45,7 @@ impl ResolvedHit for HitRecord {
         let mesh = blas.prototype().mesh();
         let triangles = mesh.triangles.len() as u32;
         let (primitive, place) = if let Some(quad) = blas.quad(rank.primitive) {
-            let (number, u, v) = quad.triangle_at(mesh, intersection.u, intersection.v);
+            let (number, u, v) = quad.triangle_at(intersection.u, intersection.v);
             (Primitive::Triangle(number), [u, v])
         } else {
             let place = [intersection.u, intersection.v];

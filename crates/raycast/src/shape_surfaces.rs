@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use glam::Vec2;
-use nemoral_scene::{AlphaMask, MaterialId, MaterialLibrary, Prototype, Quad, TextureWindow};
+use nemoral_scene::{AlphaMask, MaterialId, MaterialLibrary, Prototype, TextureWindow};
 
 /// A material, and which part of its texture a card shows.
 #[derive(Clone, Debug)]
@@ -36,8 +36,9 @@ pub(crate) struct ShapeSurfaces {
     of_card: Vec<u16>,
     /// Of each quad.
     of_quad: Vec<u16>,
-    /// The second triangles of the quads, ascending.
-    seconds: Vec<u32>,
+    /// Of each triangle, the quad that it is the first of, [`SECOND`] or [`ALONE`]; empty if there
+    /// are no quads. A search would cost hits on quads more than the rest of their shading.
+    quad_of: Vec<u32>,
 }
 
 /// What a triangle is a part of.
@@ -52,6 +53,12 @@ pub(crate) enum QuadPart {
 }
 
 const UNUSED: u16 = u16::MAX;
+
+/// The second triangle of a quad.
+const SECOND: u32 = u32::MAX;
+
+/// A triangle that stands alone.
+const ALONE: u32 = u32::MAX - 1;
 
 impl ShapeSurfaces {
     /// The surfaces of a shape that is valid against `materials`.
@@ -88,12 +95,16 @@ impl ShapeSurfaces {
                 surfaces.of_card.push(found);
             }
         }
-        for quad in prototype.quads() {
+        if !prototype.quads().is_empty() {
+            surfaces.quad_of = vec![ALONE; prototype.mesh().triangles.len()];
+        }
+        for (i, quad) in prototype.quads().iter().enumerate() {
             let (card, window) = quad.card(prototype.mesh());
             surfaces.of_quad.push(number(card.material, window));
-            surfaces.seconds.push(quad.triangles[1]);
+            let [first, second] = quad.triangles.map(|t| t as usize);
+            surfaces.quad_of[first] = i as u32;
+            surfaces.quad_of[second] = SECOND;
         }
-        surfaces.seconds.sort_unstable();
         surfaces
     }
 
@@ -121,15 +132,11 @@ impl ShapeSurfaces {
     }
 
     /// What a triangle is a part of, among the quads of the shape.
-    pub(crate) fn part(&self, quads: &[Quad], triangle: u32) -> QuadPart {
-        if quads.is_empty() {
-            QuadPart::None
-        } else if let Ok(quad) = quads.binary_search_by_key(&triangle, |q| q.triangles[0]) {
-            QuadPart::First(quad)
-        } else if self.seconds.binary_search(&triangle).is_ok() {
-            QuadPart::Second
-        } else {
-            QuadPart::None
+    pub(crate) fn part(&self, triangle: u32) -> QuadPart {
+        match self.quad_of.get(triangle as usize) {
+            None | Some(&ALONE) => QuadPart::None,
+            Some(&SECOND) => QuadPart::Second,
+            Some(&quad) => QuadPart::First(quad as usize),
         }
     }
 
@@ -138,6 +145,6 @@ impl ShapeSurfaces {
         let numbers = self.of_material.len() + self.of_card.len() + self.of_quad.len();
         size_of_val(self.all.as_slice())
             + numbers * size_of::<u16>()
-            + size_of_val(self.seconds.as_slice())
+            + size_of_val(self.quad_of.as_slice())
     }
 }

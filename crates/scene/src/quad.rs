@@ -21,6 +21,8 @@ pub struct Quad {
     pub triangles: [u32; 2],
     /// The vertices at the card's corners, in the order of [`Card::corners`].
     pub corners: [u32; 4],
+    /// The card's corners at which those of the triangles are.
+    places: [[u8; 3]; 2],
 }
 
 /// How far the fourth corner may be from where the other three have it, in shorter sides. Each
@@ -63,22 +65,17 @@ impl Quad {
     /// The triangle at the place (s, t) of the card, with the weights of its second and third
     /// corner there.
     #[must_use]
-    pub fn triangle_at(&self, mesh: &Mesh, s: f64, t: f64) -> (u32, f64, f64) {
+    pub fn triangle_at(&self, s: f64, t: f64) -> (u32, f64, f64) {
         const PLACES: [DVec2; 4] = [DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y];
-        let at = |vertex: u32| mesh.positions[vertex as usize];
-        let place = |vertex: u32| {
-            let corner = self.corners.iter().position(|&c| at(c) == at(vertex));
-            PLACES[corner.unwrap_or(0)]
-        };
         let point = DVec2::new(s, t);
-        let weights = |number: u32| {
-            let [a, b, c] = mesh.triangles[number as usize].corners.map(place);
+        let weights = |i: usize| {
+            let [a, b, c] = self.places[i].map(|corner| PLACES[usize::from(corner)]);
             let area = (b - a).perp_dot(c - a);
             let u = (point - a).perp_dot(c - a) / area;
             let v = (b - a).perp_dot(point - a) / area;
-            (number, u, v)
+            (self.triangles[i], u, v)
         };
-        let [first, second] = self.triangles.map(weights);
+        let [first, second] = [0, 1].map(weights);
         // The one that the point is farther inside of.
         let inside = |(_, u, v): (u32, f64, f64)| u.min(v).min(1.0 - u - v);
         if inside(first) >= inside(second) {
@@ -203,9 +200,15 @@ fn join(mesh: &Mesh, library: &MaterialLibrary, i: u32, k: u32) -> Option<Quad> 
                     (x.x.total_cmp(&y.x)).then(x.y.total_cmp(&y.y))
                 })?;
                 let corners = [0, 1, 2, 3].map(|k| round[(lowest + k) % 4]);
+                let position = |v: u32| mesh.positions[v as usize];
+                let place = |v: u32| {
+                    let corner = corners.iter().position(|&c| position(c) == position(v));
+                    corner.unwrap_or(0) as u8
+                };
                 let quad = Quad {
                     triangles: [i, k],
                     corners,
+                    places: [first.corners.map(place), second.corners.map(place)],
                 };
                 return quad.is_card(mesh, library).then_some(quad);
             }
@@ -340,7 +343,7 @@ mod tests {
             assert!((card.edge_u - Vec3::new(0.04, 0.01, 0.0)).length() < 2e-6);
             // Each triangle has its side of the diagonal.
             for (s, t) in [(0.9, 0.2), (0.2, 0.9), (0.1, 0.1), (0.8, 0.9)] {
-                let (number, u, v) = quad.triangle_at(&mesh, s, t);
+                let (number, u, v) = quad.triangle_at(s, t);
                 assert!(u >= -1e-12 && v >= -1e-12 && u + v <= 1.0 + 1e-12);
                 let [a, b, c] = mesh.triangles[number as usize].corners.map(|i| mesh.uv(i));
                 let uv = a * (1.0 - u - v) as f32 + b * u as f32 + c * v as f32;
