@@ -71,6 +71,7 @@ fn shaded_hit(
     let mut blend = None;
     let mut ambient_occlusion = 1.0;
     let card_uv = || surface.card_uv(m.u, m.v);
+    let card_uv_area = || surface.window.as_ref().map_or(1.0, TextureWindow::area);
     let (vertex_normal, uv, uv_area) = if let Some(number) = triangle {
         let [u, v] = weights;
         let triangle = &mesh.triangles[number as usize];
@@ -81,8 +82,6 @@ fn shaded_hit(
             }
             _ => None,
         };
-        let [a, b, c] = triangle.corners.map(|i| mesh.uv(i).as_dvec2());
-        let uv_area = (b - a).perp_dot(c - a).abs();
         blend = mesh.blends.get(number as usize).and_then(|blend| {
             let [a, b, c] = blend.shares.map(f64::from);
             let share = (a * (1.0 - u - v) + b * u + c * v) as f32;
@@ -91,9 +90,13 @@ fn shaded_hit(
         if let Some(occlusion) = blas.prototype().ambient_occlusion() {
             ambient_occlusion = occlusion.in_triangle(triangle.corners, u as f32, v as f32);
         }
-        let uv = match shape {
-            Shape::Triangle(_) => triangle_uv(mesh, triangle, m),
-            Shape::Card(_) => card_uv(),
+        let (uv, uv_area) = match shape {
+            Shape::Triangle(_) => {
+                let [a, b, c] = triangle.corners.map(|i| mesh.uv(i).as_dvec2());
+                let area = (b - a).perp_dot(c - a).abs();
+                (triangle_uv(mesh, triangle, m), area)
+            }
+            Shape::Card(_) => (card_uv(), card_uv_area()),
         };
         (normal, uv, uv_area)
     } else {
@@ -101,8 +104,7 @@ fn shaded_hit(
             let card = primitive as usize - mesh.triangles.len();
             ambient_occlusion = occlusion.on_card(card, m.u as f32, m.v as f32);
         }
-        let uv_area = surface.window.as_ref().map_or(1.0, TextureWindow::area);
-        (None, card_uv(), uv_area)
+        (None, card_uv(), card_uv_area())
     };
     let normal_to_scene = |n: DVec3| pose.normal_to_group(n).try_normalize();
     let geometric = normal_to_scene(edge_u.cross(edge_v)).unwrap_or(DVec3::Z);
