@@ -1,4 +1,5 @@
-//! What was done for rare things: how often a world shows them, and where frames were taken instead.
+//! What was done for rare things: how often a world shows them, and where frames were taken
+//! instead.
 
 use serde::{Deserialize, Serialize};
 

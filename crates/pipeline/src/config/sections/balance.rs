@@ -6,9 +6,9 @@ use crate::config::schema::Allowed::{Real, RealAbove, Whole};
 use crate::config::schema::{SectionSpec, section};
 
 section! {
-    /// More of what is rare. With a target, a sequence is no drive: each frame is a single view from
-    /// beside the path, the best of several candidates, which differ in place and direction. Their
-    /// weights follow from a pilot in the same world, never from other frames.
+    /// More of what is rare. With a target, a sequence is no drive: each frame is a single view
+    /// from beside the path, the best of several candidates, which differ in place and direction.
+    /// Their weights follow from a pilot in the same world, never from other frames.
     Balance at "balance" {
         /// Candidates for each frame.
         candidates: u32 = 16, Whole(2, 64), "our choice: what a frame's time allows";
@@ -31,8 +31,8 @@ section! {
 /// What frames are chosen for, by name.
 pub(super) const TARGETS: SectionSpec = SectionSpec {
     path: "balance.targets",
-    doc: " What frames should show more of, and how much: `rocks = 0.05` asks that rocks are 5 % of \
-        what the first camera sees within 50 m (the first LiDAR, without a camera), on average, \
+    doc: " What frames should show more of, and how much: `rocks = 0.05` asks that rocks are 5 % \
+        of what the first camera sees within 50 m (the first LiDAR, without a camera), on average, \
         where a frame counts with at most four times that. Empty for a drive. Names are those of \
         the ontology's classes in lower case, of fine semantics, and \
         `logs` (with root plates), `rocks`, `wrapped_trunks` (trunks under ivy), and \
