@@ -137,7 +137,7 @@ fn a_frame_alone_is_that_of_a_whole_run() {
     let config = load(&[]);
     let request = Request {
         sequences: Sequences::of(&config).expect("valid"),
-        frames: SequenceFrames::new(FrameSelection::from_iter([7..8]), 1),
+        frames: SequenceFrames::new(std::iter::once(7..8).collect(), 1),
         out: out.clone(),
         mode: OpenMode::Fresh,
         threads: 1,
