@@ -1,7 +1,7 @@
 """What balance brings: as many frames of drives, of views anywhere beside the path, and of views
 that were chosen for a rare class, tested on worlds never seen.
 
-    python balance.py FOLDER [--program nemoral] [--target rocks=0.05] [--steps 250] [--runs 3]
+    python balance.py FOLDER [--program nemoral] [--target rocks=0.05] [--steps 150] [--runs 3]
 
 Makes the data sets in FOLDER and trains on each. Every network is tested on drives, as a robot sees
 them, and on chosen views, which show enough of the rare class to measure it.
@@ -33,14 +33,14 @@ def main():
     parser.add_argument("folder", type=Path)
     parser.add_argument("--program", default=shutil.which("nemoral") or "nemoral")
     parser.add_argument("--target", default="rocks=0.05")
-    parser.add_argument("--steps", type=int, default=250)
+    parser.add_argument("--steps", type=int, default=150)
     parser.add_argument("--runs", type=int, default=3)
     args = parser.parse_args()
     name, _ = args.target.split("=")
     chosen = f"balance.targets.{args.target}"
     # So small a goal is reached without weights, so that any candidate is as good as another.
     anywhere = f"balance.targets.{name}=1e-9"
-    of = {"a drive": [], "views anywhere": [anywhere], "chosen views": [chosen]}
+    of = {"drives": [], "chosen views": [chosen], "views anywhere": [anywhere]}
     tests = {"drives": [], "chosen views": [chosen]}
     made = {
         kind: make(args.program, args.folder / f"train-{i}", 1, *settings)
@@ -51,7 +51,7 @@ def main():
         kind: make(args.program, args.folder / f"test-{i}", 2, *settings)
         for i, (kind, settings) in enumerate(tests.items())
     }
-    names, ids = ontology(made["a drive"])
+    names, ids = ontology(made["drives"])
     seen = {kind: pictures.of_dataset(frames(out)) for kind, out in held_out.items()}
     share = lambda y, i: 100 * float((y == i).float().mean())
     print("| learnt from | tested on | mean IoU | " + " | ".join(names[i] for i in ids) + " |")
