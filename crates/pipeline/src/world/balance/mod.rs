@@ -9,13 +9,13 @@ mod pilot;
 mod probe;
 mod weights;
 
-use nemoral_scene::glam::DVec2;
+use nemoral_scene::glam::{DVec2, DVec3};
 use nemoral_scene::{ChunkCoord, MaterialLibrary, Ontology, RigidTransform, Surface};
 use nemoral_seed::{Domain, Key};
 use nemoral_trajectory::{Beside, Heading, Stance};
 use rayon::prelude::*;
 
-use self::probe::{PROBE_M, Probe, TargetTable};
+use self::probe::{PROBE_M, Probe, RAYS, TargetTable};
 use super::assets::WorldAssets;
 use super::chunk_geometry::{ObjectGeometry, UndergrowthGeometry};
 use super::lidars::LidarRig;
@@ -38,7 +38,7 @@ const STEEPEST: f64 = 0.866;
 /// How many rays the choice of a frame takes, about.
 #[must_use]
 pub(crate) fn rays_of_choice(balance: &config::Balance) -> f64 {
-    2000.0 * f64::from(balance.candidates)
+    f64::from(RAYS) * f64::from(balance.candidates)
 }
 
 /// What frames are chosen for, and how.
@@ -206,7 +206,7 @@ impl Looker {
                 continue;
             };
             let world_from_body = trajectory.stand(heading, land.surroundings)?;
-            let up = world_from_body.transform_vector(nemoral_scene::glam::DVec3::Z);
+            let up = world_from_body.transform_vector(DVec3::Z);
             if up.z >= STEEPEST {
                 stands.push(Candidate {
                     number,
@@ -235,8 +235,8 @@ impl Looker {
     }
 }
 
-/// The stance of a body that drives straight on from a place, `offset_s` later.
-pub(crate) fn straight_on((place_m, forward): Heading, distance_m: f64) -> Stance {
+/// The stance of a body that has driven straight on from a place.
+fn straight_on((place_m, forward): Heading, distance_m: f64) -> Stance {
     Stance::OnWheels {
         position_m: place_m + forward * distance_m,
         forward,
@@ -284,7 +284,7 @@ impl RobotTrajectory {
                 forward,
             } => Ok((position_m, forward.normalize_or(DVec2::X))),
             Stance::Free(pose) => {
-                let forward = pose.transform_vector(nemoral_scene::glam::DVec3::X);
+                let forward = pose.transform_vector(DVec3::X);
                 let forward = forward.truncate().normalize_or(DVec2::X);
                 Ok((pose.translation_m.truncate(), forward))
             }

@@ -9,7 +9,7 @@ use crate::config::{BalanceTarget, Config, Counts};
 use crate::recording::scene::FrameScene;
 
 /// How many rays a view is known by, about.
-const RAYS: u32 = 2000;
+pub(crate) const RAYS: u32 = 2000;
 /// The greatest distance at which something counts, metres.
 pub(crate) const PROBE_M: f64 = 50.0;
 /// Heights above the ground under the robot between which something is in its way, metres.
