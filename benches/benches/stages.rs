@@ -116,6 +116,7 @@ fn files(c: &mut Criterion) {
         time_s: 0.0,
         world_from_body: pose.world_from_body(),
         body_motion: Twist::STILL,
+        balance: None,
         cameras: vec![CameraData {
             name: "camera",
             rgb: &images[0].rgb,

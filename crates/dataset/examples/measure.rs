@@ -173,6 +173,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         time_s: 0.0,
         world_from_body: RigidTransform::IDENTITY,
         body_motion: Twist::STILL,
+        balance: None,
         cameras: vec![CameraData {
             name: "front",
             rgb: &rgb,
@@ -206,7 +207,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         1e3 * start.elapsed().as_secs_f64()
     );
     let poses = vec![(0.0, RigidTransform::IDENTITY); 5];
-    writer.write_sequence(&Track { sequence: 0, poses }, &WorldTables::default())?;
+    writer.write_sequence(
+        &Track {
+            sequence: 0,
+            poses,
+            balance: None,
+        },
+        &WorldTables::default(),
+    )?;
     writer.finish()?;
     Ok(())
 }

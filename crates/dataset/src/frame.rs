@@ -6,6 +6,8 @@ use nemoral_scene::{
     TreeRecord, TruthImages, Twist,
 };
 
+use crate::{BalanceRecord, FrameChoice};
+
 /// One frame, in memory.
 #[derive(Clone, Debug)]
 pub struct FrameData<'a> {
@@ -20,6 +22,8 @@ pub struct FrameData<'a> {
     /// How the body moves at that time. Readers need it for pictures with a rolling shutter;
     /// otherwise it may be left at zero.
     pub body_motion: Twist,
+    /// Which candidate it is, if the sequence's frames are chosen among several.
+    pub balance: Option<FrameChoice>,
     /// One for each camera of the header, in its order.
     pub cameras: Vec<CameraData<'a>>,
     /// One for each LiDAR of the header, in its order.
@@ -73,4 +77,6 @@ pub struct Track {
     pub sequence: u32,
     /// Time and `world_from_body` of frame 0, 1, 2, ….
     pub poses: Vec<(f64, RigidTransform)>,
+    /// How they were chosen, if they are not a drive.
+    pub balance: Option<BalanceRecord>,
 }

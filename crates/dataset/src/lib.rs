@@ -69,11 +69,12 @@
 //!     time_s: 0.0,
 //!     world_from_body: mount,
 //!     body_motion: Twist::STILL,
+//!     balance: None,
 //!     cameras: vec![],
 //!     lidars: vec![LidarData { name: "top", points: &[], sensor_chunk: ChunkCoord::new(0, 0) }],
 //!     frame_key: [0; 32],
 //! })?;
-//! let track = Track { sequence: 0, poses: vec![(0.0, mount)] };
+//! let track = Track { sequence: 0, poses: vec![(0.0, mount)], balance: None };
 //! writer.write_sequence(&track, &WorldTables::default())?;
 //! writer.finish()?;
 //!
@@ -83,6 +84,7 @@
 //! # }
 //! ```
 
+mod balance;
 mod camera_file;
 mod check;
 mod cloud;
@@ -107,6 +109,7 @@ mod serde_scene;
 mod stats;
 mod writer;
 
+pub use balance::{BalanceRecord, BalanceTarget, FrameChoice};
 pub use camera_file::CameraFile;
 pub use check::{Agreement, ClassAgreement, Residual};
 pub use check::{CheckReport, Problem, check};
@@ -125,5 +128,5 @@ pub use merge::{MergeParams, merge};
 pub use nemoral_files::InnerPath;
 pub use reader::{CameraFrame, Dataset, Frame, LidarFrame};
 pub use sequence_spec::{SequenceSpec, Split};
-pub use stats::{ClassShare, Quantiles, Stats, stats};
+pub use stats::{BalancedShare, ClassShare, Quantiles, Stats, stats};
 pub use writer::{OpenMode, Writer};

@@ -12,6 +12,8 @@ pub(crate) const MAX_FRAMES: u64 = 10_000_000;
 pub(crate) const MAX_SEQUENCES: usize = 100_000;
 /// Cameras and LiDARs of a data set.
 pub(crate) const MAX_SENSORS: usize = 256;
+/// Things of which frames should show a certain share.
+pub(crate) const MAX_TARGETS: usize = 64;
 /// Points of one scan: ten million pulses with five returns each.
 pub(crate) const MAX_POINTS: u64 = 50_000_000;
 /// The greatest distance of a pose from the origin, metres; all chunks that have a coordinate lie

@@ -9,7 +9,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::formats::kitti;
 use crate::header::is_place;
-use crate::{DatasetHeader, Error, FileRecord, SequenceSpec, layout, limits, seal};
+use crate::{
+    BalanceRecord, DatasetHeader, Error, FileRecord, FrameChoice, SequenceSpec, layout, limits,
+    seal,
+};
 
 /// The version of the layout that this crate writes; it reads no other.
 pub const FORMAT_VERSION: u32 = 2;
@@ -43,6 +46,9 @@ pub struct TrackRecord {
     /// The pose of the reference sensor (the first camera) at frame 0 in the world: 3 × 4,
     /// row-major, metres. `world_from_frame0 · poses.txt[k]` is its pose at frame k.
     pub world_from_frame0: [[f64; 4]; 3],
+    /// How its poses were chosen among several; absent if they are a drive.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub balance: Option<BalanceRecord>,
 }
 
 /// A frame that exists.
@@ -62,6 +68,9 @@ pub struct FrameRecord {
     /// body stands still.
     #[serde(default, skip_serializing_if = "Twist::is_still")]
     pub body_motion: Twist,
+    /// Which candidate it is; absent if its sequence is a drive.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub balance: Option<FrameChoice>,
     /// The chunk in which each LiDAR stood; the instances of `.label` files are relative to it.
     pub sensor_chunks: Vec<[i32; 2]>,
     /// LiDAR points by class id, over all LiDARs.
@@ -157,7 +166,7 @@ impl Manifest {
                 let allowed = "that of a sequence";
                 Error::invalid("tracks: sequence", track.sequence, allowed)
             })?;
-            driven.push((sequence, track.length));
+            driven.push((sequence, track));
         }
         let at = |f: &FrameRecord| (f.sequence, f.index);
         if !self.frames.is_sorted_by(|a, b| at(a) < at(b)) {
@@ -174,11 +183,14 @@ impl Manifest {
                     let allowed = "of a sequence with a track";
                     return Err(Error::invalid(field(), "there", allowed));
                 }
-                Ok(i) if f.index >= driven[i].1 => {
-                    let allowed = format!("one of the sequence's {}", driven[i].1);
+                Ok(i) if f.index >= driven[i].1.length => {
+                    let allowed = format!("one of the sequence's {}", driven[i].1.length);
                     return Err(Error::invalid(field(), "there", allowed));
                 }
-                Ok(i) => f.validate(driven[i].0)?,
+                Ok(i) => {
+                    f.validate(driven[i].0)?;
+                    f.check_choice(driven[i].1)?;
+                }
             }
         }
         let mut listed: BTreeMap<u32, Vec<[u64; 2]>> = BTreeMap::new();
@@ -205,7 +217,7 @@ impl Manifest {
         same_files(
             "files",
             &self.files,
-            &layout::common_files(&self.header, driven),
+            &layout::common_files(&self.header, driven.iter().map(|(s, t)| (*s, t.length))),
         )
     }
 }
@@ -217,11 +229,25 @@ impl TrackRecord {
             let allowed = format!("1 to {}", limits::MAX_FRAMES);
             return Err(Error::invalid(field("length"), self.length, allowed));
         }
+        if let Some(balance) = &self.balance {
+            balance.validate(&field("balance"))?;
+        }
         validate_pose(&field("world_from_frame0"), &self.world_from_frame0)
     }
 }
 
 impl FrameRecord {
+    /// Checks that the frame was chosen as its track says.
+    fn check_choice(&self, track: &TrackRecord) -> Result<(), Error> {
+        let field = format!("frame {} of sequence {}.balance", self.index, self.sequence);
+        match (&self.balance, &track.balance) {
+            (None, None) => Ok(()),
+            (Some(choice), Some(of)) => choice.validate(&field, of),
+            (Some(_), None) => Err(Error::invalid(field, "there", "none, as its track's")),
+            (None, Some(_)) => Err(Error::invalid(field, "none", "there, as its track's")),
+        }
+    }
+
     /// Checks names, numbers and files of one frame, which may be one that no manifest lists yet.
     pub(crate) fn validate(&self, sequence: &SequenceSpec) -> Result<(), Error> {
         let name = format!("frame {} of sequence {}", self.index, self.sequence);

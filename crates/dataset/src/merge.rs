@@ -53,6 +53,7 @@ pub fn merge(parts: &[&Path], out: &Path, params: MergeParams) -> Result<Manifes
                 world_from_frame0: track.world_from_frame0,
                 poses: part.read_text(&path(layout::POSES))?,
                 times: part.read_text(&path(layout::TIMES))?,
+                balance: track.balance.clone(),
             };
             let ours = drives
                 .entry(track.sequence)

@@ -1,11 +1,12 @@
 //! Statistics of a data set.
 
+use std::collections::BTreeMap;
 use std::fmt;
 use std::path::Path;
 
 use crate::formats::images;
 use crate::overlap::Overlap;
-use crate::{Dataset, Error};
+use crate::{Dataset, Error, Manifest};
 
 /// One class's share of pixels and points.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -18,6 +19,19 @@ pub struct ClassShare {
     pub pixels: u64,
     /// Points of this class, over all LiDARs.
     pub points: u64,
+}
+
+/// The share of something that frames were chosen for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BalancedShare {
+    /// Its name in the configuration.
+    pub name: String,
+    /// The share that was asked for. This and the others are means over frames.
+    pub goal: f64,
+    /// The share that frames of the same worlds would have without balance, by the pilots.
+    pub before: f64,
+    /// The share that they have, by the rays of their choice.
+    pub after: f64,
 }
 
 /// A distribution by its quantiles.
@@ -60,6 +74,8 @@ pub struct Stats {
     /// sequence, by the first LiDAR; `None` without such pairs, or if scans are raw. It tells how
     /// many frames differ: of a still robot it is near 1.
     pub overlap: Option<Quantiles>,
+    /// What frames were chosen for, by name; empty if all sequences are drives.
+    pub balance: Vec<BalancedShare>,
 }
 
 impl Stats {
@@ -123,6 +139,21 @@ impl fmt::Display for Stats {
                     q.min, q.p05, q.median, q.p95, q.max
                 )?;
             }
+        }
+        if !self.balance.is_empty() {
+            writeln!(
+                f,
+                "{:<18}{:>9}{:>11}{:>11}",
+                "balance", "goal", "before", "after"
+            )?;
+        }
+        for b in &self.balance {
+            let [goal, before, after] = [b.goal, b.before, b.after].map(|share| 100.0 * share);
+            writeln!(
+                f,
+                "{:<18}{goal:>7.2} %{before:>9.2} %{after:>9.2} %",
+                b.name
+            )?;
         }
         Ok(())
     }
@@ -191,7 +222,50 @@ pub fn stats(dir: &Path) -> Result<Stats, Error> {
         depth_m: depths.quantiles(),
         range_m: ranges.quantiles(),
         overlap: quantiles(overlap.shares()),
+        balance: balance(manifest),
     })
+}
+
+/// The means over the frames that were chosen for something.
+fn balance(manifest: &Manifest) -> Vec<BalancedShare> {
+    let mut sums: BTreeMap<&str, (f64, BalancedShare)> = BTreeMap::new();
+    for frame in &manifest.frames {
+        let track = manifest
+            .tracks
+            .iter()
+            .find(|t| t.sequence == frame.sequence);
+        let of = track.and_then(|t| t.balance.as_ref());
+        let (Some(choice), Some(of)) = (&frame.balance, of) else {
+            continue;
+        };
+        for (target, share) in of.targets.iter().zip(&choice.shares) {
+            let none = || {
+                let name = target.name.clone();
+                let (goal, before, after) = (0.0, 0.0, 0.0);
+                (
+                    0.0,
+                    BalancedShare {
+                        name,
+                        goal,
+                        before,
+                        after,
+                    },
+                )
+            };
+            let (count, sum) = sums.entry(&target.name).or_insert_with(none);
+            *count += 1.0;
+            sum.goal += target.goal;
+            sum.before += target.before;
+            sum.after += share;
+        }
+    }
+    let mean = |(count, sum): (f64, BalancedShare)| BalancedShare {
+        goal: sum.goal / count,
+        before: sum.before / count,
+        after: sum.after / count,
+        ..sum
+    };
+    sums.into_values().map(mean).collect()
 }
 
 /// The index of the element at a share of the way through `count` sorted ones.

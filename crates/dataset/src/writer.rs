@@ -14,9 +14,9 @@ use crate::formats::{data_card, images, ontology_yaml, ply, scan, tables};
 use crate::manifest::ranges;
 use crate::output::{self, Content};
 use crate::{
-    CameraData, CameraFile, Dataset, DatasetHeader, Error, FORMAT_VERSION, FileRecord, FrameData,
-    FrameRecord, LidarData, Manifest, PlyPoint, SequenceSpec, Track, TrackRecord, WorldTables,
-    layout, output::compare, output::state,
+    BalanceRecord, CameraData, CameraFile, Dataset, DatasetHeader, Error, FORMAT_VERSION,
+    FileRecord, FrameData, FrameRecord, LidarData, Manifest, PlyPoint, SequenceSpec, Track,
+    TrackRecord, WorldTables, layout, output::compare, output::state,
 };
 
 /// What to do with an output folder that is not empty.
@@ -217,6 +217,7 @@ impl Writer {
             key: hex(&frame.frame_key),
             world_from_body: frame.world_from_body.to_rows(),
             body_motion: frame.body_motion,
+            balance: frame.balance.clone(),
             sensor_chunks: frame.lidars.iter().map(|l| l.sensor_chunk.into()).collect(),
             point_classes,
             files,
@@ -267,6 +268,7 @@ impl Writer {
             world_from_frame0: first.to_rows(),
             poses: kitti::encode_poses(&relative.collect::<Vec<_>>()),
             times: kitti::encode_times(&times),
+            balance: track.balance.clone(),
         };
         let trees = tables::tree_rows(world.trees)?;
         let objects = tables::object_rows(world.objects)?;
@@ -328,6 +330,7 @@ impl Writer {
             // These are known at the end.
             frames: Vec::new(),
             world_from_frame0: drive.world_from_frame0,
+            balance: drive.balance.clone(),
         };
         self.drives().insert(spec.number, (record, files));
         Ok(())
@@ -575,6 +578,7 @@ pub(crate) struct Drive {
     pub(crate) world_from_frame0: kitti::Rows,
     pub(crate) poses: String,
     pub(crate) times: String,
+    pub(crate) balance: Option<BalanceRecord>,
 }
 
 fn size<T>(image: &Image<T>) -> (usize, usize) {

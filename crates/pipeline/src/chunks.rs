@@ -7,6 +7,7 @@ use crate::Error;
 use crate::config::Chunks;
 use crate::plan::{At, Stage, Store};
 use crate::stages::annotations::UncoveredGeometryStage;
+use crate::stages::balance::ChoiceStage;
 use crate::stages::object_geometry::ObjectGeometryStage;
 use crate::stages::sky_view_factor::SkyViewStage;
 use crate::stages::undergrowth::{SeedlingStage, UndergrowthStage};
@@ -80,7 +81,8 @@ impl ChunkManager {
         let spare = c.delete_radius_m - c.visible_radius_m;
         store.retain(|stage, at| match at {
             At::World => true,
-            At::Frame(frame) => coming.contains(&frame),
+            // Where a frame is taken is found once, and is little.
+            At::Frame(frame) => stage == ChoiceStage::ID || coming.contains(&frame),
             At::Chunk(chunk) => {
                 let distance = chunk.distance_m(robot_m, c.size_m);
                 let limit = match stage {

@@ -14,10 +14,12 @@ use crate::recording::scene::visible_chunks;
 use crate::world::trajectory::Surroundings;
 use crate::{Error, ForestPlan};
 
-/// The number of poses that a thread computes at a time.
+/// The number of poses that a thread computes at a time. Frames that are chosen need the geometry
+/// around them, so that chunks are freed after few of them.
 const BLOCK: u64 = 256;
-/// The number of poses that each thread computes before chunks are freed.
-const ROUND: u64 = 4 * BLOCK;
+const CHOSEN_BLOCK: u64 = 8;
+/// The number of blocks that each thread computes before chunks are freed.
+const ROUND: u64 = 4;
 
 /// The poses of the whole sequence, whichever frames are made here: only that in the middle of each
 /// frame's track, computed by all threads.
@@ -33,23 +35,34 @@ pub(crate) fn track(
             ground: runner.demand(forest.ground),
             objects: runner.demand(forest.objects),
         };
-        let pose = trajectory.pose(frame, 0.0, surroundings)?;
+        let pose = match forest.balance_choice {
+            Some(choice) => runner.get(choice, frame)?.world_from_body,
+            None => trajectory.pose(frame, 0.0, surroundings)?,
+        };
         Ok::<_, Error>((trajectory.time_s(frame), pose))
     };
+    let pilot = forest.balance_pilot.map(|pilot| runner.get(pilot, ()));
+    let balance = pilot.transpose()?.map(|pilot| pilot.record());
+    let block_of = if balance.is_some() {
+        CHOSEN_BLOCK
+    } else {
+        BLOCK
+    };
+    let round = ROUND * block_of;
     let mut poses = Vec::new();
     while (poses.len() as u64) < config.frames {
         let first = poses.len() as u64;
-        let end = (first + ROUND * runner.threads() as u64).min(config.frames);
+        let end = (first + round * runner.threads() as u64).min(config.frames);
         let next = AtomicU64::new(first);
         let blocks = std::thread::scope(|scope| {
             let work = || {
                 let mut done = Vec::new();
                 loop {
-                    let from = next.fetch_add(BLOCK, Ordering::Relaxed);
+                    let from = next.fetch_add(block_of, Ordering::Relaxed);
                     if from >= end {
                         return Ok::<_, Error>(done);
                     }
-                    let block = (from..end.min(from + BLOCK)).map(pose);
+                    let block = (from..end.min(from + block_of)).map(pose);
                     done.push((from, block.collect::<Result<Vec<_>, _>>()?));
                 }
             };
@@ -65,7 +78,11 @@ pub(crate) fn track(
             manager.evict(runner.store(), body.translation_m.truncate(), &[]);
         }
     }
-    Ok(Track { sequence, poses })
+    Ok(Track {
+        sequence,
+        poses,
+        balance,
+    })
 }
 
 /// The inventory of a world.

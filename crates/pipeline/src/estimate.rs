@@ -3,6 +3,7 @@
 use std::fmt;
 
 use crate::config::{Camera, Config};
+use crate::world::balance::rays_of_choice;
 
 /// Bytes of the five images, per pixel: measured on preset `medium`.
 const BYTES_PER_PIXEL: f64 = 5.0;
@@ -73,6 +74,9 @@ pub fn estimate(config: &Config, sequences: u32) -> Estimate {
         let rings = f64::from(lidar.beam.rings);
         pulses += f64::from(lidar.pulses);
         rays += f64::from(lidar.pulses) * (1.0 + 3.0 * rings * (rings + 1.0));
+    }
+    if config.balance.is_on() {
+        seconds += rays_of_choice(&config.balance) / 1e6 * CORE_S_PER_MEGASAMPLE;
     }
     let per_point = if config.output.ply {
         BYTES_PER_POINT + BYTES_PER_PLY_POINT

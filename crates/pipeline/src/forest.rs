@@ -13,6 +13,7 @@ use crate::recording::pose::{FramePose, pictures_s};
 use crate::recording::scene::FrameScene;
 use crate::stages::annotations::{AnnotationStage, TrunkStage, UncoveredGeometryStage};
 use crate::stages::assets::{AssetStage, LibraryStage};
+use crate::stages::balance::{ChoiceStage, ChosenPoseStage, PilotStage};
 use crate::stages::deadwood::{DeadwoodStage, FallenStemStage};
 use crate::stages::frame::{ImageStage, PoseStage, ScanStage, SceneStage};
 use crate::stages::ground::{ChunkGroundStage, GroundStage};
@@ -25,6 +26,7 @@ use crate::stages::trajectory::TrajectoryStage;
 use crate::stages::undergrowth::{FloraStage, SeedlingStage, UndergrowthStage};
 use crate::stages::undergrowth_geometry::UndergrowthGeometryStage;
 use crate::world::assets::WorldAssets;
+use crate::world::balance::{BalanceChoice, BalanceRecipe, Pilot};
 use crate::world::cameras::CameraRig;
 use crate::world::chunk_geometry::{ObjectGeometry, UndergrowthGeometry};
 use crate::world::ground::{ChunkGround, GroundModel};
@@ -75,6 +77,10 @@ pub struct ForestPlan {
     pub object_geometry: Node<ChunkCoord, ObjectGeometry>,
     /// Chunk: geometry of low plants.
     pub undergrowth_geometry: Node<ChunkCoord, UndergrowthGeometry>,
+    /// World: the weights by which frames are chosen; `None` if the robot drives.
+    pub balance_pilot: Option<Node<(), Pilot>>,
+    /// Frame: where it is taken; `None` if the robot drives.
+    pub balance_choice: Option<Node<u64, BalanceChoice>>,
     /// Frame: the robot's pose.
     pub pose: Node<u64, FramePose>,
     /// Frame: the visible scene.
@@ -194,18 +200,60 @@ impl ForestPlan {
             ),
         );
 
-        let pose = plan.add(
-            PoseStage {
-                chunk_size_m,
-                pictures_s: pictures_s(config),
-            },
-            (
-                trajectory.global(),
-                lidars.global(),
-                ground.anywhere(),
-                objects.anywhere(),
+        let (ground_there, objects_there) = (ground.anywhere(), objects.anywhere());
+        let pictures_s = pictures_s(config);
+        let chosen = BalanceRecipe::new(config, inputs).map(|recipe| {
+            let (path, assets, lidars) = (trajectory.global(), assets.global(), lidars.global());
+            let (solid, low) = (object_geometry.anywhere(), undergrowth_geometry.anywhere());
+            let pilot = plan.add(
+                PilotStage(recipe.clone()),
+                (
+                    path,
+                    assets,
+                    lidars,
+                    ground_there,
+                    objects_there,
+                    solid,
+                    low,
+                ),
+            );
+            let choice = plan.add(
+                ChoiceStage(recipe),
+                (
+                    pilot.global(),
+                    path,
+                    assets,
+                    lidars,
+                    ground_there,
+                    objects_there,
+                    solid,
+                    low,
+                ),
+            );
+            let pose = plan.add(
+                ChosenPoseStage {
+                    chunk_size_m,
+                    pictures_s,
+                },
+                (choice, path, lidars, ground_there, objects_there),
+            );
+            (pilot, choice, pose)
+        });
+        let pose = match chosen {
+            Some((_, _, pose)) => pose,
+            None => plan.add(
+                PoseStage {
+                    chunk_size_m,
+                    pictures_s,
+                },
+                (
+                    trajectory.global(),
+                    lidars.global(),
+                    ground_there,
+                    objects_there,
+                ),
             ),
-        );
+        };
         let scene = plan.add(
             SceneStage::new(config),
             (
@@ -258,6 +306,8 @@ impl ForestPlan {
             seedlings,
             object_geometry,
             undergrowth_geometry,
+            balance_pilot: chosen.map(|(pilot, _, _)| pilot),
+            balance_choice: chosen.map(|(_, choice, _)| choice),
             pose,
             scene,
             images,

@@ -5,7 +5,9 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc;
 
-use nemoral_dataset::{CameraData, FrameData, LidarData, Manifest, OpenMode, WorldTables, Writer};
+use nemoral_dataset::{
+    CameraData, FrameChoice, FrameData, LidarData, Manifest, OpenMode, WorldTables, Writer,
+};
 use nemoral_render::CameraImages;
 use nemoral_scene::{Annotations, LidarPoint};
 
@@ -13,9 +15,11 @@ use crate::chunks::ChunkManager;
 use crate::config::Sequences;
 use crate::drive::{inventory, track};
 use crate::header::header;
-use crate::plan::{At, Cache, Hasher, Runner, Store};
+use crate::plan::{At, Cache, Hasher, Runner, Stage, Store};
 use crate::prove::within_sequence;
 use crate::recording::pose::FramePose;
+use crate::stages::balance::ChoiceStage;
+use crate::world::balance::BalanceChoice;
 use crate::worlds::{World, Worlds};
 use crate::{Backend, Error, ForestPlan, SequenceFrames};
 
@@ -68,6 +72,7 @@ pub struct Done {
 struct Finished {
     frame: u64,
     pose: Arc<FramePose>,
+    choice: Option<Arc<BalanceChoice>>,
     images: Arc<Vec<CameraImages>>,
     annotations: Arc<Vec<Annotations>>,
     scans: Arc<Vec<Vec<LidarPoint>>>,
@@ -152,7 +157,7 @@ fn note_memory(world: &World, runner: &Runner<'_>, observer: &dyn Observer) -> R
 /// Writes the files of a sequence whose frames are done.
 fn conclude(world: &World, runner: &Runner<'_>, writer: &Writer) -> Result<(), Error> {
     // The frames are done, and the rest needs only values of the world.
-    runner.store().retain(|_, at| at == At::World);
+    (runner.store()).retain(|stage, at| at == At::World || stage == ChoiceStage::ID);
     let (number, config) = (world.sequence.number, &world.sequence.config);
     let track = track((number, config), &world.forest, runner)?;
     let frames = writer.frames().into_iter();
@@ -181,6 +186,11 @@ fn record(
     let number = sequence.number;
     let frames = request.frames.of(number);
     let manager = ChunkManager::new(sequence.config.chunks.clone());
+    if let Some(pilot) = forest.balance_pilot
+        && let Some(note) = runner.get(pilot, ())?.note()
+    {
+        observer.note(&note);
+    }
     let failed = AtomicBool::new(false);
     std::thread::scope(|scope| {
         // At most two frames wait, so that a slow disk delays the frames rather than filling the
@@ -255,6 +265,7 @@ fn make(
     (frame, key): (u64, [u8; 32]),
     coming: Option<u64>,
 ) -> Result<Finished, Error> {
+    let choice = forest.balance_choice.map(|node| runner.get(node, frame));
     let pose = runner.get(forest.pose, frame)?;
     let images = runner.get(forest.images, frame)?;
     let annotations = runner.get(forest.annotations, frame)?;
@@ -267,6 +278,7 @@ fn make(
     Ok(Finished {
         frame,
         pose,
+        choice: choice.transpose()?,
         images,
         annotations,
         scans,
@@ -298,6 +310,10 @@ fn write(writer: &Writer, number: u32, finished: &Finished) -> Result<u64, Error
         time_s: finished.pose.time_s,
         world_from_body: finished.pose.world_from_body(),
         body_motion: finished.pose.motion,
+        balance: finished.choice.as_ref().map(|choice| FrameChoice {
+            candidate: choice.candidate,
+            shares: choice.shares.clone(),
+        }),
         cameras: cameras.collect(),
         lidars: lidars.collect(),
         frame_key: finished.key,

@@ -65,15 +65,23 @@ k1 = 0.01
 rows = 5
 "#;
 
+/// One whose frames are chosen.
+const BALANCED: &str = r#"
+preset = "demo"
+[balance.targets]
+rocks = 0.05
+"#;
+
 /// A key that changes although nothing else did breaks `--resume` and `merge` of users' data sets.
 /// If a stage's output changed, or what it depends on, write the new keys down here and say so
 /// under *Dataset-changing* in the change log.
 #[test]
 fn keys_are_as_they_were() {
     let varied = Config::from_toml(VARIED).expect("a config");
-    let presets = [Preset::ALL[0].config(), varied];
+    let balanced = Config::from_toml(BALANCED).expect("a config");
+    let presets = [Preset::ALL[0].config(), varied, balanced];
     let mut text = String::new();
-    for (name, config) in ["default", "varied"].iter().zip(presets) {
+    for (name, config) in ["default", "varied", "balanced"].iter().zip(presets) {
         for (stage, key) in keys(&config).expect("a plan") {
             // 64 bits of each key are enough to tell keys apart.
             text += &format!("{name} {stage} {}\n", &key[..16]);

@@ -153,6 +153,9 @@ pub(crate) fn stats(py: Python<'_>, dir: PathBuf) -> PyResult<(String, String)> 
             "depth_m": quantiles(stats.depth_m),
             "range_m": quantiles(stats.range_m),
             "overlap": quantiles(stats.overlap),
+            "balance": stats.balance.iter().map(|b| json!({
+                "name": b.name, "goal": b.goal, "before": b.before, "after": b.after,
+            })).collect::<Vec<_>>(),
         });
         Ok((all.to_string(), stats.to_string()))
     })

@@ -38,11 +38,12 @@
 //! #     time_s: 0.0,
 //! #     world_from_body: mount,
 //! #     body_motion: Twist::STILL,
+//! #     balance: None,
 //! #     cameras: vec![],
 //! #     lidars: vec![LidarData { name: "top", points: &[], sensor_chunk: ChunkCoord::new(0, 0) }],
 //! #     frame_key: [0; 32],
 //! # })?;
-//! # let track = Track { sequence: 0, poses: vec![(0.0, mount)] };
+//! # let track = Track { sequence: 0, poses: vec![(0.0, mount)], balance: None };
 //! # writer.write_sequence(&track, &WorldTables::default())?;
 //! # writer.finish()?;
 //! let made = nemoral_report::report(dataset, page)?;

@@ -59,6 +59,7 @@ fn write(out: &Path, frames: u64, of: u64) {
             time_s: index as f64,
             world_from_body: pose(index),
             body_motion: Twist::STILL,
+            balance: None,
             cameras: vec![CameraData {
                 name: "eye",
                 rgb: &rgb,
@@ -76,7 +77,11 @@ fn write(out: &Path, frames: u64, of: u64) {
         writer.write_frame(&frame).expect("it fits its header");
     }
     let poses = (0..of).map(|i| (i as f64, pose(i))).collect();
-    let track = Track { sequence: 0, poses };
+    let track = Track {
+        sequence: 0,
+        poses,
+        balance: None,
+    };
     let tables = WorldTables::default();
     writer.write_sequence(&track, &tables).expect("a track");
     writer.finish().expect("all is there");

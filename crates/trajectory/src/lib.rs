@@ -8,6 +8,8 @@
 //! - [`Path::Stations`]: a grid of level stations, as in terrestrial scanning.
 //! - [`Path::Recording`]: poses from a file of TUM's or KITTI's format ([`read_poses`]).
 //!
+//! Single views beside a path have places of their own ([`Beside`]).
+//!
 //! Nothing is simulated step by step: a pose is a pure function of a frame's number and of a time
 //! relative to it, so any frame can be made first. Frames are the moments at which sensors record.
 //!
@@ -22,6 +24,7 @@
 //! # Non-goals
 //! Dynamics, control, slip, and planning towards a goal.
 
+mod beside;
 mod body;
 mod error;
 mod line;
@@ -32,6 +35,7 @@ mod stations;
 mod trajectory;
 mod wander;
 
+pub use beside::Beside;
 pub use body::{Body, PoseTrack};
 pub use error::Error;
 pub use line::{Heading, ThereAndBack};

@@ -121,6 +121,7 @@ pub(crate) fn this_view(config: &Config, place: &Place, size_px: (u32, u32)) -> 
     // A station is moved by up to a third of this to keep clear, which is not at all.
     station.distance_m = 0.1;
     seen.robot.path = RobotPath::Stations(station);
+    seen.balance.targets.clear();
     let camera = &mut seen.camera;
     camera.enabled = true;
     (camera.mount_x_m, camera.mount_y_m, camera.mount_yaw_deg) = (0.0, 0.0, 0.0);

@@ -193,7 +193,8 @@ class Stats:
 
     values: dict[str, Any]
     """``sequences``, ``frames``, ``bytes``, ``trees``; ``classes`` with pixels and points of each;
-    quantiles of ``dbh_m``, ``tree_height_m``, ``depth_m``, ``range_m``, ``overlap``."""
+    quantiles of ``dbh_m``, ``tree_height_m``, ``depth_m``, ``range_m``, ``overlap``; ``balance`` with the
+    goal of each target and its share before and after."""
     text: str
     """The same as a table."""
 

@@ -85,7 +85,11 @@ pub fn write_shard(out: &Path, depth: DepthFormat, frames: Range<u64>) {
         deadwood: &[],
     };
     let poses = (0..FRAMES).map(|k| (0.5 * k as f64, pose())).collect();
-    let track = Track { sequence: 0, poses };
+    let track = Track {
+        sequence: 0,
+        poses,
+        balance: None,
+    };
     writer.write_sequence(&track, &world).expect("a sequence");
     writer.finish().expect("a whole data set");
 }
@@ -202,6 +206,7 @@ fn write_frame(writer: &Writer, header: &DatasetHeader, index: u64) {
         time_s: 0.5 * index as f64,
         world_from_body: pose(),
         body_motion: Twist::STILL,
+        balance: None,
         cameras: vec![CameraData {
             name: "front",
             rgb: &rgb,

@@ -35,6 +35,7 @@ fn write(out: &Path) -> Result<(), Box<dyn Error>> {
             time_s: index as f64,
             world_from_body: pose(index),
             body_motion: Twist::STILL,
+            balance: None,
             cameras: vec![],
             lidars: vec![LidarData {
                 name: "top",
@@ -45,7 +46,7 @@ fn write(out: &Path) -> Result<(), Box<dyn Error>> {
         })?;
     }
     let poses = (0..3).map(|i| (i as f64, pose(i))).collect();
-    writer.write_sequence(&Track { sequence: 0, poses }, &WorldTables::default())?;
+    writer.write_sequence(&Track { sequence: 0, poses, balance: None }, &WorldTables::default())?;
     writer.finish()?;
     Ok(())
 }

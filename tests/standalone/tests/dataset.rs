@@ -58,6 +58,7 @@ fn write(out: &Path, frames: std::ops::Range<u64>) -> Result<(), Box<dyn Error>>
             time_s: index as f64,
             world_from_body: pose(index),
             body_motion: Twist::STILL,
+            balance: None,
             cameras: vec![CameraData {
                 name: "eye",
                 rgb: &rgb,
@@ -74,7 +75,7 @@ fn write(out: &Path, frames: std::ops::Range<u64>) -> Result<(), Box<dyn Error>>
         })?;
     }
     let poses = (0..4).map(|i| (i as f64, pose(i))).collect();
-    writer.write_sequence(&Track { sequence: 0, poses }, &WorldTables::default())?;
+    writer.write_sequence(&Track { sequence: 0, poses, balance: None }, &WorldTables::default())?;
     writer.finish()?;
     Ok(())
 }

@@ -312,7 +312,11 @@ fn the_reference_is_what_the_program_prints() {
 #[test]
 fn configs_of_the_guide_are_requests() {
     let mut blocks = 0;
-    for page in ["docs/guide/many-worlds.md", "docs/guide/weather.md"] {
+    for page in [
+        "docs/guide/balance.md",
+        "docs/guide/many-worlds.md",
+        "docs/guide/weather.md",
+    ] {
         for block in pages()[page].split("```toml\n").skip(1) {
             let config = block.split("```").next().unwrap_or_default();
             let folder = tempfile::tempdir().expect("a folder");

@@ -216,6 +216,7 @@ fn told(recorded: &Path, lie: Lie) -> Agreement {
             time_s: record.time_s,
             world_from_body,
             body_motion: Twist::STILL,
+            balance: None,
             cameras: vec![CameraData {
                 name: &camera.name,
                 rgb: &camera.rgb,
@@ -238,7 +239,14 @@ fn told(recorded: &Path, lie: Lie) -> Agreement {
         deadwood: &[],
     };
     writer
-        .write_sequence(&Track { sequence: 0, poses }, &tables)
+        .write_sequence(
+            &Track {
+                sequence: 0,
+                poses,
+                balance: None,
+            },
+            &tables,
+        )
         .expect("a sequence");
     writer.finish().expect("a data set");
     let report = check(folder.path()).expect("a data set");

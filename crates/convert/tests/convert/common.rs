@@ -179,6 +179,7 @@ pub(crate) fn write(out: &Path, header: &DatasetHeader, frames: &[u64]) -> Datas
             time_s,
             world_from_body,
             body_motion: Twist::STILL,
+            balance: None,
             cameras: (owned.iter())
                 .map(|(name, rgb, truth)| CameraData {
                     name,
@@ -205,6 +206,7 @@ pub(crate) fn write(out: &Path, header: &DatasetHeader, frames: &[u64]) -> Datas
     let track = Track {
         sequence: 0,
         poses: (0..5).map(pose).collect(),
+        balance: None,
     };
     let objects = objects();
     let world = WorldTables {

@@ -87,6 +87,28 @@ normals in the camera's frame as it is then. The body moves by the frame's `body
     } else {
         ""
     };
+    let balanced = manifest.tracks.iter().filter_map(|t| t.balance.as_ref());
+    let mut wanted: Vec<&str> = balanced
+        .flat_map(|b| b.targets.iter().map(|t| &*t.name))
+        .collect();
+    wanted.sort_unstable();
+    wanted.dedup();
+    let balanced = if wanted.is_empty() {
+        String::new()
+    } else {
+        format!(
+            "
+## Balance
+
+Frames are single views, chosen among candidates beside the path so that more of them show \
+{}.
+They are no drive: poses jump from frame to frame. In `dataset.json`, `balance` of a track has the \
+shares
+before, the goals and the weights; `balance` of a frame, which candidate it is and what it shows.
+",
+            wanted.join(", ")
+        )
+    };
     let moment = if lidars().all(|l| l.deskewed) {
         "deskewed to the frame's time"
     } else {
@@ -144,8 +166,9 @@ Further cameras and LiDARs have the same folders inside a folder of their name, 
 the pictures of a further camera
 called `right` are in `image_3`. Truth images hold what is
 exactly at the pixel's centre; nothing in them is blended.
-{rolling}",
+{rolling}{balanced}",
         rolling = rolling,
+        balanced = balanced,
         sequences = sequences(manifest),
         posed = if cameras().next().is_none() {
             "reference LiDAR"

@@ -158,6 +158,7 @@ pub(crate) fn track(frames: usize) -> Track {
     Track {
         sequence: 0,
         poses: (0..frames).map(pose).collect(),
+        balance: None,
     }
 }
 
@@ -215,6 +216,7 @@ impl Seen {
             time_s: self.time_s,
             world_from_body: self.world_from_body,
             body_motion: self.body_motion,
+            balance: None,
             cameras: images
                 .map(|((((rgb, radiance), truth), annotations), c)| CameraData {
                     name: &c.name,

@@ -8,6 +8,7 @@
 )]
 
 mod atomic;
+mod balance;
 mod check;
 mod cloud;
 mod common;

@@ -119,6 +119,7 @@ proptest! {
             time_s: 0.1,
             world_from_body: RigidTransform::IDENTITY,
             body_motion: Twist::STILL,
+            balance: None,
             cameras: vec![nemoral_dataset::CameraData {
                 name: "front",
                 rgb: &rgb,

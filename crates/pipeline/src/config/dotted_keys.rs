@@ -69,6 +69,5 @@ pub(super) fn greatest(key: &str) -> f64 {
 
 fn allowed(key: &str) -> Option<Allowed> {
     let (table, name) = key.rsplit_once('.').unwrap_or(("", key));
-    let spec = section(table).and_then(|s| s.keys.iter().find(|k| k.name == name));
-    spec.map(|k| k.allowed)
+    section(table)?.allowed(name)
 }

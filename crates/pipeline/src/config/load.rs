@@ -281,11 +281,11 @@ fn check_table(path: &str, table: &Table, source: &Source, errors: &mut ConfigEr
                     None => chosen.push((choice, full.clone())),
                 }
             }
-        } else if let Some(spec) = spec.keys.iter().find(|k| k.name == key) {
-            if !spec.allowed.allows(value) {
+        } else if let Some(allowed) = spec.allowed(key) {
+            if !allowed.allows(value) {
                 wrong(&full, &|| {
-                    let allowed = spec.allowed.describe();
-                    format!("{full} = {}: must be {allowed}", shown(value))
+                    let (key, allowed) = (cut(&full), allowed.describe());
+                    format!("{key} = {}: must be {allowed}", shown(value))
                 });
             }
         } else {

@@ -1,5 +1,6 @@
 //! Requests, which are made of layers and checked, with errors that point at the line.
 
+mod balance_targets;
 mod camera_model;
 mod choices;
 mod devices;
@@ -30,6 +31,7 @@ mod vary;
 pub(crate) mod way_model;
 mod words;
 
+pub(crate) use balance_targets::{BalanceTarget, Counts};
 pub(crate) use choices::VARIED_SURFACES;
 pub use choices::{
     ExposureMode, LaconteSensor, Look, MeteringMode, ModelKind, PathFormat, RangeNoiseModel,

@@ -26,6 +26,10 @@ pub fn annotated_toml(config: &Config) -> String {
             out.push_str(&further.tables(&values, table));
             continue;
         }
+        if section.named.is_some() {
+            out.push_str(&named_keys(section.path, table));
+            continue;
+        }
         if !section.path.is_empty() {
             let _ = writeln!(out, "[{}]", section.path);
         }
@@ -48,6 +52,18 @@ pub fn annotated_toml(config: &Config) -> String {
             );
             let _ = writeln!(out, "{} = {value}", key.name);
         }
+    }
+    out
+}
+
+/// A table with keys of a user's names, or a commented example.
+fn named_keys(path: &str, table: &toml::Table) -> String {
+    let mut out = format!("[{path}]\n");
+    for (name, value) in table {
+        let _ = writeln!(out, "{name} = {value}");
+    }
+    if table.is_empty() {
+        out.push_str("# rocks = 0.05             # of each view, on average\n# logs = 0.02\n");
     }
     out
 }
@@ -203,7 +219,9 @@ fn object(path: &str) -> Value {
         }
     }
     // The keys of further sensors are names, those of draws are paths.
+    let of_named = section.named.map(|named| named.json_schema());
     let others = match path {
+        _ if of_named.is_some() => json!(of_named),
         "cameras" => object("camera"),
         "lidars" => object("lidar"),
         "models" => object(MODEL),

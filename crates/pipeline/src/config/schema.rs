@@ -126,6 +126,17 @@ pub struct SectionSpec {
     pub choice: Option<&'static str>,
     /// Its keys.
     pub keys: &'static [KeySpec],
+    /// The values of keys whose names users choose; `None` if it has no such keys.
+    pub named: Option<Allowed>,
+}
+
+impl SectionSpec {
+    /// What values a key of the table may have; `None` if there is no such key.
+    #[must_use]
+    pub fn allowed(&self, name: &str) -> Option<Allowed> {
+        let key = self.keys.iter().find(|k| k.name == name);
+        key.map(|k| k.allowed).or(self.named)
+    }
 }
 
 /// Defines a section: the struct, its defaults and its keys. The lines of a comment are joined to
@@ -184,6 +195,7 @@ macro_rules! section {
                     allowed: $allowed,
                     source: $source,
                 }, )*],
+                named: None,
             };
         }
     };

@@ -30,6 +30,7 @@ pub(super) const VARY: SectionSpec = SectionSpec {
         later, by `--set` over a file, overrides the draw.",
     choice: None,
     keys: &[],
+    named: None,
 };
 
 /// The other name.
@@ -38,6 +39,7 @@ pub(super) const RANGES: SectionSpec = SectionSpec {
     doc: " Another name of [vary].",
     choice: None,
     keys: &[],
+    named: None,
 };
 
 /// One draw, of a key or of a group.

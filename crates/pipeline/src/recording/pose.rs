@@ -39,16 +39,25 @@ impl FramePose {
                 "frame {at}: the path has {frames} poses"
             )));
         }
-        let track = PoseTrack::sample(half_scan_s(lidars), |offset_s| {
-            trajectory.pose(at, offset_s, surroundings)
-        })?;
+        let place = |offset_s| trajectory.pose(at, offset_s, surroundings);
+        let lengths = (chunk_size_m, pictures_s);
+        Self::along(trajectory.time_s(at), lidars, lengths, place)
+    }
+
+    /// A body with these LiDARs that is at `place` some seconds after `time_s`.
+    pub(crate) fn along(
+        time_s: f64,
+        lidars: &[LidarRig],
+        (chunk_size_m, pictures_s): (f64, f64),
+        place: impl Fn(f64) -> Result<RigidTransform, Error>,
+    ) -> Result<Self, Error> {
+        let track = PoseTrack::sample(half_scan_s(lidars), &place)?;
         let position = track.middle().translation_m.truncate();
-        let chunk = ChunkCoord::containing(position, chunk_size_m);
         Ok(Self {
-            time_s: trajectory.time_s(at),
+            time_s,
             track,
-            motion: motion(trajectory, at, pictures_s, surroundings)?,
-            chunk,
+            motion: motion_along(pictures_s, place)?,
+            chunk: ChunkCoord::containing(position, chunk_size_m),
         })
     }
 
@@ -110,10 +119,19 @@ pub(crate) fn motion(
     pictures_s: f64,
     surroundings: Surroundings<'_>,
 ) -> Result<Twist, Error> {
+    motion_along(pictures_s, |offset_s| {
+        trajectory.pose(frame, offset_s, surroundings)
+    })
+}
+
+fn motion_along(
+    pictures_s: f64,
+    place: impl Fn(f64) -> Result<RigidTransform, Error>,
+) -> Result<Twist, Error> {
     if pictures_s == 0.0 {
         return Ok(Twist::STILL);
     }
-    let at = |side: f64| trajectory.pose(frame, side * pictures_s / 2.0, surroundings);
+    let at = |side: f64| place(side * pictures_s / 2.0);
     Ok(Twist::between(&at(-1.0)?, &at(1.0)?, pictures_s))
 }
 

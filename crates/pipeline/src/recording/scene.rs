@@ -114,6 +114,35 @@ impl VisibleReach {
         ),
     ) -> Result<FrameScene, Error> {
         let size = self.chunk_size_m;
+        let groups = self.groups(place_m, (objects, undergrowth))?;
+        let visible = visible_chunks(place_m, self.visible_radius_m, size);
+        let sky_view = visible.iter().copied().zip(sky_view.all(&visible)?);
+        let sky_view = sky_view.collect();
+        let groups = groups.into_iter();
+        Ok(in_pool(|| FrameScene::new(around, size, groups, sky_view)))
+    }
+
+    /// The same for rays that ask what is where, and not how bright it is: the sky view factor is 1
+    /// everywhere.
+    pub(crate) fn gather_unlit(
+        &self,
+        (around, place_m): (ChunkCoord, DVec2),
+        geometry: (Demand<'_, ObjectGeometry>, Demand<'_, UndergrowthGeometry>),
+    ) -> Result<FrameScene, Error> {
+        let groups = self.groups(place_m, geometry)?.into_iter();
+        let size = self.chunk_size_m;
+        Ok(in_pool(|| {
+            FrameScene::new(around, size, groups, BTreeMap::new())
+        }))
+    }
+
+    /// The groups that are visible from a place, each with its chunk.
+    fn groups(
+        &self,
+        place_m: DVec2,
+        (objects, undergrowth): (Demand<'_, ObjectGeometry>, Demand<'_, UndergrowthGeometry>),
+    ) -> Result<Vec<(ChunkCoord, Arc<Group>)>, Error> {
+        let size = self.chunk_size_m;
         let visible = visible_chunks(place_m, self.visible_radius_m, size);
         let near = visible_chunks(place_m, self.undergrowth_radius_m, size);
         let objects = objects.all(&visible)?.into_iter().map(|g| Arc::clone(&g.0));
@@ -121,10 +150,7 @@ impl VisibleReach {
         let undergrowth = near.iter().zip(undergrowth.all(&near)?);
         let undergrowth =
             undergrowth.filter_map(|(chunk, g)| Some((*chunk, Arc::clone(g.0.as_ref()?))));
-        let sky_view = visible.iter().copied().zip(sky_view.all(&visible)?);
-        let sky_view = sky_view.collect();
-        let groups = objects.chain(undergrowth);
-        Ok(in_pool(|| FrameScene::new(around, size, groups, sky_view)))
+        Ok(objects.chain(undergrowth).collect())
     }
 }
 

@@ -2,6 +2,7 @@
 
 pub mod annotations;
 pub mod assets;
+pub mod balance;
 pub mod deadwood;
 pub mod frame;
 pub mod ground;

@@ -1,6 +1,7 @@
 //! The content of a world, made from a config: its ground and plants, and the robot's sensors.
 
 pub mod assets;
+pub mod balance;
 pub mod cameras;
 pub mod chunk_geometry;
 pub(crate) mod climbers;

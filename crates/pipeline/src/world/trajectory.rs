@@ -6,7 +6,7 @@ use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, FlatSurface, ObjectKind, RigidTransform};
 use nemoral_stand::{SceneObject, SceneObjects};
 use nemoral_trails::TrailPath;
-use nemoral_trajectory::{Obstacle, Obstacles, Polyline, Trajectory};
+use nemoral_trajectory::{Obstacle, Obstacles, Polyline, Stance, Trajectory};
 
 use super::deadwood::REACH_M;
 use super::ground::ChunkGround;
@@ -63,11 +63,7 @@ impl RobotTrajectory {
         surroundings: Surroundings<'_>,
     ) -> Result<RigidTransform, Error> {
         let chunk_size_m = self.chunk_size_m;
-        let obstacles = ChunkObstacles {
-            objects: surroundings.objects,
-            chunk_size_m,
-        };
-        let stance = self.trajectory.stance(frame, offset_s, &obstacles)?;
+        let stance = self.stance(frame, offset_s, surroundings)?;
         let body = &self.trajectory.body;
         match stance.ground_m() {
             Some(position_m) => {
@@ -78,12 +74,42 @@ impl RobotTrajectory {
             None => Ok(stance.pose(body, &FlatSurface::default())),
         }
     }
+
+    /// The body's stance `offset_s` after a frame's time.
+    pub(crate) fn stance(
+        &self,
+        frame: u64,
+        offset_s: f64,
+        surroundings: Surroundings<'_>,
+    ) -> Result<Stance, Error> {
+        let obstacles = ChunkObstacles::new(self, surroundings);
+        self.trajectory.stance(frame, offset_s, &obstacles)
+    }
+
+    /// What is in a body's way near a place.
+    pub(crate) fn obstacles(
+        &self,
+        place_m: DVec2,
+        reach_m: f64,
+        surroundings: Surroundings<'_>,
+    ) -> Result<Vec<Obstacle>, Error> {
+        ChunkObstacles::new(self, surroundings).near(place_m, reach_m)
+    }
 }
 
 /// The objects of chunks that are in a robot's way.
 struct ChunkObstacles<'a> {
     objects: Demand<'a, SceneObjects>,
     chunk_size_m: f64,
+}
+
+impl<'a> ChunkObstacles<'a> {
+    fn new(trajectory: &RobotTrajectory, surroundings: Surroundings<'a>) -> Self {
+        Self {
+            objects: surroundings.objects,
+            chunk_size_m: trajectory.chunk_size_m,
+        }
+    }
 }
 
 impl Obstacles for ChunkObstacles<'_> {

@@ -153,4 +153,5 @@ pub(super) const FURTHER_CAMERAS: SectionSpec = SectionSpec {
         KITTI's right eye.",
     choice: None,
     keys: &[],
+    named: None,
 };

@@ -64,6 +64,7 @@ pub(super) const FURTHER_LIDARS: SectionSpec = SectionSpec {
         name.",
     choice: None,
     keys: &[],
+    named: None,
 };
 
 section! {

@@ -1,6 +1,7 @@
 //! Every key of a config, one file for each part of it.
 
 mod assets;
+mod balance;
 mod camera;
 mod camera_effects;
 mod camera_optics;
@@ -20,11 +21,13 @@ use std::collections::BTreeMap;
 use crate::config::schema::Allowed::{Flag, OneOf, Real, Text, Whole};
 use crate::config::schema::{SectionSpec, section};
 
+use self::balance::TARGETS;
 use self::camera::FURTHER_CAMERAS;
 use self::lidar::FURTHER_LIDARS;
 use self::models::MODELS;
 
 pub use assets::*;
+pub use balance::*;
 pub use camera::*;
 pub use camera_effects::*;
 pub use camera_optics::*;
@@ -98,6 +101,8 @@ section! {
         lidars: BTreeMap<String, Lidar>;
         /// Robot.
         robot: Robot;
+        /// Balance.
+        balance: Balance;
         /// Files.
         output: Output;
     }
@@ -217,6 +222,8 @@ pub const SECTIONS: &[SectionSpec] = &[
     PathStraight::SPEC,
     PathStations::SPEC,
     PathFile::SPEC,
+    Balance::SPEC,
+    TARGETS,
     Output::SPEC,
     super::vary::VARY,
     super::vary::RANGES,

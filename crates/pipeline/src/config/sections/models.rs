@@ -13,6 +13,7 @@ pub(super) const MODELS: SectionSpec = SectionSpec {
         `[models.NAME]` for each model.",
     choice: None,
     keys: &[],
+    named: None,
 };
 
 section! {

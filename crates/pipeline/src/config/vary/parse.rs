@@ -78,8 +78,7 @@ fn allowed(path: &str) -> Option<Allowed> {
         return Some(Allowed::OneOf(Preset::NAMES));
     }
     let (table, key) = path.rsplit_once('.').unwrap_or(("", path));
-    let spec = section(table)?.keys.iter().find(|k| k.name == key)?;
-    Some(spec.allowed)
+    section(table)?.allowed(key)
 }
 
 /// The draw of one key, or what is wrong with it.

@@ -1,0 +1,142 @@
+//! Frames that are chosen among candidates.
+
+use nemoral_seed::Key;
+use nemoral_stand::SceneObjects;
+
+use crate::Error;
+use crate::plan::{AnyChunk, Forest, Hasher, Kept, Node, OfWorld, Stage, Values};
+use crate::recording::pose::FramePose;
+use crate::world::assets::WorldAssets;
+use crate::world::balance::{BalanceChoice, BalanceRecipe, Land, Pilot};
+use crate::world::chunk_geometry::{ObjectGeometry, UndergrowthGeometry};
+use crate::world::ground::ChunkGround;
+use crate::world::lidars::LidarRig;
+use crate::world::trajectory::{RobotTrajectory, Surroundings};
+
+/// Finds the weights of a world.
+#[derive(Clone, Debug)]
+pub struct PilotStage(pub(crate) BalanceRecipe);
+
+impl Stage<Forest> for PilotStage {
+    type At = ();
+    type Inputs = (
+        OfWorld<RobotTrajectory>,
+        OfWorld<WorldAssets>,
+        OfWorld<Vec<LidarRig>>,
+        AnyChunk<ChunkGround>,
+        AnyChunk<SceneObjects>,
+        AnyChunk<ObjectGeometry>,
+        AnyChunk<UndergrowthGeometry>,
+    );
+    type Output = Pilot;
+    const ID: &'static str = "world.balance_pilot";
+    const VERSION: u32 = 1;
+
+    fn fingerprint(&self, hasher: &mut Hasher) {
+        self.0.fingerprint(hasher);
+    }
+
+    fn run(
+        &self,
+        (): (),
+        world: Key,
+        (trajectory, assets, lidars, ground, objects, solid, undergrowth): Values<'_, Self>,
+    ) -> Result<Pilot, Error> {
+        let land = Land {
+            surroundings: Surroundings { ground, objects },
+            geometry: (solid, undergrowth),
+        };
+        self.0.pilot(&trajectory, (&assets, &lidars), land, world)
+    }
+
+    fn kept() -> Option<Kept<Pilot>> {
+        Some(Kept {
+            to_bytes: Pilot::to_bytes,
+            from_bytes: Pilot::from_bytes,
+        })
+    }
+}
+
+/// Chooses where a frame is taken.
+#[derive(Clone, Debug)]
+pub struct ChoiceStage(pub(crate) BalanceRecipe);
+
+impl Stage<Forest> for ChoiceStage {
+    type At = u64;
+    type Inputs = (
+        OfWorld<Pilot>,
+        OfWorld<RobotTrajectory>,
+        OfWorld<WorldAssets>,
+        OfWorld<Vec<LidarRig>>,
+        AnyChunk<ChunkGround>,
+        AnyChunk<SceneObjects>,
+        AnyChunk<ObjectGeometry>,
+        AnyChunk<UndergrowthGeometry>,
+    );
+    type Output = BalanceChoice;
+    const ID: &'static str = "frame.balance_choice";
+    const VERSION: u32 = 1;
+
+    fn fingerprint(&self, hasher: &mut Hasher) {
+        self.0.fingerprint(hasher);
+    }
+
+    fn run(
+        &self,
+        at: u64,
+        world: Key,
+        (pilot, trajectory, assets, lidars, ground, objects, solid, undergrowth): Values<'_, Self>,
+    ) -> Result<BalanceChoice, Error> {
+        let land = Land {
+            surroundings: Surroundings { ground, objects },
+            geometry: (solid, undergrowth),
+        };
+        let sensors = (&*assets, &**lidars);
+        self.0
+            .choose(at, (&pilot, &trajectory), sensors, land, world)
+    }
+}
+
+/// Puts the robot where a frame was chosen; it drives straight on there.
+#[derive(Clone, Copy, Debug)]
+pub struct ChosenPoseStage {
+    /// Side of a chunk.
+    pub chunk_size_m: f64,
+    /// How long the pictures take, seconds.
+    pub pictures_s: f64,
+}
+
+impl Stage<Forest> for ChosenPoseStage {
+    type At = u64;
+    type Inputs = (
+        Node<u64, BalanceChoice>,
+        OfWorld<RobotTrajectory>,
+        OfWorld<Vec<LidarRig>>,
+        AnyChunk<ChunkGround>,
+        AnyChunk<SceneObjects>,
+    );
+    type Output = FramePose;
+    const ID: &'static str = "frame.chosen_pose";
+    const VERSION: u32 = 1;
+
+    fn fingerprint(&self, hasher: &mut Hasher) {
+        let Self {
+            chunk_size_m,
+            pictures_s,
+        } = self;
+        hasher.write_f64(*chunk_size_m);
+        hasher.write_f64(*pictures_s);
+    }
+
+    fn run(
+        &self,
+        at: u64,
+        _: Key,
+        (choice, trajectory, lidars, ground, objects): Values<'_, Self>,
+    ) -> Result<FramePose, Error> {
+        let surroundings = Surroundings { ground, objects };
+        let place = |offset_s| trajectory.drive_on(choice.heading, offset_s, surroundings);
+        let lengths = (self.chunk_size_m, self.pictures_s);
+        FramePose::along(trajectory.time_s(at), &lidars, lengths, place)
+    }
+}

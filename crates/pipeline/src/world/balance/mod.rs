@@ -1,0 +1,326 @@
+//! Frames that are chosen among candidates beside the path, so that they show more of what is rare.
+//!
+//! Candidate j of frame k is drawn by the key (k, j) about the frame's place on the path, and a few
+//! thousand rays say what a sensor there would see. The weights of the choice come from a pilot:
+//! candidates at places along the path's beginning, whatever frames are asked for. So a frame
+//! depends on the world and its own number alone.
+
+mod pilot;
+mod probe;
+mod weights;
+
+use nemoral_scene::glam::{DVec2, DVec3};
+use nemoral_scene::{ChunkCoord, MaterialLibrary, Ontology, RigidTransform, Surface};
+use nemoral_seed::{Domain, Key};
+use nemoral_trajectory::{Beside, Heading, Stance};
+use rayon::prelude::*;
+
+use self::probe::{PROBE_M, Probe, RAYS, TargetTable};
+use super::assets::WorldAssets;
+use super::chunk_geometry::{ObjectGeometry, UndergrowthGeometry};
+use super::lidars::LidarRig;
+use super::trajectory::{RobotTrajectory, Surroundings};
+use crate::config::{self, BalanceTarget, Config};
+use crate::plan::{Demand, Encode, Encoder, Hasher};
+use crate::pool::in_pool;
+use crate::recording::scene::{FrameScene, VisibleReach};
+use crate::{Error, InputFiles};
+
+pub use self::pilot::Pilot;
+
+const PLACES: Domain = Domain::new("pipeline.balance.places");
+const CHOICE: Domain = Domain::new("pipeline.balance.choice");
+const PILOT: Domain = Domain::new("pipeline.balance.pilot");
+
+/// The steepest ground that a candidate may stand on: the cosine of 30°.
+const STEEPEST: f64 = 0.866;
+
+/// How many rays the choice of a frame takes, about.
+#[must_use]
+pub(crate) fn rays_of_choice(balance: &config::Balance) -> f64 {
+    f64::from(RAYS) * f64::from(balance.candidates)
+}
+
+/// What frames are chosen for, and how.
+#[derive(Clone, Debug)]
+pub(crate) struct BalanceRecipe {
+    balance: config::Balance,
+    ontology: String,
+    clearance_m: f64,
+    reach: VisibleReach,
+    /// The config's sensors, of which the first one's view is what counts.
+    sensors: Box<Config>,
+    inputs: InputFiles,
+}
+
+/// Where a frame is taken, and what it shows.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BalanceChoice {
+    /// The number of the candidate; `None` if none was fit, and the place is the path's.
+    pub candidate: Option<u32>,
+    /// Place on the map, metres, and direction.
+    pub heading: Heading,
+    /// The body's pose at the frame's time.
+    pub world_from_body: RigidTransform,
+    /// The share of each target, in order of their names.
+    pub shares: Vec<f64>,
+}
+
+/// A candidate that a body can stand at.
+struct Candidate {
+    number: u32,
+    heading: Heading,
+    world_from_body: RigidTransform,
+}
+
+/// A candidate, and the share of each target in its view.
+type Viewed = (Candidate, Vec<f64>);
+
+/// The land around, whatever asks for it.
+#[derive(Clone, Copy)]
+pub(crate) struct Land<'a> {
+    pub(crate) surroundings: Surroundings<'a>,
+    pub(crate) geometry: (Demand<'a, ObjectGeometry>, Demand<'a, UndergrowthGeometry>),
+}
+
+impl BalanceRecipe {
+    /// `None` if a config asks for no balance.
+    pub(crate) fn new(config: &Config, inputs: &InputFiles) -> Option<Self> {
+        config.balance.is_on().then(|| Self {
+            balance: config.balance.clone(),
+            ontology: config.output.ontology.clone(),
+            clearance_m: config.robot.clearance_m,
+            reach: VisibleReach::new(&config.chunks),
+            sensors: Box::new(config.clone()),
+            inputs: inputs.clone(),
+        })
+    }
+
+    pub(crate) fn fingerprint(&self, hasher: &mut Hasher) {
+        self.inputs.encode(hasher, self);
+    }
+
+    fn targets(&self) -> Vec<BalanceTarget> {
+        let ontology = Ontology::by_name(&self.ontology)
+            .expect("the config's words are the built-in ontologies");
+        self.balance.targets(&ontology)
+    }
+
+    /// Chooses a frame.
+    pub(crate) fn choose(
+        &self,
+        frame: u64,
+        (pilot, trajectory): (&Pilot, &RobotTrajectory),
+        (assets, lidars): (&WorldAssets, &[LidarRig]),
+        land: Land<'_>,
+        world: Key,
+    ) -> Result<BalanceChoice, Error> {
+        let on_path = trajectory.heading(frame, 0.0, land.surroundings)?;
+        let looker = self.looker(&assets.library.materials, lidars)?;
+        let scene = looker.scene(on_path, land)?;
+        let key = world.domain(PLACES).item(frame);
+        let stands = looker.candidates(on_path, trajectory, land, key)?;
+        let mut viewed = looker.view(&scene, stands);
+        let goals: Vec<f64> = pilot.targets.iter().map(|t| t.goal).collect();
+        let weights: Vec<f64> = pilot.targets.iter().map(|t| t.weight).collect();
+        let scored: Vec<(u32, Vec<f64>)> = (viewed.iter())
+            .map(|(c, shares)| (c.number, weights::capped(shares, &goals)))
+            .collect();
+        let key = world.domain(CHOICE).item(frame);
+        if let Some(taken) = weights::choice(&scored, &weights, key) {
+            let (candidate, shares) = viewed.swap_remove(taken);
+            return Ok(BalanceChoice {
+                candidate: Some(candidate.number),
+                heading: candidate.heading,
+                world_from_body: candidate.world_from_body,
+                shares,
+            });
+        }
+        // No candidate is fit: the frame is the path's own.
+        let world_from_body = trajectory.stand(on_path, land.surroundings)?;
+        let shares = looker.shares(&scene, &world_from_body);
+        Ok(BalanceChoice {
+            candidate: None,
+            heading: on_path,
+            world_from_body,
+            shares: shares.unwrap_or_else(|| vec![0.0; goals.len()]),
+        })
+    }
+
+    fn looker(&self, materials: &MaterialLibrary, lidars: &[LidarRig]) -> Result<Looker, Error> {
+        let targets = self.targets();
+        let beside = Beside {
+            reach_m: self.balance.reach_m,
+            turn_rad: self.balance.turn_deg.to_radians(),
+            clearance_m: self.clearance_m,
+        };
+        let seen_m = PROBE_M.min(self.reach.visible_radius_m);
+        let near = |radius_m: f64| radius_m.min(PROBE_M) + beside.reach_m;
+        Ok(Looker {
+            probe: Probe::new(&self.sensors, lidars)?,
+            table: TargetTable::new(&targets, self.balance.near_m, materials),
+            seen_m,
+            // A frame's own chunks, or fewer.
+            reach: VisibleReach {
+                visible_radius_m: near(self.reach.visible_radius_m),
+                undergrowth_radius_m: near(self.reach.undergrowth_radius_m),
+                ..self.reach
+            },
+            beside,
+            candidates: self.balance.candidates,
+        })
+    }
+}
+
+/// Looks at candidates.
+struct Looker {
+    probe: Probe,
+    table: TargetTable,
+    seen_m: f64,
+    reach: VisibleReach,
+    beside: Beside,
+    candidates: u32,
+}
+
+impl Looker {
+    /// What rays from around a place on the path may meet.
+    fn scene(&self, (place_m, _): Heading, land: Land<'_>) -> Result<FrameScene, Error> {
+        let around = ChunkCoord::containing(place_m, self.reach.chunk_size_m);
+        self.reach.gather_unlit((around, place_m), land.geometry)
+    }
+
+    /// The candidates about a place on the path that a body can stand at.
+    fn candidates(
+        &self,
+        on_path: Heading,
+        trajectory: &RobotTrajectory,
+        land: Land<'_>,
+        key: Key,
+    ) -> Result<Vec<Candidate>, Error> {
+        let near_m = self.beside.obstacles_m();
+        let obstacles = trajectory.obstacles(on_path.0, near_m, land.surroundings)?;
+        let mut stands = Vec::new();
+        for number in 0..self.candidates {
+            let key = key.item(u64::from(number));
+            let Some(heading) = self.beside.draw(on_path, &obstacles, key) else {
+                continue;
+            };
+            let world_from_body = trajectory.stand(heading, land.surroundings)?;
+            let up = world_from_body.transform_vector(DVec3::Z);
+            if up.z >= STEEPEST {
+                stands.push(Candidate {
+                    number,
+                    heading,
+                    world_from_body,
+                });
+            }
+        }
+        Ok(stands)
+    }
+
+    fn shares(&self, scene: &FrameScene, world_from_body: &RigidTransform) -> Option<Vec<f64>> {
+        (self.probe).shares((scene, self.seen_m), world_from_body, &self.table)
+    }
+
+    /// The candidates that are not blind, with what they see.
+    fn view(&self, scene: &FrameScene, stands: Vec<Candidate>) -> Vec<Viewed> {
+        let see = |c: Candidate| {
+            let shares = self.shares(scene, &c.world_from_body)?;
+            Some((c, shares))
+        };
+        in_pool(|| {
+            let seen: Vec<Option<Viewed>> = stands.into_par_iter().map(see).collect();
+            seen.into_iter().flatten().collect()
+        })
+    }
+}
+
+/// The stance of a body that has driven straight on from a place.
+fn straight_on((place_m, forward): Heading, distance_m: f64) -> Stance {
+    Stance::OnWheels {
+        position_m: place_m + forward * distance_m,
+        forward,
+    }
+}
+
+impl RobotTrajectory {
+    /// The pose of a body that stands somewhere on its wheels.
+    pub(crate) fn stand(
+        &self,
+        heading: Heading,
+        surroundings: Surroundings<'_>,
+    ) -> Result<RigidTransform, Error> {
+        self.drive_on(heading, 0.0, surroundings)
+    }
+
+    /// The pose of a body that drives straight on from there, `offset_s` later.
+    pub(crate) fn drive_on(
+        &self,
+        heading: Heading,
+        offset_s: f64,
+        surroundings: Surroundings<'_>,
+    ) -> Result<RigidTransform, Error> {
+        let stance = straight_on(heading, self.trajectory.pace.speed_m_s * offset_s);
+        let place_m = stance.ground_m().unwrap_or(heading.0);
+        let chunk = ChunkCoord::containing(place_m, self.chunk_size_m);
+        let ground = surroundings.ground.at(chunk)?;
+        Ok(stance.pose(&self.trajectory.body, &*ground as &dyn Surface))
+    }
+
+    /// Place and direction on the path, `offset_s` after a frame.
+    fn heading(
+        &self,
+        frame: u64,
+        offset_s: f64,
+        surroundings: Surroundings<'_>,
+    ) -> Result<Heading, Error> {
+        match self.stance(frame, offset_s, surroundings)? {
+            Stance::OnWheels {
+                position_m,
+                forward,
+            }
+            | Stance::Level {
+                position_m,
+                forward,
+            } => Ok((position_m, forward.normalize_or(DVec2::X))),
+            Stance::Free(pose) => {
+                let forward = pose.transform_vector(DVec3::X);
+                let forward = forward.truncate().normalize_or(DVec2::X);
+                Ok((pose.translation_m.truncate(), forward))
+            }
+        }
+    }
+}
+
+impl Encode for BalanceRecipe {
+    fn encode(&self, encoder: &mut dyn Encoder) {
+        let Self {
+            balance,
+            ontology,
+            clearance_m,
+            reach,
+            sensors,
+            inputs: _,
+        } = self;
+        encoder.field("balance", balance);
+        encoder.field("ontology", ontology);
+        encoder.field("clearance_m", clearance_m);
+        encoder.field("visible_radius_m", &reach.visible_radius_m);
+        encoder.field("undergrowth_radius_m", &reach.undergrowth_radius_m);
+        encoder.field("chunk_size_m", &reach.chunk_size_m);
+        // Of the camera, where it looks; the LiDAR is a node of its own.
+        let camera = &sensors.camera;
+        encoder.field("enabled", &camera.enabled);
+        encoder.field("size_px", &[camera.width_px, camera.height_px]);
+        encoder.field("optics", &camera.optics);
+        encoder.field("lens", &camera.lens);
+        let mount = [
+            camera.mount_x_m,
+            camera.mount_y_m,
+            camera.mount_z_m,
+            camera.mount_yaw_deg,
+            camera.mount_pitch_deg,
+        ];
+        encoder.field("mount", &mount);
+    }
+}
