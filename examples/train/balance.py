@@ -13,6 +13,7 @@ import subprocess
 from pathlib import Path
 
 import numpy as np
+from torch import nn
 
 import pictures
 from common import frames, mean, ontology
@@ -28,6 +29,11 @@ def make(program, out, seed, *settings):
     return out
 
 
+def halved(x, y, halve):
+    """Pictures and classes at half the size, or as they are."""
+    return (nn.functional.avg_pool2d(x, 2), y[:, ::2, ::2]) if halve else (x, y)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=Path)
@@ -35,6 +41,7 @@ def main():
     parser.add_argument("--target", default="rocks=0.05")
     parser.add_argument("--steps", type=int, default=150)
     parser.add_argument("--runs", type=int, default=3)
+    parser.add_argument("--halve", action="store_true", help="pictures of half the size, for slow machines")
     args = parser.parse_args()
     name, _ = args.target.split("=")
     chosen = f"balance.targets.{args.target}"
@@ -52,12 +59,13 @@ def main():
         for i, (kind, settings) in enumerate(tests.items())
     }
     names, ids = ontology(made["drives"])
-    seen = {kind: pictures.of_dataset(frames(out)) for kind, out in held_out.items()}
+    load = lambda out: halved(*pictures.of_dataset(frames(out)), args.halve)
+    seen = {kind: load(out) for kind, out in held_out.items()}
     share = lambda y, i: 100 * float((y == i).float().mean())
     print("| learnt from | tested on | mean IoU | " + " | ".join(names[i] for i in ids) + " |")
     print("|---|---|---|" + "---|" * len(ids))
     for kind, out in made.items():
-        x, y = pictures.of_dataset(frames(out))
+        x, y = load(out)
         print(f"| {kind} | share of pixels | – | " + " | ".join(f"{share(y, i):.1f}" for i in ids) + " |")
         runs = []
         for seed in range(args.runs):
