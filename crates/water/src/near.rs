@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use glam::DVec2;
-use nemoral_scene::{MaterialId, Mesh, SurfaceSample};
+use nemoral_scene::{MaterialId, Mesh, Surface, SurfaceSample};
 
 use crate::channel::{Section, Segment};
 use crate::dual::Dual;
@@ -223,13 +223,14 @@ impl WaterNear {
     }
 
     /// The surfaces of the chunk's waters: those of streams from their springs or joints in it, and
-    /// of ponds whose middle is in it. They end below the ground of their banks. `material` gives
-    /// the material of each kind. Positions are chunk-local (z above the world's zero), uv are world
+    /// of ponds whose middle is in it. They end below the ground of their banks, which is `ground`
+    /// with the beds in it. `material` gives the material of each kind. Positions are chunk-local (z above the world's zero), uv are world
     /// metres modulo 1024. Triangles are counter-clockwise seen from above.
-    pub fn sheets(&self, material: &dyn Fn(WaterKind) -> MaterialId) -> Mesh {
+    pub fn sheets(&self, ground: &dyn Surface, material: &dyn Fn(WaterKind) -> MaterialId) -> Mesh {
         let mut sheets = Sheets {
             origin_m: self.origin_m,
             mesh: Mesh::default(),
+            ground,
             material,
         };
         for run in &self.runs {

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use glam::{DVec2, DVec3, Vec3};
-use nemoral_scene::{MaterialId, Mesh, Triangle};
+use nemoral_scene::{MaterialId, Mesh, Surface, Triangle};
 
 use crate::network::Run;
 use crate::pond::Pond;
@@ -17,6 +17,9 @@ const ACROSS: [f64; 5] = [-1.0, -0.5, 0.0, 0.5, 1.0];
 /// A stream's sheet ends this far inside of a pond, metres, some millimetres below its water.
 const INTO_POND_M: f64 = 0.8;
 const UNDER_POND_M: f64 = 0.01;
+
+/// The borders of sheets are at least so far below the ground, metres.
+const BURIED_M: f64 = 0.04;
 
 /// A kind of water.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -33,6 +36,8 @@ pub enum WaterKind {
 pub(crate) struct Sheets<'a> {
     pub(crate) origin_m: DVec2,
     pub(crate) mesh: Mesh,
+    /// The ground with its beds.
+    pub(crate) ground: &'a dyn Surface,
     pub(crate) material: &'a dyn Fn(WaterKind) -> MaterialId,
 }
 
@@ -53,6 +58,12 @@ impl Sheets<'_> {
     fn triangle(&mut self, corners: [u32; 3], kind: WaterKind) {
         let material = (self.material)(kind);
         self.mesh.triangles.push(Triangle { corners, material });
+    }
+
+    /// The height of a sheet's border, which is nowhere above the ground: beside a lower stream, the
+    /// water falls to that.
+    fn buried_m(&self, place: DVec2, level_m: f64) -> f64 {
+        level_m.min(self.ground.height_m(place) - BURIED_M)
     }
 
     /// The sheet of a run: rows across, whose ends are in the banks.
@@ -76,7 +87,15 @@ impl Sheets<'_> {
             let under = edge_m.is_some_and(|edge| edge < -0.1);
             let level_m = row.level_m - if under { UNDER_POND_M } else { 0.0 };
             let left = row.along.perp() * row.sheet_half_m();
-            let row = ACROSS.map(|o| self.vertex(row.middle_m + left * o, level_m, normal));
+            let row = ACROSS.map(|o| {
+                let p = row.middle_m + left * o;
+                let level_m = if o.abs() < 1.0 {
+                    level_m
+                } else {
+                    self.buried_m(p, level_m)
+                };
+                self.vertex(p, level_m, normal)
+            });
             if let Some(before) = before {
                 for k in 0..4 {
                     // Rows run from right to left.
@@ -111,9 +130,17 @@ impl Sheets<'_> {
         let middle = self.vertex(middle_m, level_m, DVec3::Z);
         let mut inner: Option<Vec<u32>> = None;
         for ring in rings {
+            let is_border = std::ptr::eq(ring, &rings[rings.len() - 1]);
             let ring: Vec<u32> = ring
                 .iter()
-                .map(|&p| self.vertex(p, level_m, DVec3::Z))
+                .map(|&p| {
+                    let level_m = if is_border {
+                        self.buried_m(p, level_m)
+                    } else {
+                        level_m
+                    };
+                    self.vertex(p, level_m, DVec3::Z)
+                })
                 .collect();
             for i in 0..ring.len() {
                 let j = (i + 1) % ring.len();
