@@ -151,16 +151,13 @@ fn sheets_end_in_the_ground() {
                 shown += usize::from(ground < middle.z);
                 continue;
             }
-            // Where runs meet, they end in the water of the next, at its level.
+            // Where runs meet, they end in the water of the next.
             let is_covered = || {
-                let near = around
-                    .iter()
-                    .filter(|s| s.middle_m.distance(p) < s.half_m + 0.8);
-                let step = near.map(|s| (s.level_m - middle.z).abs());
-                let of_ponds = (near_water.ponds())
-                    .filter(|pond| pond.edge_m(p) < 0.05)
-                    .map(|pond| (pond.level_m() - middle.z).abs());
-                step.chain(of_ponds).fold(f64::INFINITY, f64::min) < 0.06
+                let beside = |s: &&Section| s.middle_m.distance(p) < s.half_m + 0.8;
+                let levels = around.iter().filter(beside).map(|s| s.level_m);
+                let ponds = near.ponds().filter(|pond| pond.edge_m(p) < 0.05);
+                let mut levels = levels.chain(ponds.map(|pond| pond.level_m()));
+                levels.any(|level_m| middle.z < level_m + 0.06)
             };
             ends += 1;
             assert!(
