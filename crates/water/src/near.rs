@@ -9,6 +9,7 @@ use crate::channel::{Section, Segment};
 use crate::dual::Dual;
 use crate::network::Run;
 use crate::pond::Pond;
+use crate::puddle::Puddle;
 use crate::sheet::{Sheets, WaterKind};
 
 /// Side of the cells by which segments are found, metres.
@@ -19,6 +20,9 @@ const ROUNDED_M: [f64; 2] = [0.1, 0.22];
 
 /// The distances from the edge of a way between which a channel ends.
 const VERGE_M: [f64; 2] = [0.4, 1.5];
+
+/// How far from the edge of the water the ground bends, in ponds and on banks, metres.
+const STEEP_M: [f64; 2] = [-1.0, 1.3];
 
 /// Distances from water are known up to this, metres: cells list all segments that are so near.
 const KNOWN_M: f64 = 5.0;
@@ -216,6 +220,14 @@ impl WaterNear {
         own.map(|run| &run.sections[..])
     }
 
+    /// Whether the ground at a place bends as beds and banks do, so that it has to be meshed finely.
+    #[must_use]
+    pub fn is_steep(&self, world_m: DVec2) -> bool {
+        let [inside, outside] = STEEP_M;
+        self.at(world_m).any(|s| s.edge_m(world_m) < outside)
+            || (self.ponds.iter()).any(|p| (inside..outside).contains(&p.edge_m(world_m)))
+    }
+
     /// Whether a place is in the chunk.
     fn is_own(&self, world_m: DVec2) -> bool {
         let local = world_m - self.origin_m;
@@ -224,8 +236,9 @@ impl WaterNear {
 
     /// The surfaces of the chunk's waters: those of streams from their springs or joints in it, and
     /// of ponds whose middle is in it. They end below the ground of their banks, which is `ground`
-    /// with the beds in it. `material` gives the material of each kind. Positions are chunk-local (z above the world's zero), uv are world
-    /// metres modulo 1024. Triangles are counter-clockwise seen from above.
+    /// with the beds in it. `material` gives the material of each kind. Positions are chunk-local
+    /// (z above the world's zero), uv are world metres modulo 1024. Triangles are counter-clockwise
+    /// seen from above.
     pub fn sheets(&self, ground: &dyn Surface, material: &dyn Fn(WaterKind) -> MaterialId) -> Mesh {
         let mut sheets = Sheets {
             origin_m: self.origin_m,
@@ -245,4 +258,28 @@ impl WaterNear {
         }
         sheets.mesh
     }
+}
+
+/// Adds the surfaces of those puddles whose middle is in a square to a mesh, as
+/// [`WaterNear::sheets`] does; positions are relative to the square's first corner.
+pub fn puddle_sheets(
+    puddles: &[Puddle],
+    (low_m, high_m): (DVec2, DVec2),
+    ground: &dyn Surface,
+    material: &dyn Fn(WaterKind) -> MaterialId,
+    mesh: &mut Mesh,
+) {
+    let mut sheets = Sheets {
+        origin_m: low_m,
+        mesh: std::mem::take(mesh),
+        ground,
+        material,
+    };
+    for puddle in puddles {
+        let middle = puddle.middle_m();
+        if middle.cmpge(low_m).all() && middle.cmplt(high_m).all() {
+            sheets.puddle(puddle);
+        }
+    }
+    *mesh = sheets.mesh;
 }

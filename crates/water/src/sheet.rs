@@ -7,6 +7,7 @@ use nemoral_scene::{MaterialId, Mesh, Surface, Triangle};
 
 use crate::network::Run;
 use crate::pond::Pond;
+use crate::puddle::Puddle;
 
 /// Texture coordinates repeat after this, metres, so that they stay exact in f32.
 const UV_PERIOD_M: f64 = 1024.0;
@@ -117,6 +118,17 @@ impl Sheets<'_> {
         let rings = radii.iter().map(|&r| pond.sheet_ring(r, count));
         let rings: Vec<Vec<DVec2>> = rings.collect();
         self.fan(pond.middle_m(), &rings, pond.level_m(), WaterKind::Pond);
+    }
+
+    /// The sheet of a puddle.
+    pub(crate) fn puddle(&mut self, puddle: &Puddle) {
+        let rings = [0.5, 0.85, 1.02].map(|r| puddle.ring(r, 32).collect());
+        self.fan(
+            puddle.middle_m(),
+            &rings,
+            puddle.level_m(),
+            WaterKind::Puddle,
+        );
     }
 
     /// A level sheet of rings of equal numbers of places, counter-clockwise, from the middle out.

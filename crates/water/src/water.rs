@@ -35,6 +35,7 @@ pub struct Water {
     ways: Arc<dyn Ways>,
     streams: Cache<[i32; 2], Option<Arc<Stream>>>,
     ponds: Cache<Node, Option<Arc<Pond>>>,
+    near: Cache<([i32; 2], u64), Arc<WaterNear>>,
 }
 
 impl fmt::Debug for Water {
@@ -69,6 +70,7 @@ impl Water {
             ways,
             streams: Cache::new(4096),
             ponds: Cache::new(1024),
+            near: Cache::new(128),
         })
     }
 
@@ -80,7 +82,13 @@ impl Water {
 
     /// The water for points at most `margin_m` from a chunk, and the sheets that are the chunk's.
     #[must_use]
-    pub fn near(&self, coord: ChunkCoord, margin_m: f64) -> WaterNear {
+    pub fn near(&self, coord: ChunkCoord, margin_m: f64) -> Arc<WaterNear> {
+        let key = ([coord.x, coord.y], margin_m.to_bits());
+        let make = || Arc::new(self.find_near(coord, margin_m));
+        self.near.get_or_make(key, make)
+    }
+
+    fn find_near(&self, coord: ChunkCoord, margin_m: f64) -> WaterNear {
         let origin = coord.origin_m(self.chunk_size_m);
         let square = (origin, origin + self.chunk_size_m);
         let lattice = Lattice::new(&*self.base, self.key);

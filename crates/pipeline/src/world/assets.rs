@@ -13,6 +13,7 @@ use rayon::prelude::*;
 
 use super::models::{ModelRecipe, WorldModels};
 use super::recipe::Recipe;
+use super::water::WaterMaterials;
 use crate::Error;
 use crate::site::{MeasuredStem, MeasuredStems};
 
@@ -77,6 +78,8 @@ pub struct WorldAssets {
     pub(crate) measured: Vec<MeasuredObject>,
     /// The user's models among all these.
     pub(crate) models: WorldModels,
+    /// The materials of waters and their beds, if there are any.
+    pub water: Option<WaterMaterials>,
 }
 
 /// A tree of a stem map as an object.
@@ -108,7 +111,10 @@ impl WorldAssets {
         models: &ModelRecipe,
         world: Key,
     ) -> Result<Self, Error> {
-        let (library, models) = models.add_to(library)?;
+        let (mut library, models) = models.add_to(library)?;
+        let water = recipe
+            .has_water()
+            .then(|| WaterMaterials::add_to(Arc::make_mut(&mut library)));
         let species = recipe.species()?;
         let params = recipe.params(&species);
         let snags = recipe.snag_share();
@@ -204,6 +210,7 @@ impl WorldAssets {
             variation: InstanceVariation::new(world),
             measured,
             models,
+            water,
             library,
         })
     }

@@ -13,6 +13,7 @@ use nemoral_trails::{TrailSurfaceKind, TrailZone};
 
 use super::assets::WorldAssets;
 use super::ground::{ChunkGround, TerrainField};
+use super::water::WaterMaterials;
 use crate::Error;
 use crate::config::Config;
 use crate::plan::{Encode, Encoder};
@@ -61,8 +62,11 @@ impl GroundMeshRecipe {
             self.floor,
             TerrainField::new(FLOOR_FIELD, world.domain(FLOOR))?,
         );
-        let material =
-            |p: DVec2, inside: bool| ground_material(&library.ground, &floor, ground, p, inside);
+        let beds = assets.water.as_ref();
+        let material = |p: DVec2, inside: bool| {
+            bed_material(beds, ground, p)
+                .unwrap_or_else(|| ground_material(&library.ground, &floor, ground, p, inside))
+        };
         let mesh = self.mesher.mesh(at, ground, ground, &material);
         let prototype = Prototype::new("ground", mesh, Vec::new(), &library.materials)
             .map_err(Error::of_stage)?;
@@ -91,6 +95,23 @@ impl Encode for GroundMeshRecipe {
         encoder.field("tolerance_m", tolerance_m);
         encoder.field("floor", floor);
     }
+}
+
+/// How far beyond the water its bed is bare, metres.
+const BARE_M: f64 = 0.22;
+
+/// The material of the bed and the wet banks of water; `None` elsewhere.
+fn bed_material(
+    beds: Option<&WaterMaterials>,
+    ground: &ChunkGround,
+    p: DVec2,
+) -> Option<MaterialId> {
+    let (beds, water) = (beds?, ground.water()?);
+    if ground.bank_m(p) > BARE_M {
+        return None;
+    }
+    let in_pond = water.ponds().any(|pond| pond.edge_m(p) <= BARE_M);
+    Some(if in_pond { beds.mud } else { beds.gravel })
 }
 
 /// The material of a piece of ground: the trail's, or the floor's.

@@ -66,10 +66,13 @@ impl LowPlants<'_> {
             let weights = Some(&*assets.seedling_weights);
             plant(&assets.seedlings, weights, of_point(point));
         }
+        let is_dry = |d: &TrailDressing| {
+            !ground.is_puddle(d.position_m) && ground.is_clear_of_water(d.position_m, 0.3)
+        };
         let tufts = self
             .dressing
             .iter()
-            .filter(|d| d.kind != DressingKind::Stone);
+            .filter(|d| d.kind != DressingKind::Stone && is_dry(d));
         for (i, d) in tufts.enumerate() {
             let key = world.domain(LOW_PLANT_VARIATION).chunk(at).item(i as u64);
             let tuft = LowPlant {

@@ -1,6 +1,7 @@
 //! The content of a world, made from a config: its ground and plants, and the robot's sensors.
 
 pub mod assets;
+pub(crate) mod built_ways;
 pub mod cameras;
 pub mod chunk_geometry;
 pub(crate) mod climbers;
@@ -16,8 +17,10 @@ pub(crate) mod models;
 pub(crate) mod object_sites;
 pub mod patch;
 pub(crate) mod placement;
+pub(crate) mod puddles;
 pub(crate) mod recipe;
 pub(crate) mod thrown;
 pub mod trajectory;
 pub(crate) mod trajectory_recipe;
 pub mod uncovered;
+pub mod water;

@@ -34,10 +34,14 @@ const PLOT_SITES: Domain = Domain::new("pipeline.plot_sites");
 /// The least distance of woody plants from a trail's edge, in addition to their radius, metres.
 const VERGE_M: f64 = 0.25;
 
-/// Whether a disk keeps clear of trails, of thrown trees, and of the trees of a stem map.
+/// The least distance of woody plants from water, in addition to their radius, metres.
+const BANK_M: f64 = 0.15;
+
+/// Whether a disk keeps clear of trails, of water, of thrown trees, and of the trees of a stem map.
 pub(crate) fn is_free(ground: &ChunkGround, world_m: DVec2, radius_m: f64) -> bool {
     ground.trail_edge_m(world_m) > radius_m + VERGE_M
         && ground.is_clear_of_thrown(world_m, radius_m)
+        && ground.is_clear_of_water(world_m, radius_m + BANK_M)
         && ground.is_clear_of_plot(world_m, radius_m)
 }
 

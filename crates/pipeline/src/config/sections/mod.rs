@@ -13,6 +13,7 @@ mod models;
 mod placement;
 mod robot;
 mod site;
+mod water;
 mod ways;
 
 use std::collections::BTreeMap;
@@ -37,6 +38,7 @@ pub use models::*;
 pub use placement::*;
 pub use robot::*;
 pub use site::*;
+pub use water::*;
 pub use ways::*;
 
 /// The largest text file that a config may name.
@@ -70,6 +72,8 @@ section! {
         terrain: Terrain;
         /// Trails.
         trails: Trails;
+        /// Streams, ponds and puddles.
+        water: Water;
         /// Rocks, trees, stumps and shrubs.
         placement: Placement;
         /// Logs, thrown trees and branches.
@@ -164,6 +168,7 @@ pub const SECTIONS: &[SectionSpec] = &[
     Firebreak::SPEC,
     Footpath::SPEC,
     DeerPath::SPEC,
+    Water::SPEC,
     Placement::SPEC,
     PlacementRows::SPEC,
     PlacementGaps::SPEC,
