@@ -174,8 +174,12 @@ mod tests {
             ripple_m: 1.0,
         };
         // Reflectance of still water at angles from the vertical (Hecht, "Optics", with n = 1.33).
-        for (degrees, share) in [(0.0_f32, 0.0200), (30.0, 0.0211), (60.0, 0.0591), (80.0, 0.3471)]
-        {
+        for (degrees, share) in [
+            (0.0_f32, 0.0200),
+            (30.0, 0.0211),
+            (60.0, 0.0591),
+            (80.0, 0.3471),
+        ] {
             let found = water.mirrored(degrees.to_radians().cos());
             assert!((found - share).abs() < 6e-4, "{degrees}: {found}");
         }

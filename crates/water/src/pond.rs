@@ -110,6 +110,13 @@ impl Pond {
         self.middle_m
     }
 
+    /// The greatest distance of its water from its middle, metres.
+    #[must_use]
+    pub fn widest_m(&self) -> f64 {
+        let waves: f64 = self.waves.iter().map(|w| w.0).sum();
+        self.radius_m * (1.0 + waves)
+    }
+
     /// The greatest distance from its middle at which it changes the ground, metres.
     pub(crate) fn reach_m(&self) -> f64 {
         self.radius_m * 1.36 * REACH

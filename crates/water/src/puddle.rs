@@ -53,7 +53,9 @@ impl Puddle {
             level_m: f64::INFINITY,
         };
         let rims = [1.0, 1.12].into_iter().flat_map(|r| puddle.ring(r, RIM));
-        let lowest = rims.map(|p| ground.height_m(p)).fold(f64::INFINITY, f64::min);
+        let lowest = rims
+            .map(|p| ground.height_m(p))
+            .fold(f64::INFINITY, f64::min);
         puddle.level_m = lowest - FREEBOARD_M;
         let mut bottom = ground.sample(site.middle_m);
         puddle.carve(site.middle_m, &mut bottom);
@@ -207,9 +209,11 @@ mod tests {
             ground
         };
         for i in 0..400 {
-            let p = puddle.middle_m() + DVec2::new(f64::from(i % 20), f64::from(i / 20)) * 0.2 - 2.0;
+            let p =
+                puddle.middle_m() + DVec2::new(f64::from(i % 20), f64::from(i / 20)) * 0.2 - 2.0;
             let e = 1e-6;
-            let slope = |way: DVec2| (at(p + way * e).height_m - at(p - way * e).height_m) / 2.0 / e;
+            let slope =
+                |way: DVec2| (at(p + way * e).height_m - at(p - way * e).height_m) / 2.0 / e;
             let measured = DVec2::new(slope(DVec2::X), slope(DVec2::Y));
             assert!(at(p).gradient.distance(measured) < 1e-5, "{p}");
         }

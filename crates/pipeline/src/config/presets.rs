@@ -88,6 +88,12 @@ impl Preset {
             change: stands::rank_clearing,
         },
         Self {
+            name: "stream-valley",
+            doc: "Quercus robur, Betula pendula and Picea abies along streams that run to ponds: \
+                cobbles, ferns, tussocks, moss",
+            change: stands::stream_valley,
+        },
+        Self {
             name: "demo",
             doc: "tiny and quick, for tests",
             change: demo,

@@ -159,8 +159,9 @@ impl Flora {
         sky: &SkyViewFactor,
     ) -> Vec<Patch> {
         let radius_m = self.cell_m * 0.5;
-        let off_trail =
-            |p: DVec2, _: f64| ground.trail_edge_m(p) > radius_m && ground.is_clear_of_water(p, BANK_M);
+        let off_trail = |p: DVec2, _: f64| {
+            ground.trail_edge_m(p) > radius_m && ground.is_clear_of_water(p, BANK_M)
+        };
         let chance = |p: DVec2| {
             let sky_view = sky.at(p.extend(ground.height_m(p) + 0.3));
             self.undergrowth.chance(p, sky_view)
@@ -198,8 +199,7 @@ impl Flora {
                 && ground.is_clear_of_thrown(p, 0.3)
                 && ground.is_clear_of_water(p, verge_m)
         };
-        let on_trail =
-            |p: DVec2, _: f64| ground.trail_edge_m(p) < -0.2 && !ground.is_puddle(p);
+        let on_trail = |p: DVec2, _: f64| ground.trail_edge_m(p) < -0.2 && !ground.is_puddle(p);
         let (branches, chance) = &self.branches;
         if *chance > 0.0 {
             lay(branches, PatchKind::Branch, &beside, &|_| *chance);

@@ -134,8 +134,13 @@ impl GroundModel {
         };
         let water_of_beds = if water.has_beds() && !is_measured {
             let ways = BuiltWays::new(Arc::clone(&base), trails.clone(), chunk_size_m);
-            let found =
-                Water::new(params, chunk_size_m, world, Arc::clone(&base), Arc::new(ways));
+            let found = Water::new(
+                params,
+                chunk_size_m,
+                world,
+                Arc::clone(&base),
+                Arc::new(ways),
+            );
             Some(found.map_err(Error::of_stage)?)
         } else {
             None
@@ -350,8 +355,7 @@ impl ChunkGround {
         match &self.water {
             Some(water) => {
                 let edge_m = water.edge_m(world_m);
-                let in_culvert =
-                    edge_m < f64::INFINITY && self.trail_edge_m(world_m) < CULVERT_M;
+                let in_culvert = edge_m < f64::INFINITY && self.trail_edge_m(world_m) < CULVERT_M;
                 if in_culvert { f64::INFINITY } else { edge_m }
             }
             None => f64::INFINITY,
@@ -367,7 +371,8 @@ impl ChunkGround {
     pub(crate) fn puddle_edge_m(&self, world_m: DVec2) -> f64 {
         let near = (self.puddles.iter())
             .filter(|p| p.middle_m().distance_squared(world_m) < 4.0 * p.reach_m() * p.reach_m());
-        near.map(|p| p.edge_m(world_m)).fold(f64::INFINITY, f64::min)
+        near.map(|p| p.edge_m(world_m))
+            .fold(f64::INFINITY, f64::min)
     }
 
     /// Whether a disk on the map keeps clear of streams and ponds.
@@ -378,6 +383,12 @@ impl ChunkGround {
     /// The streams and ponds near the chunk.
     pub(crate) fn water(&self) -> Option<&WaterNear> {
         self.water.as_deref()
+    }
+
+    /// Whether a place is in the chunk.
+    pub(crate) fn owns(&self, world_m: DVec2) -> bool {
+        let (low_m, high_m) = self.square;
+        world_m.cmpge(low_m).all() && world_m.cmplt(high_m).all()
     }
 
     /// The surfaces of the chunk's waters.

@@ -12,6 +12,7 @@ use nemoral_trails::{DressingKind, TrailDressing};
 use super::assets::WorldAssets;
 use super::ground::ChunkGround;
 use super::patch::Patch;
+use super::stream_stones::StreamStones;
 
 /// How far the variants of neighbouring tiles differ, as a share of all.
 const VARIANT_SPREAD: f64 = 0.16;
@@ -89,6 +90,13 @@ impl LowPlants<'_> {
                 }
             };
             plant(shapes, None, tuft);
+        }
+        let along = StreamStones::new(at, world, ground);
+        for plant_of in along.cobbles {
+            plant(&assets.stone_beds, None, plant_of);
+        }
+        for stone in along.stones {
+            plant(&assets.trail_stones, None, stone);
         }
         instances
     }

@@ -19,6 +19,7 @@ pub mod patch;
 pub(crate) mod placement;
 pub(crate) mod puddles;
 pub(crate) mod recipe;
+pub(crate) mod stream_stones;
 pub(crate) mod thrown;
 pub mod trajectory;
 pub(crate) mod trajectory_recipe;

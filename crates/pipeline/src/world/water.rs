@@ -75,9 +75,27 @@ const LASER: [f32; 2] = [0.002, 0.0005];
 /// are clouded by mud.
 fn water(kind: WaterKind) -> Material {
     let (name, body, absorption, slope, wave_m) = match kind {
-        WaterKind::Stream => ("water.stream", [0.020, 0.016, 0.009], [1.2, 2.2, 5.0], 0.10, 0.35),
-        WaterKind::Pond => ("water.pond", [0.016, 0.015, 0.009], [1.1, 1.9, 4.6], 0.010, 0.9),
-        WaterKind::Puddle => ("water.puddle", [0.085, 0.062, 0.038], [9.0, 13.0, 24.0], 0.004, 0.3),
+        WaterKind::Stream => (
+            "water.stream",
+            [0.020, 0.016, 0.009],
+            [1.2, 2.2, 5.0],
+            0.10,
+            0.35,
+        ),
+        WaterKind::Pond => (
+            "water.pond",
+            [0.016, 0.015, 0.009],
+            [1.1, 1.9, 4.6],
+            0.010,
+            0.9,
+        ),
+        WaterKind::Puddle => (
+            "water.puddle",
+            [0.085, 0.062, 0.038],
+            [9.0, 13.0, 24.0],
+            0.004,
+            0.3,
+        ),
     };
     let [nm905, nm1550] = LASER.map(|reflectance| LaserBand {
         reflectance,
@@ -106,8 +124,8 @@ pub(crate) fn sheets(
     if mesh.triangles.is_empty() {
         return Ok(None);
     }
-    let prototype = Prototype::new("water", mesh, Vec::new(), &library.materials)
-        .map_err(Error::of_stage)?;
+    let prototype =
+        Prototype::new("water", mesh, Vec::new(), &library.materials).map_err(Error::of_stage)?;
     let blas = Arc::new(Blas::build(Arc::new(prototype), &library.materials));
     Ok(Some((InstancePlace::at(Vec3::ZERO), blas)))
 }
