@@ -351,7 +351,8 @@ impl ChunkGround {
 
     /// Signed distance from the edge of the nearest stream or pond, metres, nearly: negative in its
     /// water, infinite farther than 5 m, and where streams are in culverts.
-    pub(crate) fn bank_m(&self, world_m: DVec2) -> f64 {
+    #[must_use]
+    pub fn bank_m(&self, world_m: DVec2) -> f64 {
         match &self.water {
             Some(water) => {
                 let edge_m = water.edge_m(world_m);
@@ -368,7 +369,8 @@ impl ChunkGround {
     }
 
     /// Signed distance from the border of the nearest puddle's hollow, metres.
-    pub(crate) fn puddle_edge_m(&self, world_m: DVec2) -> f64 {
+    #[must_use]
+    pub fn puddle_edge_m(&self, world_m: DVec2) -> f64 {
         let near = (self.puddles.iter())
             .filter(|p| p.middle_m().distance_squared(world_m) < 4.0 * p.reach_m() * p.reach_m());
         near.map(|p| p.edge_m(world_m))
@@ -380,13 +382,20 @@ impl ChunkGround {
         self.water.is_none() || self.bank_m(world_m) > radius_m
     }
 
-    /// The streams and ponds near the chunk.
-    pub(crate) fn water(&self) -> Option<&WaterNear> {
+    /// The puddles in the chunk and near it.
+    pub fn puddles(&self) -> impl Iterator<Item = &Puddle> {
+        self.puddles.iter()
+    }
+
+    /// The streams and ponds near the chunk; `None` if there are none.
+    #[must_use]
+    pub fn water(&self) -> Option<&WaterNear> {
         self.water.as_deref()
     }
 
     /// Whether a place is in the chunk.
-    pub(crate) fn owns(&self, world_m: DVec2) -> bool {
+    #[must_use]
+    pub fn owns(&self, world_m: DVec2) -> bool {
         let (low_m, high_m) = self.square;
         world_m.cmpge(low_m).all() && world_m.cmplt(high_m).all()
     }
