@@ -21,11 +21,14 @@ const IN_POND_M: f64 = -0.2;
 const OF_WIDTH_M: f64 = 100.0;
 /// The narrowest and the widest, in widths of the params.
 const WIDTHS: [f64; 2] = [0.35, 1.7];
-/// Depth of the water over half its width, and the least depth, metres.
-const DEPTH: f64 = 0.36;
+/// How wide it is at a node, and how much wider between two, relative to its mean width.
+const WIDE: [f64; 2] = [0.75, 1.25];
+const WIDE_BETWEEN: [f64; 2] = [-0.2, 0.35];
+/// Depth of the water over half its mean width, and the least depth, metres.
+const DEPTH: f64 = 0.3;
 const LEAST_DEPTH_M: f64 = 0.09;
 /// How steep banks are, at the least and at most.
-const BANKS_RISE: [f64; 2] = [0.55, 1.35];
+const BANKS_RISE: [f64; 2] = [0.8, 1.4];
 
 /// All water that runs from one node to the next.
 #[derive(Clone, Debug)]
@@ -78,23 +81,30 @@ pub(crate) fn runs(
         let along_m = lengths_m(&draft.places);
         let next_m = drafts.get(&draft.to).map(|next| next.levels_m[0]);
         let levels_m = levels(draft, &along_m, pond.as_deref(), next_m);
-        let rise = |node: Node| {
+        // The rise of the banks and the width at a node, and how much wider the run between is.
+        let shape = |node: Node| {
             let mut rng = finder.key.domain(BANKS).chunk(node).rng();
-            rng.range_f64(BANKS_RISE[0], BANKS_RISE[1])
+            let rise = rng.range_f64(BANKS_RISE[0], BANKS_RISE[1]);
+            let wide = rng.range_f64(WIDE[0], WIDE[1]);
+            (rise, wide, rng.range_f64(WIDE_BETWEEN[0], WIDE_BETWEEN[1]))
         };
-        let (rise_here, rise_there) = (rise(from), rise(draft.to));
+        let ((rise_here, wide_here, between), (rise_there, wide_there, _)) =
+            (shape(from), shape(draft.to));
         let before_m = above.length_m(from);
         let total_m = along_m[along_m.len() - 1];
         let sections = draft.places.iter().zip(&levels_m).zip(&along_m);
         let sections = sections.map(|((place, &level_m), &along)| {
-            let half_m = half_width_m(finder.params.stream_width_m, before_m + along);
+            let mean_m = half_width_m(finder.params.stream_width_m, before_m + along);
+            let t = along / total_m;
+            let bulge = between * 4.0 * t * (1.0 - t);
+            let half_m = mean_m * (wide_here + t * (wide_there - wide_here) + bulge);
             Section {
                 middle_m: place.middle_m,
                 along: place.along,
                 level_m,
                 half_m,
-                depth_m: (DEPTH * half_m).max(LEAST_DEPTH_M),
-                bank: rise_here + along / total_m * (rise_there - rise_here),
+                depth_m: (DEPTH * mean_m).max(LEAST_DEPTH_M),
+                bank: rise_here + t * (rise_there - rise_here),
             }
         });
         Run {

@@ -383,3 +383,25 @@ fn bad_parameters_are_named() {
         assert_eq!(e.expect_err("out of range").field, field);
     }
 }
+
+#[test]
+fn value_stability() {
+    let water = water(3);
+    let mut all = Vec::new();
+    for chunk in chunks() {
+        let near = water.near(chunk, 0.0);
+        all.extend(near.sections().flatten().copied());
+    }
+    let s: Section = all[all.len() / 2];
+    let found = [
+        s.middle_m.x,
+        s.middle_m.y,
+        s.level_m,
+        s.half_m,
+        s.depth_m,
+        s.bank,
+    ];
+    let expected = [0.0; 6];
+    let off = found.iter().zip(expected).map(|(a, b)| (a - b).abs());
+    assert!(off.fold(0.0, f64::max) < 1e-9, "{} {found:?}", all.len());
+}

@@ -356,7 +356,7 @@ pub(super) fn stream_valley(c: &mut Config) {
         springs_per_km2: 95.0,
         stream_width_m: 1.3,
         ponds: 0.3,
-        puddles: 0.6,
+        puddles: 1.0,
         ..Water::default()
     };
     c.undergrowth.floor = floor(0.5, 0.1, 0.4);

@@ -97,8 +97,8 @@ impl Encode for GroundMeshRecipe {
     }
 }
 
-/// How far beyond the water its bed is bare, metres.
-const BARE_M: f64 = 0.22;
+/// How far beyond the water its banks are bare and wet at the most, metres.
+const BARE_M: f64 = 0.26;
 
 /// The material of the bed and the wet banks of water; `None` elsewhere.
 fn bed_material(
@@ -107,11 +107,15 @@ fn bed_material(
     p: DVec2,
 ) -> Option<MaterialId> {
     let (beds, water) = (beds?, ground.water()?);
-    if ground.bank_m(p) > BARE_M {
+    let bank_m = ground.bank_m(p);
+    // The border of what is bare is ragged: waves of some metres and less.
+    let wave = |x: f64, y: f64| libm::sin(x + 1.3 * libm::sin(y));
+    let wave = wave(2.1 * p.x + 0.7, 1.7 * p.y) * wave(2.6 * p.y, 1.9 * p.x + 0.4);
+    if bank_m > BARE_M * (0.45 + 0.55 * wave) {
         return None;
     }
-    let in_pond = water.ponds().any(|pond| pond.edge_m(p) <= BARE_M);
-    Some(if in_pond { beds.mud } else { beds.gravel })
+    let is_bank = bank_m > 0.02 || water.ponds().any(|pond| pond.edge_m(p) < 0.0);
+    Some(if is_bank { beds.mud } else { beds.gravel })
 }
 
 /// The material of a piece of ground: the trail's, or the floor's.

@@ -10,11 +10,11 @@ const PUDDLES: Domain = Domain::new("pipeline.puddles");
 const WET: Domain = Domain::new("pipeline.puddles.wet");
 
 /// Side of the cells of which each has one puddle at most, metres.
-const CELL_M: f64 = 5.0;
+const CELL_M: f64 = 4.0;
 /// Size of wet and dry stretches, metres.
 const STRETCH_M: f64 = 24.0;
 /// The steepest run of a trail on which water stays.
-const LEVEL: f64 = 0.035;
+const LEVEL: f64 = 0.07;
 /// How far from its middle line the lowest place across is looked for, metres.
 const ACROSS_M: f64 = 0.7;
 /// How much lower a rut is than what is beside it, at the least, metres.
@@ -23,7 +23,7 @@ const RUT_M: f64 = 0.012;
 const VERGE_M: f64 = 0.15;
 const APART_M: f64 = 0.5;
 /// The longest half of a puddle, metres.
-const LONGEST_M: f64 = 2.2;
+const LONGEST_M: f64 = 1.7;
 
 /// How far around a square the trails must be known for its puddles, metres.
 pub(crate) const PUDDLE_REACH_M: f64 = LONGEST_M * 1.4 + 2.0 * CELL_M + 3.0;
@@ -109,8 +109,10 @@ impl Puddles {
         };
         let depth_m = rng.range_f64(0.05, 0.1);
         let room_m = -trails.edge_m(middle_m) - 0.05;
-        let half_m = [half * LONGEST_M, width_m.min(room_m / 1.2)];
-        (slope.abs() < LEVEL && half_m[1] > 0.15).then_some(PuddleSite {
+        // The steeper, the shorter, so that the lower end holds the water.
+        let longest_m = (0.4 * depth_m / slope.abs().max(1e-6)).min(LONGEST_M);
+        let half_m = [(half * LONGEST_M).min(longest_m), width_m.min(room_m / 1.2)];
+        (slope.abs() < LEVEL && half_m[1] > 0.15 && half_m[0] > 0.25).then_some(PuddleSite {
             middle_m,
             along,
             half_m,
@@ -130,7 +132,7 @@ impl Puddles {
             self.world.domain(WET).chunk(corner).rng().unit_f64()
         });
         let (low, high) = (a + t.x * (b - a), c + t.x * (d - c));
-        ((low + t.y * (high - low) - 0.3) / 0.4).clamp(0.0, 1.0)
+        ((low + t.y * (high - low) - 0.25) / 0.35).clamp(0.0, 1.0)
     }
 }
 
@@ -138,9 +140,9 @@ impl Puddles {
 fn holds(kind: TrailSurfaceKind) -> f64 {
     match kind {
         TrailSurfaceKind::Mud => 1.0,
-        TrailSurfaceKind::DryEarth => 0.7,
-        TrailSurfaceKind::LeafLitter | TrailSurfaceKind::Grassy => 0.5,
-        TrailSurfaceKind::Needles | TrailSurfaceKind::Gravel => 0.4,
+        TrailSurfaceKind::DryEarth => 0.8,
+        TrailSurfaceKind::LeafLitter | TrailSurfaceKind::Grassy => 0.7,
+        TrailSurfaceKind::Needles | TrailSurfaceKind::Gravel => 0.5,
         TrailSurfaceKind::Rock => 0.25,
         TrailSurfaceKind::Sand => 0.08,
     }

@@ -17,7 +17,7 @@ const BOULDERS: Domain = Domain::new("pipeline.stream.boulders");
 
 /// Beds of cobbles, single stones and boulders on a metre of a stream.
 const COBBLES_PER_M: f64 = 1.1;
-const STONES_PER_M: f64 = 4.0;
+const STONES_PER_M: f64 = 6.0;
 const BOULDERS_PER_M: f64 = 0.16;
 /// Stones and boulders keep this far from a trail's edge, metres.
 const VERGE_M: f64 = 0.9;
@@ -46,7 +46,7 @@ impl StreamStones {
         let mut stones = Vec::new();
         along(ground, STONES_PER_M, key(STONES), |rng, place, key| {
             stones.push(LowPlant {
-                position_m: place.offset_m(rng.range_f64(-1.35, 1.35)),
+                position_m: place.offset_m(rng.range_f64(-1.5, 1.5)),
                 yaw_rad: rng.range_f64(0.0, TAU),
                 scale: libm::exp(0.5 * rng.normal()).clamp(0.4, 3.0),
                 key,

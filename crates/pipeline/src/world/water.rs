@@ -78,16 +78,16 @@ fn water(kind: WaterKind) -> Material {
         WaterKind::Stream => (
             "water.stream",
             [0.020, 0.016, 0.009],
-            [1.2, 2.2, 5.0],
+            [0.8, 1.5, 3.0],
             0.10,
             0.35,
         ),
         WaterKind::Pond => (
             "water.pond",
             [0.016, 0.015, 0.009],
-            [1.1, 1.9, 4.6],
-            0.010,
-            0.9,
+            [0.9, 1.6, 3.4],
+            0.006,
+            1.4,
         ),
         WaterKind::Puddle => (
             "water.puddle",

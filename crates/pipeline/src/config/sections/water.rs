@@ -20,7 +20,7 @@ section! {
         /// Mean radius of the largest ponds.
         pond_radius_m: f64 = 7.0, Real(2.0, 12.0), "our choice";
         /// How many of the places of trails that can hold a puddle have one, where it is wettest.
-        puddles: f64 = 0.4, Real(0.0, 1.0), "our choice: some days after rain";
+        puddles: f64 = 0.7, Real(0.0, 1.0), "our choice: some days after rain";
     }
 }
 
