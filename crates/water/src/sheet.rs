@@ -12,7 +12,7 @@ use crate::puddle::Puddle;
 /// Texture coordinates repeat after this, metres, so that they stay exact in f32.
 const UV_PERIOD_M: f64 = 1024.0;
 
-/// Where the vertices of a stream's sheet are across, in half widths of the sheet.
+/// Where the vertices of a stream's sheet are across, from one end to the other.
 const ACROSS: [f64; 5] = [-1.0, -0.5, 0.0, 0.5, 1.0];
 
 /// A stream's sheet ends this far inside of a pond, metres, some millimetres below its water.
@@ -61,6 +61,16 @@ impl Sheets<'_> {
         self.mesh.triangles.push(Triangle { corners, material });
     }
 
+    /// The end of a row in a direction: in the first bank, or, if there is none, where it would be.
+    fn border(&self, middle_m: DVec2, out: DVec2, level_m: f64) -> (DVec2, f64) {
+        let places = (10..=22).map(|i| middle_m + out * (0.05 * f64::from(i)));
+        let is_bank = |p: &DVec2| self.ground.height_m(*p) >= level_m + BURIED_M;
+        match places.into_iter().find(is_bank) {
+            Some(bank) => (bank, level_m),
+            None => (middle_m + out, self.buried_m(middle_m + out, level_m)),
+        }
+    }
+
     /// The height of a sheet's border, which is nowhere above the ground: beside a lower stream, the
     /// water falls to that.
     fn buried_m(&self, place: DVec2, level_m: f64) -> f64 {
@@ -88,13 +98,12 @@ impl Sheets<'_> {
             let under = edge_m.is_some_and(|edge| edge < -0.1);
             let level_m = row.level_m - if under { UNDER_POND_M } else { 0.0 };
             let left = row.along.perp() * row.sheet_half_m();
+            let [right_end, left_end] =
+                [-left, left].map(|out| self.border(row.middle_m, out, level_m));
             let row = ACROSS.map(|o| {
-                let p = row.middle_m + left * o;
-                let level_m = if o.abs() < 1.0 {
-                    level_m
-                } else {
-                    self.buried_m(p, level_m)
-                };
+                let (end, end_m) = if o < 0.0 { right_end } else { left_end };
+                let p = row.middle_m.lerp(end, o.abs());
+                let level_m = if o.abs() < 1.0 { level_m } else { end_m };
                 self.vertex(p, level_m, normal)
             });
             if let Some(before) = before {

@@ -401,7 +401,17 @@ fn value_stability() {
         s.depth_m,
         s.bank,
     ];
-    let expected = [0.0; 6];
+    let expected = [
+        -53.340_166_644_652_32,
+        155.223_504_405_660_8,
+        38.599_292_034_029_79,
+        0.216_373_721_595_752_2,
+        0.09,
+        1.177_364_447_353_511_6,
+    ];
     let off = found.iter().zip(expected).map(|(a, b)| (a - b).abs());
-    assert!(off.fold(0.0, f64::max) < 1e-9, "{} {found:?}", all.len());
+    assert!(
+        all.len() == 2604 && off.fold(0.0, f64::max) < 1e-9,
+        "{found:?}"
+    );
 }

@@ -114,8 +114,8 @@ fn bed_material(
     if bank_m > BARE_M * (0.45 + 0.55 * wave) {
         return None;
     }
-    let is_bank = bank_m > 0.02 || water.ponds().any(|pond| pond.edge_m(p) < 0.0);
-    Some(if is_bank { beds.mud } else { beds.gravel })
+    let of_pond = water.ponds().any(|pond| pond.edge_m(p) < BARE_M);
+    Some(if of_pond { beds.mud } else { beds.gravel })
 }
 
 /// The material of a piece of ground: the trail's, or the floor's.

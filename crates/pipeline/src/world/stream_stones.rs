@@ -46,7 +46,7 @@ impl StreamStones {
         let mut stones = Vec::new();
         along(ground, STONES_PER_M, key(STONES), |rng, place, key| {
             stones.push(LowPlant {
-                position_m: place.offset_m(rng.range_f64(-1.5, 1.5)),
+                position_m: place.offset_m(rng.range_f64(-1.25, 1.25)),
                 yaw_rad: rng.range_f64(0.0, TAU),
                 scale: libm::exp(0.5 * rng.normal()).clamp(0.4, 3.0),
                 key,

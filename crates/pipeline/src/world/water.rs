@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use nemoral_assets::Library;
 use nemoral_raycast::Blas;
-use nemoral_scene::glam::Vec3;
+use nemoral_scene::glam::{Vec2, Vec3};
 use nemoral_scene::{
-    InstancePlace, LaserBand, Liquid, Material, MaterialId, Optics, Prototype, Semantic,
+    InstancePlace, LaserBand, Liquid, Material, MaterialId, Optics, Prototype, Semantic, Texture,
     TrailSurfaceKind,
 };
 use nemoral_water::WaterKind;
@@ -35,15 +35,16 @@ impl WaterMaterials {
         let all = &mut library.materials;
         let bed = |kind: TrailSurfaceKind| library.ground.trail(kind).surface;
         let (gravel, mud) = (bed(TrailSurfaceKind::Gravel), bed(TrailSurfaceKind::Mud));
-        let mut soil = |name: &str, of: MaterialId| {
+        let mut soil = |name: &str, of: MaterialId, wet: f32| {
             let bed = all.get(of).clone();
             all.add(Material {
                 name: name.to_owned(),
                 semantic: Semantic::Soil,
+                albedo: Arc::new(darkened(&bed.albedo, wet)),
                 ..bed
             })
         };
-        let (gravel, mud) = (soil("stream.bed", gravel), soil("pond.bed", mud));
+        let (gravel, mud) = (soil("stream.bed", gravel, 0.42), soil("pond.bed", mud, 0.7));
         let mut water = |kind| all.add(water(kind));
         Self {
             stream: water(WaterKind::Stream),
@@ -61,6 +62,19 @@ impl WaterMaterials {
             WaterKind::Puddle => self.puddle,
         }
     }
+}
+
+/// A texture of half the resolution whose reflectance is this share of another's, as that of wet
+/// ground is.
+fn darkened(texture: &Texture, share: f32) -> Texture {
+    let [width, height] = [texture.width(), texture.height()].map(|side| (side / 2).max(1));
+    let texel = |i: usize| {
+        let (x, y) = ((i % width) as f32 + 0.5, (i / width) as f32 + 0.5);
+        let uv = Vec2::new(x / width as f32, y / height as f32);
+        texture.sample(uv, 1.0 / width.max(height) as f32) * share
+    };
+    let texels: Vec<Vec3> = (0..width * height).map(texel).collect();
+    Texture::from_linear(width, height, &texels).unwrap_or_else(|_| texture.clone())
 }
 
 /// Share of light that clear humic water scatters back at laser wavelengths: what enters is
