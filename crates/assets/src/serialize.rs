@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 use nemoral_scene::{
-    AlphaMask, AmbientOcclusion, Card, DecayStage, Material, MaterialLibrary, Mesh, Optics,
+    AlphaMask, AmbientOcclusion, Card, DecayStage, Liquid, Material, MaterialLibrary, Mesh, Optics,
     PlantCommunity, Prototype, PrototypeError, Semantic, Texture, TextureWindow,
 };
 use serde::{Deserialize, Serialize};
@@ -70,6 +70,7 @@ struct StoredMaterial<'a> {
     ground: bool,
     tile_m: f32,
     optics: Optics,
+    liquid: Option<Liquid>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -136,6 +137,7 @@ impl Library {
                 mask: material.mask.as_deref().map(Cow::Borrowed),
                 ground: material.ground,
                 tile_m: material.tile_m,
+                liquid: material.liquid,
                 optics: material.optics,
             });
         }
@@ -314,6 +316,7 @@ impl StoredMaterial<'_> {
             mask: self.mask.map(|mask| Arc::new(mask.into_owned())),
             ground: self.ground,
             tile_m: self.tile_m,
+            liquid: self.liquid,
             optics: self.optics,
         })
     }

@@ -22,6 +22,8 @@ pub enum Returns {
 pub(crate) struct SubRayHit {
     /// The number of the sub-ray.
     pub(crate) ray: usize,
+    /// The number in the batch of what it met by way of a liquid's surface; `None` for what it hit.
+    pub(crate) mirrored: Option<u32>,
     pub(crate) range_m: f64,
     /// The share of the pulse's light that it reflects: weight × reflectance × cos(incidence).
     pub(crate) sent_back: f64,
@@ -160,6 +162,7 @@ mod tests {
             .enumerate()
             .map(|(ray, &(range_m, sent_back))| SubRayHit {
                 ray,
+                mirrored: None,
                 range_m,
                 sent_back,
                 incidence_cos: 1.0,

@@ -10,6 +10,7 @@ use nemoral_scene::{
 use nemoral_seed::{Domain, Draw};
 
 use crate::echo::{Echo, SubRayHit, group_hits};
+use crate::mirror::Mirrored;
 use crate::pulse_batch::{PulseBatch, ScanContext};
 
 const DROPOUT: Domain = Domain::new("lidar.dropout");
@@ -25,6 +26,8 @@ pub(crate) struct BatchHits<'a> {
     pub(crate) batch: &'a PulseBatch,
     pub(crate) rays: &'a [Ray],
     pub(crate) hits: &'a [Option<SurfaceHit>],
+    /// What rays met by way of liquids' surfaces, in the order of rays.
+    pub(crate) mirrored: Vec<Mirrored>,
 }
 
 /// A return: an echo that is reported, or a false alarm.
@@ -35,6 +38,8 @@ pub(crate) struct Return {
     /// The number in the batch of the ray that brought most of the light; [`NO_RAY`] for a false
     /// alarm.
     ray: u32,
+    /// The number in the batch of what that met by way of a liquid's surface.
+    mirrored: Option<u32>,
     true_range_m: f32,
     intensity: f32,
     incidence_cos: f32,
@@ -119,11 +124,13 @@ impl ScanContext<'_> {
                     (-towards(hit, &rays[i]).dot(rays[i].direction.into())).clamp(0.0, 1.0);
                 all.sub_ray_hits.push(SubRayHit {
                     ray: i,
+                    mirrored: None,
                     range_m: hit.distance_m.into(),
                     sent_back: self.sub_rays[i].weight * (self.reflectance(hit) * incidence_cos),
                     incidence_cos,
                 });
             }
+            self.add_mirrored(cast, shot as usize * of_shot, &mut all.sub_ray_hits);
             group_hits(
                 &mut all.sub_ray_hits,
                 first,
@@ -133,6 +140,25 @@ impl ScanContext<'_> {
             all.ends.push((shot, all.echoes.len()));
         }
         all
+    }
+
+    /// Adds what the rays of a pulse, the first of which has this number, met by way of liquids.
+    fn add_mirrored(&self, cast: &BatchHits<'_>, first: usize, out: &mut Vec<SubRayHit>) {
+        let end = first + self.sub_rays.len();
+        let from = cast.mirrored.partition_point(|m| m.ray < first);
+        let of_pulse = cast.mirrored[from..].iter().take_while(|m| m.ray < end);
+        for (number, m) in (from as u32..).zip(of_pulse) {
+            let towards = towards(&m.met, &m.path);
+            let incidence_cos = (-towards.dot(m.path.direction.into())).clamp(0.0, 1.0);
+            let reflected = self.reflectance(&m.met) * incidence_cos;
+            out.push(SubRayHit {
+                ray: m.ray - first,
+                mirrored: Some(number),
+                range_m: m.range_m,
+                sent_back: self.sub_rays[m.ray - first].weight * (reflected * m.share),
+                incidence_cos,
+            });
+        }
     }
 
     /// The measured range of each echo; `None` if it is not seen.
@@ -190,6 +216,8 @@ impl ScanContext<'_> {
         let (rays, hits) = (&cast.rays[of_pulse..], &cast.hits[of_pulse..]);
         let pure = match &sub_ray_hits[echo.first..echo.end] {
             [only] => only.ray == 0,
+            // One by way of a mirror is on no surface that another could share.
+            group if group.iter().any(|c| c.mirrored.is_some()) => false,
             group => {
                 let hit_of = |c: &SubRayHit| hits[c.ray].as_ref().expect("it is a hit");
                 let at = |c: &SubRayHit| {
@@ -207,9 +235,12 @@ impl ScanContext<'_> {
                     })
             }
         };
+        let mixed = if pure { 0 } else { PointFlags::MIXED };
+        let mirrored = strongest.mirrored.map_or(0, |_| PointFlags::MIRRORED);
         Return {
             measured_m: echo.measured_m,
             shot,
+            mirrored: strongest.mirrored,
             ray: (of_pulse + strongest.ray) as u32,
             true_range_m: echo.range_m as f32,
             intensity: echo.sent_back as f32,
@@ -217,7 +248,7 @@ impl ScanContext<'_> {
             reflectivity: (150.0 * echo.sent_back).round() as u8,
             return_number: 0,
             returns: 0,
-            flags: PointFlags(if pure { 0 } else { PointFlags::MIXED }),
+            flags: PointFlags(mixed | mirrored),
         }
     }
 
@@ -231,6 +262,7 @@ impl ScanContext<'_> {
             measured_m: self.params.errors.quantised_m(range_m),
             shot,
             ray: NO_RAY,
+            mirrored: None,
             true_range_m: 0.0,
             intensity: 0.0,
             incidence_cos: 0.0,
@@ -257,8 +289,18 @@ impl ScanContext<'_> {
         };
         let met = (reported.ray != NO_RAY).then(|| {
             let ray = reported.ray as usize;
-            let hit = cast.hits[ray].as_ref().expect("an echo is of a hit");
-            let normal = self.written(pose, towards(hit, &cast.rays[ray]));
+            let (hit, towards) = match reported.mirrored {
+                Some(number) => {
+                    let m = &cast.mirrored[number as usize];
+                    let towards = towards(&m.met, &m.path).as_vec3();
+                    (&m.met, DVec3::from(m.image(towards)))
+                }
+                None => {
+                    let hit = cast.hits[ray].as_ref().expect("an echo is of a hit");
+                    (hit, towards(hit, &cast.rays[ray]))
+                }
+            };
+            let normal = self.written(pose, towards);
             (
                 self.materials.get(hit.material).semantic,
                 hit.object,

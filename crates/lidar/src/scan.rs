@@ -6,6 +6,7 @@ use rayon::iter::repeat_n;
 use rayon::prelude::*;
 
 use crate::echo_detection::{BatchHits, Return};
+use crate::mirror::mirrored;
 use crate::pulse_batch::{PulseBatch, ScanContext};
 
 /// The most rays that are cast together: enough that a caster finds many similar ones, and that a
@@ -43,7 +44,13 @@ fn fire(scan: &ScanContext<'_>, start: u32, count: u32, points: &mut Vec<LidarPo
     let cast = batches.par_iter().zip(cast);
     let detected: Vec<(BatchHits<'_>, Vec<Return>)> = cast
         .map(|(batch, (rays, hits))| {
-            let cast = BatchHits { batch, rays, hits };
+            let range = (scan.params.min_range_m, scan.params.max_range_m);
+            let cast = BatchHits {
+                batch,
+                rays,
+                hits,
+                mirrored: mirrored(rays, hits, scan.caster, scan.materials, range),
+            };
             let returns = scan.detect(&cast);
             (cast, returns)
         })

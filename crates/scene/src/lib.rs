@@ -71,7 +71,7 @@ pub use instance::{Instance, InstanceError, InstancePlace};
 pub use instanced::{InstanceGroup, InstancedScene, PlacedGroup};
 pub use inventory::{DeadwoodRecord, DecayStage, ObjectKind, ObjectRecord, TreeRecord};
 pub use mask::{AlphaMask, MaskError};
-pub use material::{LaserBand, Material, MaterialId, MaterialLibrary, Optics};
+pub use material::{LaserBand, Liquid, Material, MaterialId, MaterialLibrary, Optics};
 pub use mesh::{Blend, Card, Mesh, Triangle};
 pub use motion::{Shutter, Twist};
 pub use object::ObjectId;

@@ -31,6 +31,39 @@ pub struct Optics {
     pub nm1550: LaserBand,
 }
 
+/// What light does at and below the smooth surface of a liquid.
+///
+/// The surface is opaque in truth: rays end there. Pictures show what it mirrors, and its bed
+/// through it; a laser's echo may come from what it mirrors. The light that the liquid itself
+/// scatters back is the material's albedo and its reflectance at laser wavelengths, for a liquid
+/// so deep that no bed is seen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Liquid {
+    /// Refractive index over that of air, above 1: 1.33 for water.
+    pub refractive_index: f32,
+    /// Absorption of red, green and blue light on the way through it, per metre.
+    pub absorption_per_m: Vec3,
+    /// Root mean square of the slope of its ripples; 0 for a mirror.
+    pub ripple_slope: f32,
+    /// Length of its longest ripples, metres.
+    pub ripple_m: f32,
+}
+
+impl Liquid {
+    /// Share of unpolarised light that the surface mirrors, by the cosine of the angle of incidence
+    /// in air (Fresnel's equations), 0..=1.
+    #[must_use]
+    pub fn mirrored(&self, cos: f32) -> f32 {
+        let n = self.refractive_index;
+        let cos = cos.clamp(0.0, 1.0);
+        let below = (1.0 - (1.0 - cos * cos) / (n * n)).max(0.0).sqrt();
+        let across = (cos - n * below) / (cos + n * below);
+        let along = (n * cos - below) / (n * cos + below);
+        0.5 * (across * across + along * along)
+    }
+}
+
 /// What a surface is and how it looks: one semantic, one mask, one appearance.
 #[derive(Clone, Debug)]
 pub struct Material {
@@ -56,6 +89,8 @@ pub struct Material {
     pub tile_m: f32,
     /// Its reflectances and transmittances at laser wavelengths.
     pub optics: Optics,
+    /// What it does with light if it is the surface of a liquid; `None` for everything solid.
+    pub liquid: Option<Liquid>,
 }
 
 /// All materials of a world; a [`MaterialId`] is an index into it.
@@ -121,6 +156,33 @@ impl Material {
                 nm905: band,
                 nm1550: band,
             },
+            liquid: None,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn water_mirrors_as_tables_say() {
+        let water = Liquid {
+            refractive_index: 1.33,
+            absorption_per_m: Vec3::ZERO,
+            ripple_slope: 0.0,
+            ripple_m: 1.0,
+        };
+        // Reflectance of still water at angles from the vertical (Hecht, "Optics", with n = 1.33).
+        for (degrees, share) in [
+            (0.0_f32, 0.0200),
+            (30.0, 0.0211),
+            (60.0, 0.0591),
+            (80.0, 0.3471),
+        ] {
+            let found = water.mirrored(degrees.to_radians().cos());
+            assert!((found - share).abs() < 6e-4, "{degrees}: {found}");
+        }
+        assert_eq!(water.mirrored(0.0), 1.0);
     }
 }

@@ -108,6 +108,15 @@ impl TrailGround {
         }
     }
 
+    /// [`edge_m`](Self::edge_m) and its gradient, which is zero where that is infinite.
+    #[must_use]
+    pub fn edge(&self, world_m: DVec2) -> (f64, DVec2) {
+        match outline(&self.around(world_m)) {
+            Some(edge) if edge.value < REACH_M => (edge.value, edge.gradient),
+            _ => (f64::INFINITY, DVec2::ZERO),
+        }
+    }
+
     /// The part of a trail at this position; where trails meet, that of the nearest one.
     #[must_use]
     pub fn zone(&self, world_m: DVec2) -> TrailZone {

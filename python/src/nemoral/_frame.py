@@ -137,7 +137,7 @@ class Points:
 
     @cached_property
     def flags(self) -> Array:
-        """(N,) uint8: 1 for mixed returns, 2 for false alarms."""
+        """(N,) uint8: 1 for mixed returns, 2 for false alarms, 4 for returns by way of water."""
         return self._column("flags")
 
 

@@ -8,3 +8,4 @@ mod processing;
 mod sensors;
 mod site;
 mod stereo;
+mod water;

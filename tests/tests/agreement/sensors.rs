@@ -9,7 +9,7 @@ use nemoral_pipeline::world::cameras::CameraRig;
 use nemoral_pipeline::world::lidars::LidarRig;
 use nemoral_render::{OpenSky, PixelTruth, SceneView, View};
 use nemoral_scene::glam::{DVec2, DVec3};
-use nemoral_scene::{Intrinsics, LidarPoint, Ontology};
+use nemoral_scene::{Intrinsics, LidarPoint, Ontology, PointFlags};
 use nemoral_tests::World;
 
 /// The robot stands still while it scans, its LiDAR has no errors, and its camera is at the LiDAR's
@@ -93,7 +93,9 @@ impl Frame {
         let camera_from_lidar =
             self.cameras[0].body_from_camera.inverse() * lidars[0].body_from_lidar;
         let k: Intrinsics = view.intrinsics;
-        self.scans[0].iter().map(move |point| {
+        // What was met by way of a mirror is not where its point lies.
+        let direct = |p: &&LidarPoint| !p.flags.has(PointFlags::MIRRORED);
+        self.scans[0].iter().filter(direct).map(move |point| {
             let in_camera = camera_from_lidar.transform_point(point.position_m.as_dvec3());
             let pixel = k.project(in_camera).expect("in front of the camera");
             let inside = pixel.cmpge(DVec2::ZERO).all()
@@ -107,6 +109,11 @@ impl Frame {
                 .truth_at(&scene, view, pixel + shift);
             (point, Seen { in_camera, truth })
         })
+    }
+
+    /// The points of its scan.
+    pub(crate) fn points(&self) -> &[LidarPoint] {
+        &self.scans[0]
     }
 
     /// Number of points, and of those for which the camera sees another class or instance.

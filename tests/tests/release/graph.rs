@@ -13,7 +13,7 @@ use std::process::Command;
 use serde_json::Value;
 
 /// The stage crates, each of which has one task and depends only on the vocabulary and the keys.
-const STAGES: [&str; 13] = [
+const STAGES: [&str; 14] = [
     "nemoral-assets",
     "nemoral-dataset",
     "nemoral-export",
@@ -27,6 +27,7 @@ const STAGES: [&str; 13] = [
     "nemoral-terrain",
     "nemoral-trails",
     "nemoral-trajectory",
+    "nemoral-water",
 ];
 
 /// The crates that read data sets and know how they are made no more than their readers do.

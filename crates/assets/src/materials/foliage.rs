@@ -235,6 +235,7 @@ pub(super) fn register_cards(
                         ground: false,
                         tile_m: 1.0,
                         optics: kind.optics.laser,
+                        liquid: None,
                     });
                     number += 1;
                     FoliageCard {

@@ -182,5 +182,6 @@ pub(super) fn solid(
         ground: false,
         tile_m: 1.0,
         optics,
+        liquid: None,
     }
 }

@@ -30,7 +30,8 @@ const ENOUGH_RESIDUALS: usize = 100;
 const MOST_RESIDUAL_M: f64 = 0.02;
 
 /// Agreement of LiDAR points with the pixels they project to, over all frames and all pairs of
-/// LiDAR and camera. Points of the sky's class are left out: they are false alarms.
+/// LiDAR and camera. Points of the sky's class are left out: they are false alarms. So are mixed
+/// and mirrored returns, which lie on no surface.
 ///
 /// A point's true position (along its measured direction, at its true range) is projected. It is
 /// *comparable* if its depth differs from the pixel's by at most 2 cm plus half the depth spread of
@@ -285,7 +286,8 @@ impl View<'_> {
 }
 
 fn on_a_surface(p: &PlyPoint) -> bool {
-    !(p.point.flags).has(PointFlags::MIXED | PointFlags::FALSE_ALARM)
+    let on_none = PointFlags::MIXED | PointFlags::FALSE_ALARM | PointFlags::MIRRORED;
+    !p.point.flags.has(on_none)
 }
 
 /// The true position of a point in the LiDAR's frame: its direction, at its true range. The
@@ -323,7 +325,7 @@ impl Agreement {
         points: &[PlyPoint],
         camera_from_lidar: &RigidTransform,
     ) {
-        // A mixed return or a false alarm lies on no surface that a pixel could show.
+        // A mixed or mirrored return or a false alarm lies on no surface that a pixel could show.
         for p in points.iter().filter(|p| on_a_surface(p)) {
             let Some(class) = self.classes.iter_mut().find(|c| c.id == p.class) else {
                 continue;

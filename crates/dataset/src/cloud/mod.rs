@@ -174,7 +174,7 @@ impl Cloud {
     }
 
     fn keeps(&self, p: &PlyPoint, world_m: DVec3, filled: &mut HashSet<[i64; 3]>) -> bool {
-        let odd = PointFlags::MIXED | PointFlags::FALSE_ALARM;
+        let odd = PointFlags::MIXED | PointFlags::FALSE_ALARM | PointFlags::MIRRORED;
         if self.params.pure && p.point.flags.has(odd) || !self.only.has(p) {
             return false;
         }

@@ -1,6 +1,6 @@
 //! Named requests.
 
-use super::{Config, Deadwood, Sward, Thickets, TrailKinds, stands};
+use super::{Config, Deadwood, Sward, Thickets, TrailKinds, Water, stands};
 
 /// A named request.
 #[derive(Clone, Copy, Debug)]
@@ -88,6 +88,12 @@ impl Preset {
             change: stands::rank_clearing,
         },
         Self {
+            name: "stream-valley",
+            doc: "Quercus robur, Betula pendula and Picea abies along streams that run to ponds: \
+                cobbles, ferns, tussocks, moss",
+            change: stands::stream_valley,
+        },
+        Self {
             name: "demo",
             doc: "tiny and quick, for tests",
             change: demo,
@@ -127,6 +133,7 @@ fn paper(config: &mut Config, trees: f64) {
     config.chunks.undergrowth_radius_m = 100.0;
     config.chunks.delete_radius_m = 200.0;
     config.camera.edge_samples = 1;
+    config.water = Water::none();
     one_kind_of_way(config);
 }
 
@@ -138,6 +145,7 @@ fn one_kind_of_way(config: &mut Config) {
 
 fn demo(config: &mut Config) {
     one_kind_of_way(config);
+    config.water = Water::none();
     config.deadwood = Deadwood {
         volume_m3_ha: 0.0,
         thrown_per_ha: 0.0,

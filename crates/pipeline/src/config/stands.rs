@@ -5,7 +5,7 @@
 //! numbers without a range (saplings, stumps, shrubs, Weibull shapes). A chunk of 50 m is a quarter
 //! of a hectare.
 
-use super::{Assets, Config, Deadwood, Floor, Sward, Thickets};
+use super::{Assets, Config, Deadwood, Floor, PathWander, RobotPath, Sward, Thickets, Water};
 
 /// Removes all species, as each recipe names its own.
 fn bare(config: &mut Config) -> &mut Assets {
@@ -341,4 +341,40 @@ pub(super) fn rank_clearing(c: &mut Config) {
     c.undergrowth.sward = sward(0.6, [1.0, 0.0, 0.5, 0.3, 0.8]);
     c.undergrowth.thickets = thickets([0.34, 0.24, 0.0, 0.0, 0.14]);
     c.deadwood = deadwood([9.0, 2.6, 1.0, 9.0]);
+}
+
+/// A stand along streams, on moist ground between wide hills: oak and birch with spruce, as in
+/// riparian forests of the hills (alder is not among the species), ferns and tussocks, boulders.
+pub(super) fn stream_valley(c: &mut Config) {
+    oak_mixed(c);
+    let a = bare(c);
+    (a.english_oak, a.silver_birch, a.norway_spruce) = (0.5, 0.3, 0.2);
+    (a.gorse, a.heather, a.bramble) = (0.0, 0.0, 1.0);
+    c.placement.trees = per_hectare(c, 260.0);
+    c.placement.shrubs = per_hectare(c, 120.0);
+    c.placement.gaps.share = 0.1;
+    (c.placement.rocks_min, c.placement.rocks_max) = (6, 30);
+    // Wide valleys, with little between them to keep water from running down.
+    c.terrain.scale_m = 240.0;
+    c.terrain.max_height_m = 34.0;
+    c.terrain.persistence = 0.24;
+    c.water = Water {
+        springs_per_km2: 95.0,
+        stream_width_m: 1.3,
+        ponds: 0.3,
+        puddles: 1.0,
+        ..Water::default()
+    };
+    c.undergrowth.floor = floor(0.5, 0.1, 0.4);
+    (
+        c.undergrowth.grass,
+        c.undergrowth.herbs,
+        c.undergrowth.ferns,
+    ) = (0.4, 0.6, 0.9);
+    c.undergrowth.sward = sward(0.35, [0.9, 0.1, 1.0, 0.1, 0.5]);
+    c.undergrowth.thickets = thickets([0.12, 0.08, 0.0, 0.1, 0.12]);
+    c.trails.surface = super::VARIED_SURFACES.to_owned();
+    c.deadwood = deadwood([14.0, 3.2, 2.0, 5.0]);
+    (c.climbers.ivy, c.climbers.moss) = (0.1, 1.4);
+    c.robot.path = RobotPath::Wander(PathWander::default());
 }

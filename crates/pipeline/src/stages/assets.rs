@@ -76,10 +76,11 @@ impl Stage<Forest> for AssetStage {
     type Inputs = (OfWorld<Library>,);
     type Output = WorldAssets;
     const ID: &'static str = "world.assets";
-    const VERSION: u32 = 7;
+    const VERSION: u32 = 8;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         self.recipe.fingerprint(hasher);
+        hasher.write_u64(u64::from(self.recipe.has_water()));
         self.models.fingerprint(hasher);
     }
 

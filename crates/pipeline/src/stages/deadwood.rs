@@ -35,7 +35,7 @@ impl Stage<Forest> for FallenStemStage {
     );
     type Output = Vec<FallenStem>;
     const ID: &'static str = "chunk.fallen_stems";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         InputFiles::default().encode(hasher, &self.0);

@@ -119,7 +119,7 @@ impl Stage<Forest> for ImageStage {
     );
     type Output = Vec<CameraImages>;
     const ID: &'static str = "frame.images";
-    const VERSION: u32 = 9;
+    const VERSION: u32 = 10;
 
     fn fingerprint(&self, _: &mut Hasher) {}
 
@@ -149,7 +149,7 @@ impl Stage<Forest> for ScanStage {
     );
     type Output = Vec<Vec<LidarPoint>>;
     const ID: &'static str = "frame.scans";
-    const VERSION: u32 = 3;
+    const VERSION: u32 = 4;
 
     fn fingerprint(&self, _: &mut Hasher) {}
 

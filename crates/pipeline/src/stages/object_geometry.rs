@@ -11,6 +11,7 @@ use crate::world::assets::WorldAssets;
 use crate::world::chunk_geometry::ObjectGeometry;
 use crate::world::ground::ChunkGround;
 use crate::world::ground_mesh::GroundMeshRecipe;
+use crate::world::water::sheets;
 use crate::{Error, InputFiles};
 
 /// Meshes the ground of a chunk and places its objects on it.
@@ -42,7 +43,7 @@ impl Stage<Forest> for ObjectGeometryStage {
     );
     type Output = ObjectGeometry;
     const ID: &'static str = "chunk.object_geometry";
-    const VERSION: u32 = 4;
+    const VERSION: u32 = 5;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         InputFiles::default().encode(hasher, &self.ground);
@@ -54,10 +55,14 @@ impl Stage<Forest> for ObjectGeometryStage {
         world: Key,
         (assets, ground, objects): Values<'_, Self>,
     ) -> Result<ObjectGeometry, Error> {
+        let sheets = match &assets.water {
+            Some(materials) => sheets(&ground, materials, &assets.library)?,
+            None => None,
+        };
         let ground = in_pool(|| self.ground.make(at, world, &assets, &ground))?;
         let placed = |object| assets.instance(object, at, self.chunk_size_m);
         let objects = objects.0.iter().map(placed);
-        let instances = std::iter::once(ground).chain(objects);
+        let instances = std::iter::once(ground).chain(sheets).chain(objects);
         Ok(ObjectGeometry::new(instances.collect()))
     }
 }

@@ -58,7 +58,7 @@ impl<const N: usize> Stage<Forest> for RockPhaseStage<N> {
     );
     type Output = Vec<Site>;
     const ID: &'static str = "chunk.rocks.phase";
-    const VERSION: u32 = 2;
+    const VERSION: u32 = 3;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         hasher.write_u64(N as u64);
@@ -111,7 +111,7 @@ impl Stage<Forest> for WoodyStage {
     );
     type Output = Vec<Site>;
     const ID: &'static str = "chunk.woody";
-    const VERSION: u32 = 2;
+    const VERSION: u32 = 3;
 
     fn fingerprint(&self, _: &mut Hasher) {}
 

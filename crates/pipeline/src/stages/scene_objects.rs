@@ -27,7 +27,7 @@ impl Stage<Forest> for SceneObjectStage {
     );
     type Output = SceneObjects;
     const ID: &'static str = "chunk.objects";
-    const VERSION: u32 = 5;
+    const VERSION: u32 = 6;
 
     fn fingerprint(&self, _: &mut Hasher) {}
 

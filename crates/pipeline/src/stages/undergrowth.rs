@@ -53,7 +53,7 @@ impl Stage<Forest> for UndergrowthStage {
     );
     type Output = Vec<Patch>;
     const ID: &'static str = "chunk.undergrowth";
-    const VERSION: u32 = 5;
+    const VERSION: u32 = 6;
 
     fn fingerprint(&self, _: &mut Hasher) {}
 
@@ -94,7 +94,7 @@ impl Stage<Forest> for SeedlingStage {
     );
     type Output = Vec<CoverPoint>;
     const ID: &'static str = "chunk.seedlings";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         let Self {

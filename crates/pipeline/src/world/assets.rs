@@ -13,6 +13,7 @@ use rayon::prelude::*;
 
 use super::models::{ModelRecipe, WorldModels};
 use super::recipe::Recipe;
+use super::water::WaterMaterials;
 use crate::Error;
 use crate::site::{MeasuredStem, MeasuredStems};
 
@@ -79,6 +80,8 @@ pub struct WorldAssets {
     field_ids: Vec<String>,
     /// The user's models among all these.
     pub(crate) models: WorldModels,
+    /// The materials of waters and their beds, if there are any.
+    pub water: Option<WaterMaterials>,
 }
 
 /// A tree of a stem map as an object.
@@ -110,7 +113,10 @@ impl WorldAssets {
         models: &ModelRecipe,
         world: Key,
     ) -> Result<Self, Error> {
-        let (library, models) = models.add_to(library)?;
+        let (mut library, models) = models.add_to(library)?;
+        let water = recipe
+            .has_water()
+            .then(|| WaterMaterials::add_to(Arc::make_mut(&mut library)));
         let species = recipe.species()?;
         let params = recipe.params(&species);
         let snags = recipe.snag_share();
@@ -208,6 +214,7 @@ impl WorldAssets {
             measured,
             field_ids,
             models,
+            water,
             library,
         })
     }

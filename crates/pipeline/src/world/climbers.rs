@@ -86,7 +86,8 @@ impl Climbing {
                     scale: rng.range_f64(0.7, 1.15),
                     key: key.item(u64::from(i)),
                 };
-                if ground.trail_edge_m(patch.position_m) > 0.6 {
+                let p = patch.position_m;
+                if ground.trail_edge_m(p) > 0.6 && ground.is_clear_of_water(p, 0.6) {
                     let origin = at.origin_m(chunk_size_m);
                     let laid = patch.place(&assets.ivy_carpets, None, ground, origin);
                     all.extend(laid.map(|(place, shape)| (place, Arc::clone(shape))));

@@ -28,6 +28,9 @@ const NARROW_M: f64 = 0.28;
 /// How far thickets keep from a trail's edge, metres: brambles arch over it.
 const THICKET_M: f64 = 0.85;
 const BRAMBLE_M: f64 = 1.15;
+/// How far the middles of tiles of grass and of thickets are from water, metres.
+const GRASS_BANK_M: f64 = 0.5;
+const BANK_M: f64 = 0.7;
 /// The distance at which the ground around tells whether a place is in a hollow, metres.
 const HOLLOW_M: f64 = 7.0;
 /// A grassy trail is bare below the first sky view factor, and green from verge to verge above the
@@ -98,12 +101,17 @@ impl ClosedVegetation {
         let edge_m = ground.trail_edge_m(world_m);
         let closed = self.communities.at(world_m, &site(world_m, ground, sky));
         closed.filter(|closed| {
+            let bank_m = if closed.community.is_grass() {
+                GRASS_BANK_M
+            } else {
+                BANK_M
+            };
             let room_m = match closed.community {
                 PlantCommunity::Bramble => BRAMBLE_M,
                 community if community.is_grass() => NARROW_M,
                 _ => THICKET_M,
             };
-            edge_m > room_m
+            edge_m > room_m && ground.is_clear_of_water(world_m, bank_m)
         })
     }
 

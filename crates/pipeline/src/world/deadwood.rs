@@ -24,6 +24,8 @@ const SPREAD: f64 = 1.1;
 const ROLLS: f64 = 0.30;
 /// Least distance of a log from a trail's edge, metres.
 const VERGE_M: f64 = 0.35;
+/// Least distance of a log from water, metres.
+const BANK_M: f64 = 0.3;
 /// No log reaches farther from its middle, metres.
 pub(crate) const REACH_M: f64 = LONGEST_LOG_M / 2.0;
 /// How deep logs lie in the ground, as a share of their height, by stage.
@@ -107,7 +109,13 @@ impl LogRecipe {
                 let edge = ground.trail_edge_m(stem.middle_m + stem.heading * s);
                 edge < stem.radius_m + VERGE_M
             });
+            let in_water = (0..=steps as u32).any(|i| {
+                let s = (f64::from(i) / steps - 0.5) * stem.length_m;
+                let p = stem.middle_m + stem.heading * s;
+                !ground.is_clear_of_water(p, stem.radius_m + BANK_M)
+            });
             (wanted.across_trails || !on_trail)
+                && !in_water
                 && !near.iter().any(|site| {
                     let room = site.radius_m + stem.radius_m + 0.04;
                     stem.distance_m(site.position_m) < room

@@ -34,6 +34,9 @@ const BRANCH_CELL_M: f64 = 1.5;
 /// How far the middle of a branch is from a trail's edge, metres: it reaches no farther.
 const BRANCH_VERGE_M: f64 = 1.3;
 
+/// How far the middle of a patch is from water, metres: it hangs over the bank.
+const BANK_M: f64 = 0.45;
+
 /// The share of patches that stay where other vegetation closes over them.
 const PATCHES_AMONG: f64 = 0.12;
 
@@ -156,7 +159,9 @@ impl Flora {
         sky: &SkyViewFactor,
     ) -> Vec<Patch> {
         let radius_m = self.cell_m * 0.5;
-        let off_trail = |p: DVec2, _: f64| ground.trail_edge_m(p) > radius_m;
+        let off_trail = |p: DVec2, _: f64| {
+            ground.trail_edge_m(p) > radius_m && ground.is_clear_of_water(p, BANK_M)
+        };
         let chance = |p: DVec2| {
             let sky_view = sky.at(p.extend(ground.height_m(p) + 0.3));
             self.undergrowth.chance(p, sky_view)
@@ -190,9 +195,11 @@ impl Flora {
             }));
         };
         let beside = |p: DVec2, verge_m: f64| {
-            ground.trail_edge_m(p) > verge_m && ground.is_clear_of_thrown(p, 0.3)
+            ground.trail_edge_m(p) > verge_m
+                && ground.is_clear_of_thrown(p, 0.3)
+                && ground.is_clear_of_water(p, verge_m)
         };
-        let on_trail = |p: DVec2, _: f64| ground.trail_edge_m(p) < -0.2;
+        let on_trail = |p: DVec2, _: f64| ground.trail_edge_m(p) < -0.2 && !ground.is_puddle(p);
         let (branches, chance) = &self.branches;
         if *chance > 0.0 {
             lay(branches, PatchKind::Branch, &beside, &|_| *chance);
@@ -238,6 +245,8 @@ pub(crate) fn seedlings(
         let sky_view = sky.at(p.extend(ground.height_m(p) + 0.3));
         seedlings.chance(in_cluster, sky_view)
     };
-    let off_trail = |p: DVec2, verge_m: f64| ground.trail_edge_m(p) > verge_m;
+    let off_trail = |p: DVec2, verge_m: f64| {
+        ground.trail_edge_m(p) > verge_m && ground.is_clear_of_water(p, verge_m)
+    };
     Ok(grid.points(at, &off_trail, &chance))
 }

@@ -3,14 +3,17 @@
 use std::sync::Arc;
 
 use nemoral_scene::glam::DVec2;
-use nemoral_scene::{ChunkCoord, Surface, SurfaceSample};
+use nemoral_scene::{ChunkCoord, MaterialId, Mesh, Surface, SurfaceSample};
 use nemoral_seed::{Domain, Key};
 use nemoral_stand::{FallenStem, Field, FieldParams, fallen_stems, settle};
 use nemoral_terrain::{
     GroundZones, HeightField, HeightPosts, PerlinTerrain, Terrain, TerrainParams, ZoneSample,
 };
 use nemoral_trails::{TrailGround, TrailSurfaceKind, TrailZone, Trails};
+use nemoral_water::{Puddle, Water, WaterKind, WaterNear, WaterParams, puddle_sheets};
 
+use super::built_ways::BuiltWays;
+use super::puddles::{PUDDLE_REACH_M, Puddles};
 use super::thrown::ThrownTree;
 use crate::config::TerrainNoise;
 use crate::config::way_model::{SKID_TRAIL, TRACK, trail_params};
@@ -24,6 +27,12 @@ const MARGIN_M: f64 = 12.0;
 /// How far thrown trees and their pits keep from trails, metres.
 const THROWN_VERGE_M: f64 = 0.8;
 
+/// How far they keep from water, metres.
+const THROWN_BANK_M: f64 = 1.2;
+
+/// Where a stream is this near to a trail's edge, it is in a culvert, metres.
+const CULVERT_M: f64 = 0.8;
+
 const THROWN: Domain = Domain::new("pipeline.thrown");
 
 /// The endless ground of a world.
@@ -31,6 +40,8 @@ pub struct GroundModel {
     base: Arc<dyn Surface>,
     trails: Option<Arc<Trails>>,
     chunk_size_m: f64,
+    water: Option<Water>,
+    puddles: Option<Puddles>,
     thrown: Thrown,
     plot: Option<Arc<Plot>>,
 }
@@ -64,10 +75,11 @@ impl std::fmt::Debug for GroundModel {
 
 impl GroundModel {
     /// The ground of a config's terrain, with a site's heights over it that pass into it within a
-    /// distance, and with its trails and the pits of thrown trees carved into it.
+    /// distance, and with its trails, waters and the pits of thrown trees carved into it.
     pub(crate) fn new(
         terrain: &config::Terrain,
         trails: &config::Trails,
+        water: &config::Water,
         (deadwood, dbh_mean_m): (&config::Deadwood, f64),
         site: SiteGround,
         chunk_size_m: f64,
@@ -78,6 +90,8 @@ impl GroundModel {
             posts,
             lines_m,
         } = site;
+        // The water of a measured site is where it was measured.
+        let is_measured = plot.is_some() || posts.is_some();
         let t = terrain;
         let params = TerrainParams {
             octaves: t.octaves,
@@ -116,10 +130,35 @@ impl GroundModel {
         } else {
             None
         };
+        let params = WaterParams {
+            springs_per_km2: water.springs_per_km2,
+            stream_width_m: water.stream_width_m,
+            ponds: water.ponds,
+            pond_radius_m: water.pond_radius_m,
+        };
+        let water_of_beds = if water.has_beds() && !is_measured {
+            let ways = BuiltWays::new(Arc::clone(&base), trails.clone(), chunk_size_m);
+            let found = Water::new(
+                params,
+                chunk_size_m,
+                world,
+                Arc::clone(&base),
+                Arc::new(ways),
+            );
+            Some(found.map_err(Error::of_stage)?)
+        } else {
+            None
+        };
+        let puddles = (water.puddles > 0.0).then_some(Puddles {
+            share: water.puddles,
+            world,
+        });
         Ok(Self {
             base,
             trails,
             chunk_size_m,
+            water: water_of_beds,
+            puddles,
             plot: plot.map(Arc::new),
             thrown: Thrown {
                 key: world.domain(THROWN),
@@ -155,12 +194,34 @@ impl GroundModel {
     /// The ground in and around a chunk.
     #[must_use]
     pub fn near(&self, chunk: ChunkCoord) -> ChunkGround {
+        let trails = self.trails.as_ref();
+        let reach_m = self.puddles.map_or(0.0, |_| PUDDLE_REACH_M);
+        let carved = trails.map(|t| t.ground_near(chunk, MARGIN_M + reach_m));
+        let origin = chunk.origin_m(self.chunk_size_m);
+        let square = (origin, origin + self.chunk_size_m);
         ChunkGround {
             base: Arc::clone(&self.base),
-            carved: self.trails.as_ref().map(|t| t.ground_near(chunk, MARGIN_M)),
+            water: self.water_near(chunk),
+            puddles: match (&self.puddles, &carved) {
+                (Some(puddles), Some(trails)) => puddles.near(square, MARGIN_M, trails),
+                _ => Vec::new(),
+            },
+            carved,
             thrown: self.thrown_around(chunk, MARGIN_M),
+            square,
             plot: self.plot.clone(),
         }
+    }
+
+    /// The streams and ponds near a chunk; `None` where none is near.
+    fn water_near(&self, chunk: ChunkCoord) -> Option<Arc<WaterNear>> {
+        let near = self.water.as_ref()?.near(chunk, MARGIN_M);
+        (!near.is_empty()).then_some(near)
+    }
+
+    /// Whether there may be streams or ponds in this world.
+    pub(crate) fn has_beds(&self) -> bool {
+        self.water.is_some()
     }
 
     /// The thrown trees whose stems' middles are in a chunk.
@@ -205,6 +266,11 @@ impl GroundModel {
             })
         };
         let edge_m = |p: DVec2| edges().as_ref().map_or(f64::INFINITY, |e| e.edge_m(p));
+        let water = std::cell::OnceCell::new();
+        let water_m = |p: DVec2| {
+            let near = water.get_or_init(|| self.water_near(chunk));
+            near.as_ref().map_or(f64::INFINITY, |w| w.edge_m(p))
+        };
         let is_free = |stem: &FallenStem| {
             let tree = ThrownTree { stem: *stem };
             let of_plot = self
@@ -212,6 +278,7 @@ impl GroundModel {
                 .as_ref()
                 .map_or(f64::INFINITY, |p| p.distance_m(stem.middle_m));
             of_plot > super::deadwood::REACH_M
+                && tree.is_beside(water_m, false, THROWN_BANK_M)
                 && tree.is_beside(edge_m, self.thrown.across_trails, THROWN_VERGE_M)
         };
         let Thrown { key, mean, .. } = self.thrown;
@@ -249,8 +316,11 @@ impl GroundModel {
 pub struct ChunkGround {
     base: Arc<dyn Surface>,
     carved: Option<TrailGround>,
+    water: Option<Arc<WaterNear>>,
+    puddles: Vec<Puddle>,
     thrown: Vec<ThrownTree>,
     plot: Option<Arc<Plot>>,
+    square: (DVec2, DVec2),
 }
 
 impl std::fmt::Debug for ChunkGround {
@@ -281,6 +351,65 @@ impl ChunkGround {
     /// Whether a disk on the map keeps clear of thrown trees, their root plates and pits.
     pub(crate) fn is_clear_of_thrown(&self, world_m: DVec2, radius_m: f64) -> bool {
         (self.thrown.iter()).all(|tree| tree.is_clear_of(world_m, radius_m))
+    }
+
+    /// Signed distance from the edge of the nearest stream or pond, metres, nearly: negative in its
+    /// water, infinite farther than 5 m, and where streams are in culverts.
+    #[must_use]
+    pub fn bank_m(&self, world_m: DVec2) -> f64 {
+        match &self.water {
+            Some(water) => {
+                let edge_m = water.edge_m(world_m);
+                let in_culvert = edge_m < f64::INFINITY && self.trail_edge_m(world_m) < CULVERT_M;
+                if in_culvert { f64::INFINITY } else { edge_m }
+            }
+            None => f64::INFINITY,
+        }
+    }
+
+    /// Whether a place is in the hollow of a puddle.
+    pub(crate) fn is_puddle(&self, world_m: DVec2) -> bool {
+        self.puddles.iter().any(|p| p.edge_m(world_m) < 0.0)
+    }
+
+    /// Signed distance from the border of the nearest puddle's hollow, metres.
+    #[must_use]
+    pub fn puddle_edge_m(&self, world_m: DVec2) -> f64 {
+        let near = (self.puddles.iter())
+            .filter(|p| p.middle_m().distance_squared(world_m) < 4.0 * p.reach_m() * p.reach_m());
+        near.map(|p| p.edge_m(world_m))
+            .fold(f64::INFINITY, f64::min)
+    }
+
+    /// Whether a disk on the map keeps clear of streams and ponds.
+    pub(crate) fn is_clear_of_water(&self, world_m: DVec2, radius_m: f64) -> bool {
+        self.water.is_none() || self.bank_m(world_m) > radius_m
+    }
+
+    /// The puddles in the chunk and near it.
+    pub fn puddles(&self) -> impl Iterator<Item = &Puddle> {
+        self.puddles.iter()
+    }
+
+    /// The streams and ponds near the chunk; `None` if there are none.
+    #[must_use]
+    pub fn water(&self) -> Option<&WaterNear> {
+        self.water.as_deref()
+    }
+
+    /// Whether a place is in the chunk.
+    #[must_use]
+    pub fn owns(&self, world_m: DVec2) -> bool {
+        let (low_m, high_m) = self.square;
+        world_m.cmpge(low_m).all() && world_m.cmplt(high_m).all()
+    }
+
+    /// The surfaces of the chunk's waters.
+    pub(crate) fn sheets(&self, material: &dyn Fn(WaterKind) -> MaterialId) -> Mesh {
+        let water = self.water.as_ref();
+        let mut mesh = water.map_or_else(Mesh::default, |water| water.sheets(self, material));
+        puddle_sheets(&self.puddles, self.square, self, material, &mut mesh);
+        mesh
     }
 
     /// The trees of the stem map, if there is one.
@@ -322,8 +451,19 @@ impl Surface for ChunkGround {
             Some(ground) => ground.sample(world_m),
             None => self.base.sample(world_m),
         };
+        if let Some(water) = &self.water
+            && water.concerns(world_m)
+        {
+            sample = match &self.carved {
+                Some(ground) => water.carve_beside(world_m, sample, ground.edge(world_m)),
+                None => water.carve(world_m, sample),
+            };
+        }
         for tree in &self.thrown {
             tree.dig(world_m, &mut sample);
+        }
+        for puddle in &self.puddles {
+            puddle.carve(world_m, &mut sample);
         }
         sample
     }
@@ -339,7 +479,10 @@ impl GroundZones for ChunkGround {
         let near_trail = self.carved.as_ref().is_some_and(|g| edge_m < g.fine_m());
         // So are pits.
         let in_pit = self.thrown.iter().any(|t| t.pit_border_m(world_m) < 0.2);
-        let detail_m = if near_trail || in_pit {
+        // And the beds and banks of waters.
+        let in_bed = self.water.as_ref().is_some_and(|w| w.is_steep(world_m))
+            || self.puddle_edge_m(world_m) < 0.3;
+        let detail_m = if near_trail || in_pit || in_bed {
             0.0
         } else {
             f64::INFINITY

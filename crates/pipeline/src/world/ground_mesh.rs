@@ -13,6 +13,7 @@ use nemoral_trails::{TrailSurfaceKind, TrailZone};
 
 use super::assets::WorldAssets;
 use super::ground::{ChunkGround, TerrainField};
+use super::water::WaterMaterials;
 use crate::Error;
 use crate::config::Config;
 use crate::plan::{Encode, Encoder};
@@ -61,8 +62,11 @@ impl GroundMeshRecipe {
             self.floor,
             TerrainField::new(FLOOR_FIELD, world.domain(FLOOR))?,
         );
-        let material =
-            |p: DVec2, inside: bool| ground_material(&library.ground, &floor, ground, p, inside);
+        let beds = assets.water.as_ref();
+        let material = |p: DVec2, inside: bool| {
+            bed_material(beds, ground, p)
+                .unwrap_or_else(|| ground_material(&library.ground, &floor, ground, p, inside))
+        };
         let mesh = self.mesher.mesh(at, ground, ground, &material);
         let prototype = Prototype::new("ground", mesh, Vec::new(), &library.materials)
             .map_err(Error::of_stage)?;
@@ -91,6 +95,27 @@ impl Encode for GroundMeshRecipe {
         encoder.field("tolerance_m", tolerance_m);
         encoder.field("floor", floor);
     }
+}
+
+/// How far beyond the water its banks are bare and wet at the most, metres.
+const BARE_M: f64 = 0.26;
+
+/// The material of the bed and the wet banks of water; `None` elsewhere.
+fn bed_material(
+    beds: Option<&WaterMaterials>,
+    ground: &ChunkGround,
+    p: DVec2,
+) -> Option<MaterialId> {
+    let (beds, water) = (beds?, ground.water()?);
+    let bank_m = ground.bank_m(p);
+    // The border of what is bare is ragged: waves of some metres and less.
+    let wave = |x: f64, y: f64| libm::sin(x + 1.3 * libm::sin(y));
+    let wave = wave(2.1 * p.x + 0.7, 1.7 * p.y) * wave(2.6 * p.y, 1.9 * p.x + 0.4);
+    if bank_m > BARE_M * (0.45 + 0.55 * wave) {
+        return None;
+    }
+    let of_pond = water.ponds().any(|pond| pond.edge_m(p) < BARE_M);
+    Some(if of_pond { beds.mud } else { beds.gravel })
 }
 
 /// The material of a piece of ground: the trail's, or the floor's.

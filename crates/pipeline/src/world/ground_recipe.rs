@@ -13,6 +13,7 @@ use crate::{Error, InputFiles};
 pub(crate) struct GroundRecipe {
     terrain: config::Terrain,
     trails: config::Trails,
+    water: config::Water,
     deadwood: config::Deadwood,
     dbh_mean_m: f64,
     chunk_size_m: f64,
@@ -25,6 +26,7 @@ impl GroundRecipe {
         Self {
             terrain: config.terrain.clone(),
             trails: config.trails.clone(),
+            water: config.water.clone(),
             deadwood: config.deadwood.clone(),
             dbh_mean_m: config.assets.dbh_mean_m,
             chunk_size_m: config.chunks.size_m,
@@ -49,6 +51,7 @@ impl GroundRecipe {
         GroundModel::new(
             &self.terrain,
             &self.trails,
+            &self.water,
             (&self.deadwood, self.dbh_mean_m),
             of_site,
             self.chunk_size_m,
@@ -62,6 +65,7 @@ impl Encode for GroundRecipe {
         let Self {
             terrain,
             trails,
+            water,
             deadwood,
             dbh_mean_m,
             chunk_size_m,
@@ -70,6 +74,7 @@ impl Encode for GroundRecipe {
         } = self;
         encoder.field("terrain", terrain);
         encoder.field("trails", trails);
+        encoder.field("water", water);
         encoder.field("thrown_per_ha", &deadwood.thrown_per_ha);
         encoder.field("across_trails", &deadwood.across_trails);
         encoder.field("dbh_mean_m", dbh_mean_m);

@@ -12,6 +12,7 @@ use nemoral_trails::{DressingKind, TrailDressing};
 use super::assets::WorldAssets;
 use super::ground::ChunkGround;
 use super::patch::Patch;
+use super::stream_stones::StreamStones;
 
 /// How far the variants of neighbouring tiles differ, as a share of all.
 const VARIANT_SPREAD: f64 = 0.16;
@@ -66,10 +67,13 @@ impl LowPlants<'_> {
             let weights = Some(&*assets.seedling_weights);
             plant(&assets.seedlings, weights, of_point(point));
         }
+        let is_dry = |d: &TrailDressing| {
+            !ground.is_puddle(d.position_m) && ground.is_clear_of_water(d.position_m, 0.3)
+        };
         let tufts = self
             .dressing
             .iter()
-            .filter(|d| d.kind != DressingKind::Stone);
+            .filter(|d| d.kind != DressingKind::Stone && is_dry(d));
         for (i, d) in tufts.enumerate() {
             let key = world.domain(LOW_PLANT_VARIATION).chunk(at).item(i as u64);
             let tuft = LowPlant {
@@ -86,6 +90,13 @@ impl LowPlants<'_> {
                 }
             };
             plant(shapes, None, tuft);
+        }
+        let along = StreamStones::new(at, world, ground);
+        for plant_of in along.cobbles {
+            plant(&assets.stone_beds, None, plant_of);
+        }
+        for stone in along.stones {
+            plant(&assets.trail_stones, None, stone);
         }
         instances
     }

@@ -2,6 +2,7 @@
 
 pub mod assets;
 pub mod balance;
+pub(crate) mod built_ways;
 pub mod cameras;
 pub mod chunk_geometry;
 pub(crate) mod climbers;
@@ -17,8 +18,11 @@ pub(crate) mod models;
 pub(crate) mod object_sites;
 pub mod patch;
 pub(crate) mod placement;
+pub(crate) mod puddles;
 pub(crate) mod recipe;
+pub(crate) mod stream_stones;
 pub(crate) mod thrown;
 pub mod trajectory;
 pub(crate) mod trajectory_recipe;
 pub mod uncovered;
+pub mod water;

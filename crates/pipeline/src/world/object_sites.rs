@@ -9,10 +9,11 @@ use nemoral_trails::{DressingKind, TrailDressing};
 use super::assets::WorldAssets;
 use super::deadwood::lying_sites;
 use super::ground::{ChunkGround, GroundModel};
+use super::stream_stones::boulders;
 use crate::site::PLOT_LAYER;
 
 /// The objects of a chunk in the order of their numbers: rocks, woody plants, stones on trails,
-/// then logs, thrown stems and root plates.
+/// boulders in streams, then logs, thrown stems and root plates.
 pub(crate) fn object_sites(
     at: ChunkCoord,
     world: Key,
@@ -33,6 +34,7 @@ pub(crate) fn object_sites(
         let key = world.domain(OBJECT_VARIATION).chunk(at).item(i as u64);
         sites.push(trail_stone(stone, key, assets));
     }
+    sites.extend(boulders(at, world, ground, assets));
     sites.extend(lying_sites(logs, &model.thrown(at), assets, ground));
     sites
 }

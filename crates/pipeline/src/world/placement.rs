@@ -34,12 +34,17 @@ const PLOT_SITES: Domain = Domain::new("pipeline.plot_sites");
 /// The least distance of woody plants from a trail's edge, in addition to their radius, metres.
 const VERGE_M: f64 = 0.25;
 
-/// Whether a disk keeps clear of trails and their ditches, of thrown trees, and of the trees of a stem map.
+/// The least distance of woody plants from water, in addition to their radius, metres.
+const BANK_M: f64 = 0.15;
+
+/// Whether a disk keeps clear of trails and their ditches, of water, of thrown trees, and of the trees
+/// of a stem map.
 pub(crate) fn is_free(ground: &ChunkGround, world_m: DVec2, radius_m: f64) -> bool {
     let edge_m = ground.trail_edge_m(world_m);
     edge_m > radius_m + VERGE_M
         && (edge_m.is_infinite() || !ground.is_in_ditch(world_m, radius_m))
         && ground.is_clear_of_thrown(world_m, radius_m)
+        && ground.is_clear_of_water(world_m, radius_m + BANK_M)
         && ground.is_clear_of_plot(world_m, radius_m)
 }
 

@@ -24,6 +24,8 @@ pub(crate) struct Recipe {
     communities: Vec<PlantCommunity>,
     trail_surfaces: Vec<TrailSurfaceKind>,
     wayside: bool,
+    /// Its materials do not change what is grown.
+    water: bool,
     /// The trees of a stem map; their places do not matter here.
     site: config::Site,
     inputs: InputFiles,
@@ -40,6 +42,7 @@ impl Encode for Recipe {
             communities,
             trail_surfaces,
             wayside,
+            water: _,
             site,
             inputs: _,
         } = self;
@@ -109,6 +112,9 @@ const LIVING_PER_SNAG: u32 = 4;
 /// The number of seedlings that are grown of each species.
 const SEEDLINGS: u32 = 8;
 
+/// The surfaces of trails whose textures the beds of waters have.
+const BEDS: [TrailSurfaceKind; 2] = [TrailSurfaceKind::Gravel, TrailSurfaceKind::Mud];
+
 /// The number of living trees for each sapling that is grown.
 const LIVING_PER_SAPLING: u32 = 2;
 
@@ -124,8 +130,19 @@ impl Recipe {
                 (c.ivy > 0.0 || c.moss > 0.0).then_some([c.moss, c.moss_height_m])
             },
             communities: community_params(&config.undergrowth).wanted(),
-            trail_surfaces: surfaces(&config.trails),
-            wayside: has_wayside(&config.trails),
+            trail_surfaces: {
+                let mut surfaces = surfaces(&config.trails);
+                if config.water.has_beds() {
+                    for bed in BEDS {
+                        if !surfaces.contains(&bed) {
+                            surfaces.push(bed);
+                        }
+                    }
+                }
+                surfaces
+            },
+            wayside: has_wayside(&config.trails) || config.water.springs_per_km2 > 0.0,
+            water: config.water.is_any(),
             site: config.site.clone(),
             inputs: inputs.clone(),
         }
@@ -133,6 +150,11 @@ impl Recipe {
 
     pub(crate) fn fingerprint(&self, hasher: &mut Hasher) {
         self.inputs.encode(hasher, self);
+    }
+
+    /// Whether there is any water in the world.
+    pub(crate) fn has_water(&self) -> bool {
+        self.water
     }
 
     /// The seed of the plants, if it is not the world's.

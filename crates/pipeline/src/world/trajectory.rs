@@ -7,6 +7,7 @@ use nemoral_scene::{ChunkCoord, FlatSurface, ObjectKind, RigidTransform};
 use nemoral_stand::{SceneObject, SceneObjects};
 use nemoral_trails::TrailPath;
 use nemoral_trajectory::{Obstacle, Obstacles, Polyline, Stance, Trajectory};
+use nemoral_water::WaterNear;
 
 use super::deadwood::REACH_M;
 use super::ground::ChunkGround;
@@ -22,6 +23,8 @@ pub struct RobotTrajectory {
     pub note: Option<String>,
     /// Side of a chunk.
     pub chunk_size_m: f64,
+    /// Whether there may be streams or ponds in the way.
+    pub has_water: bool,
 }
 
 /// The ground around the robot, and the objects on it.
@@ -100,6 +103,8 @@ impl RobotTrajectory {
 /// The objects of chunks that are in a robot's way.
 struct ChunkObstacles<'a> {
     objects: Demand<'a, SceneObjects>,
+    /// The ground, if there is water in it.
+    ground: Option<Demand<'a, ChunkGround>>,
     chunk_size_m: f64,
 }
 
@@ -107,6 +112,7 @@ impl<'a> ChunkObstacles<'a> {
     fn new(trajectory: &RobotTrajectory, surroundings: Surroundings<'a>) -> Self {
         Self {
             objects: surroundings.objects,
+            ground: trajectory.has_water.then_some(surroundings.ground),
             chunk_size_m: trajectory.chunk_size_m,
         }
     }
@@ -129,8 +135,42 @@ impl Obstacles for ChunkObstacles<'_> {
                 }
             }
         }
+        if let Some(ground) = &self.ground {
+            for chunk in ChunkCoord::within(place_m, reach_m + REACH_OF_WATER_M, self.chunk_size_m)
+            {
+                let ground = ground.at(chunk)?;
+                out.extend(
+                    waters(&ground)
+                        .filter(|disk| disk.position_m.distance(place_m) - disk.radius_m < reach_m),
+                );
+            }
+        }
         Ok(out)
     }
+}
+
+/// How far the waters of a chunk reach into its neighbours, metres.
+const REACH_OF_WATER_M: f64 = 36.0;
+/// How far a robot keeps from the water, besides its clearance, metres.
+const BANK_M: f64 = 0.3;
+
+/// What the streams and ponds of a chunk take of the ground: disks along streams, but in culverts,
+/// and a disk for each pond.
+fn waters(ground: &ChunkGround) -> impl Iterator<Item = Obstacle> {
+    let water = ground.water();
+    let streams = water.into_iter().flat_map(|w| w.sections().flatten());
+    let streams = streams
+        .filter(|s| ground.bank_m(s.middle_m) < 0.0)
+        .map(|s| Obstacle {
+            position_m: s.middle_m,
+            radius_m: s.half_m + BANK_M,
+        });
+    let ponds = water.into_iter().flat_map(WaterNear::ponds);
+    let ponds = ponds.filter(|p| ground.owns(p.middle_m()));
+    streams.chain(ponds.map(|p| Obstacle {
+        position_m: p.middle_m(),
+        radius_m: p.widest_m() + BANK_M,
+    }))
 }
 
 /// Distance of the disks that stand for a log, metres.

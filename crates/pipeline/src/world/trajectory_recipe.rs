@@ -100,6 +100,7 @@ impl TrajectoryRecipe {
                 },
             },
             note,
+            has_water: ground.has_beds(),
             chunk_size_m: self.chunk_size_m,
         })
     }

@@ -3,4 +3,5 @@
 
 pub(crate) mod hex_tiling;
 pub(crate) mod lighting;
+pub(crate) mod ripples;
 pub(crate) mod shading;

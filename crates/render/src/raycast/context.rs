@@ -99,6 +99,15 @@ impl PictureContext<'_> {
             sample_rad: self.sample_rad,
             sun,
         };
+        if let Some(liquid) = &self.scene.materials.get(hit.surface.material).liquid {
+            let (light, sky_view_factor) = self.liquid(&view, liquid);
+            let (through, air) = self.air(ray, hit, sky_view_factor, background);
+            return RayRadiance {
+                rest: light.rest * through + air,
+                sun: light.sun * through,
+                shadow: light.shadow,
+            };
+        }
         let surface = shade(self.scene, lighting, &view);
         let (through, air) = self.air(ray, hit, surface.sky_view_factor, background);
         RayRadiance {

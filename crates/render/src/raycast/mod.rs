@@ -4,6 +4,7 @@
 pub(crate) mod camera;
 mod context;
 mod frame_buffer;
+mod liquid;
 pub(crate) mod params;
 mod path_tracer;
 mod penumbra;

@@ -86,6 +86,20 @@ impl PictureContext<'_> {
                 },
                 sun: suns[path.sample],
             };
+            if let Some(liquid) = &self.scene.materials.get(hit.surface.material).liquid {
+                // What it mirrors and its bed have the mean light.
+                let (light, sky_view_factor) = self.liquid(&view, liquid);
+                let (through, air) = match surface {
+                    0 => self.air(&ray, &hit, sky_view_factor, background),
+                    _ => (1.0, Vec3::ZERO),
+                };
+                *colour += path.throughput * (light.rest * through + air);
+                if light.shadow.is_some() {
+                    shadows.add(lights.len(), light.shadow);
+                    lights.push((path.sample, path.throughput * light.sun * through));
+                }
+                return false;
+            }
             let shaded = shade(self.scene, lighting, &view);
             if surface == 0 {
                 let (through, air) = self.air(&ray, &hit, shaded.sky_view_factor, background);

@@ -14,6 +14,7 @@ mod models;
 mod placement;
 mod robot;
 mod site;
+mod water;
 mod ways;
 
 use std::collections::BTreeMap;
@@ -40,6 +41,7 @@ pub use models::*;
 pub use placement::*;
 pub use robot::*;
 pub use site::*;
+pub use water::*;
 pub use ways::*;
 
 /// The largest text file that a config may name.
@@ -73,6 +75,8 @@ section! {
         terrain: Terrain;
         /// Trails.
         trails: Trails;
+        /// Streams, ponds and puddles.
+        water: Water;
         /// Rocks, trees, stumps and shrubs.
         placement: Placement;
         /// Logs, thrown trees and branches.
@@ -169,6 +173,7 @@ pub const SECTIONS: &[SectionSpec] = &[
     Firebreak::SPEC,
     Footpath::SPEC,
     DeerPath::SPEC,
+    Water::SPEC,
     Placement::SPEC,
     PlacementRows::SPEC,
     PlacementGaps::SPEC,

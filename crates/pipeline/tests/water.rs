@@ -1,0 +1,183 @@
+//! Water in a stand: nothing else stands or lies in it, it is inside of its banks, and chunks agree.
+#![allow(clippy::print_stdout, reason = "what was measured, for --nocapture")]
+
+use std::sync::LazyLock;
+
+use nemoral_pipeline::ForestPlan;
+use nemoral_pipeline::config::{Config, Layers, Preset};
+use nemoral_pipeline::plan::{Runner, Store};
+use nemoral_scene::glam::DVec2;
+use nemoral_scene::{ChunkCoord, ObjectKind, Semantic, Surface};
+
+struct World {
+    forest: ForestPlan,
+    store: Store,
+}
+
+impl World {
+    fn new(preset: &str, settings: &[&str]) -> Self {
+        let forest = ForestPlan::new(&config(preset, settings)).unwrap_or_else(|e| panic!("{e}"));
+        let store = Store::unlimited();
+        Self { forest, store }
+    }
+
+    fn runner(&self) -> Runner<'_> {
+        Runner::new(self.forest.plan(), &self.store, 2)
+    }
+}
+
+fn config(preset: &str, settings: &[&str]) -> Config {
+    let layers = Layers {
+        preset: Some(preset.to_owned()),
+        file: None,
+        settings: settings.iter().map(|s| (*s).to_owned()).collect(),
+    };
+    layers.load().unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// Streams, ponds and trails in most chunks.
+static VALLEY: LazyLock<World> = LazyLock::new(|| {
+    let settings = [
+        "assets.individuals=1",
+        "water.springs_per_km2=300",
+        "water.ponds=1",
+        "water.puddles=1",
+        "trails.spawn_probability=0.05",
+    ];
+    World::new("stream-valley", &settings)
+});
+
+fn chunks() -> impl Iterator<Item = ChunkCoord> {
+    ChunkCoord::new(0, 0).square(2)
+}
+
+#[test]
+fn nothing_stands_or_lies_in_water_but_stones() {
+    let runner = VALLEY.runner();
+    let (mut wet, mut rocks, mut objects) = (0, 0, 0);
+    for at in chunks() {
+        let ground = runner.get(VALLEY.forest.ground, at).expect("a ground");
+        let in_chunk = runner.get(VALLEY.forest.objects, at).expect("objects");
+        for object in &in_chunk.0 {
+            let p = object.position_m.truncate();
+            objects += 1;
+            if ground.bank_m(p) > 0.0 {
+                continue;
+            }
+            wet += 1;
+            rocks += usize::from(object.kind == ObjectKind::Rock);
+            assert!(object.kind == ObjectKind::Rock, "{object:?}");
+        }
+        let patches = runner.get(VALLEY.forest.undergrowth, at).expect("patches");
+        for patch in &*patches {
+            let p = patch.point.position_m;
+            assert!(ground.bank_m(p) > 0.0, "{patch:?}");
+        }
+        let seedlings = runner.get(VALLEY.forest.seedlings, at).expect("seedlings");
+        for seedling in &*seedlings {
+            assert!(ground.bank_m(seedling.position_m) > 0.0);
+        }
+    }
+    println!("{objects} objects, {wet} in water, {rocks} of them stones");
+    assert!(rocks > 20 && objects > 1000);
+}
+
+#[test]
+fn water_is_inside_of_its_banks() {
+    let runner = VALLEY.runner();
+    let assets = runner.get(VALLEY.forest.assets, ()).expect("assets");
+    let materials = &assets.library.materials;
+    let (mut border, mut above, mut worst_m, mut shown) = (0, 0, 0.0_f64, 0);
+    for at in chunks() {
+        let geometry = runner
+            .get(VALLEY.forest.object_geometry, at)
+            .expect("a chunk");
+        let ground = runner.get(VALLEY.forest.ground, at).expect("a ground");
+        let origin = at.origin_m(50.0);
+        for (_, shape) in geometry.0.instances() {
+            let mesh = shape.prototype().mesh();
+            let is_water = (mesh.triangles.first())
+                .is_some_and(|t| materials.get(t.material).semantic == Semantic::Water);
+            if !is_water {
+                continue;
+            }
+            let mut edges = std::collections::BTreeMap::new();
+            for t in &mesh.triangles {
+                let [a, b, c] = t.corners;
+                for (from, to) in [(a, b), (b, c), (c, a)] {
+                    *edges.entry((from.min(to), from.max(to))).or_insert(0) += 1;
+                }
+            }
+            for ((a, b), count) in edges {
+                let [a, b] = [a, b].map(|i| mesh.positions[i as usize].as_dvec3());
+                let middle = 0.5 * (a + b);
+                let p = origin + middle.truncate();
+                let height_m = middle.z - ground.height_m(p);
+                if count > 1 {
+                    shown += usize::from(height_m > 0.0);
+                } else if ground.bank_m(p) > 0.1 {
+                    border += 1;
+                    above += usize::from(height_m > 0.0);
+                    worst_m = worst_m.max(height_m);
+                }
+            }
+        }
+    }
+    println!("{border} border edges, {above} above the ground by up to {worst_m:.3} m");
+    assert!(border > 1000 && shown > 1000, "{border} {shown}");
+    assert!(
+        above * 100 < border && worst_m < 0.08,
+        "{above} of {border}, {worst_m}"
+    );
+}
+
+#[test]
+fn grounds_of_neighbours_agree_to_the_bit() {
+    let runner = VALLEY.runner();
+    let ground = |at| runner.get(VALLEY.forest.ground, at).expect("a ground");
+    let mut wet = 0;
+    for at in chunks() {
+        let (here, east) = (ground(at), ground(at.offset(1, 0)));
+        let border = at.offset(1, 0).origin_m(50.0);
+        for i in 0..3000 {
+            let p = border + DVec2::new(f64::from(i % 60) * 0.2 - 6.0, f64::from(i / 60));
+            assert_eq!(here.sample(p), east.sample(p), "{p}");
+            assert_eq!(here.bank_m(p), east.bank_m(p), "{p}");
+            assert_eq!(here.puddle_edge_m(p), east.puddle_edge_m(p), "{p}");
+            wet += usize::from(here.bank_m(p) < 1.0 || here.puddle_edge_m(p) < 0.0);
+        }
+    }
+    assert!(wet > 300, "{wet}");
+}
+
+#[test]
+fn puddles_are_on_trails() {
+    let runner = VALLEY.runner();
+    let mut inside = 0;
+    for at in chunks() {
+        let ground = runner.get(VALLEY.forest.ground, at).expect("a ground");
+        for i in 0..40_000 {
+            let p = at.origin_m(50.0) + DVec2::new(f64::from(i % 200), f64::from(i / 200)) * 0.25;
+            if ground.puddle_edge_m(p) < 0.0 {
+                inside += 1;
+                assert!(ground.trail_edge_m(p) < 0.0);
+            }
+        }
+    }
+    assert!(inside > 100, "{inside}");
+}
+
+#[test]
+fn the_papers_presets_have_no_water() {
+    for preset in ["low", "medium", "high", "demo"] {
+        let config = Preset::by_name(preset).expect("a preset").config();
+        assert!(!config.water.is_any(), "{preset}");
+    }
+    assert!(
+        Preset::by_name("default")
+            .expect("a preset")
+            .config()
+            .water
+            .is_any()
+    );
+}
