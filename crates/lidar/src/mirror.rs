@@ -32,7 +32,7 @@ pub(crate) fn mirrored(
     materials: &MaterialLibrary,
     (min_range_m, max_range_m): (f32, f32),
 ) -> Vec<Mirrored> {
-    let mut on_liquids = Vec::new();
+    let mut on_liquids: Vec<OnLiquid> = Vec::new();
     for (i, (ray, hit)) in rays.iter().zip(hits).enumerate() {
         let Some(hit) = hit.filter(|hit| hit.distance_m >= min_range_m) else {
             continue;
@@ -47,11 +47,9 @@ pub(crate) fn mirrored(
     let paths: Vec<Ray> = on_liquids.iter().map(|(_, (path, _), ..)| *path).collect();
     let mut met = vec![None; paths.len()];
     caster.closest_surfaces(&paths, &mut met);
-    let echo = |((ray, (path, normal), liquid, hit), met): (
-        (usize, (Ray, Vec3), Liquid, SurfaceHit),
-        Option<SurfaceHit>,
-    )| {
-        let met: SurfaceHit = met?;
+    let echo = |(of, met): (OnLiquid, Option<SurfaceHit>)| {
+        let (ray, (path, normal), liquid, hit) = of;
+        let met = met?;
         let cos = -normal.dot(rays[ray].direction);
         let once = f64::from(liquid.mirrored(cos)) * calm(&liquid);
         Some(Mirrored {
@@ -65,6 +63,9 @@ pub(crate) fn mirrored(
     };
     on_liquids.into_iter().zip(met).filter_map(echo).collect()
 }
+
+/// The number of a ray, its mirrored path with the normal there, the liquid, and the hit on it.
+type OnLiquid = (usize, (Ray, Vec3), Liquid, SurfaceHit);
 
 /// A ray mirrored where it hit a surface, and the surface's normal towards its origin.
 fn reflected(ray: &Ray, hit: &SurfaceHit, max_range_m: f32) -> (Ray, Vec3) {

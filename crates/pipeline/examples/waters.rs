@@ -1,4 +1,5 @@
-//! Prints where the waters of a preset's world are: `cargo run --example waters -- stream-valley 7`.
+//! Prints where the waters of a preset's world are:
+//! `cargo run --example waters -- stream-valley 7`.
 #![allow(clippy::print_stdout, reason = "an example")]
 
 use nemoral_pipeline::ForestPlan;

@@ -30,6 +30,7 @@ const PRESETS: [&str; 14] = [
     "montado",
     "glade",
     "rank-clearing",
+    "stream-valley",
     "demo",
 ];
 

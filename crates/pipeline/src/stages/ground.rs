@@ -26,7 +26,7 @@ impl Stage<Forest> for GroundStage {
     type Inputs = ();
     type Output = GroundModel;
     const ID: &'static str = "world.ground";
-    const VERSION: u32 = 4;
+    const VERSION: u32 = 5;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         self.0.fingerprint(hasher);
@@ -46,7 +46,7 @@ impl Stage<Forest> for ChunkGroundStage {
     type Inputs = (OfWorld<GroundModel>,);
     type Output = ChunkGround;
     const ID: &'static str = "chunk.ground";
-    const VERSION: u32 = 4;
+    const VERSION: u32 = 5;
 
     fn fingerprint(&self, _: &mut Hasher) {}
 

@@ -17,7 +17,14 @@ pub(crate) struct BuiltWays {
     trails: Option<Arc<Trails>>,
     chunk_size_m: f64,
     /// Grounds are pure functions of their chunks, so it does not matter which are remembered.
-    grounds: Mutex<(BTreeMap<[i32; 2], Arc<TrailGround>>, VecDeque<[i32; 2]>)>,
+    grounds: Mutex<Remembered>,
+}
+
+/// Grounds by chunk, and the chunks in the order in which they came.
+#[derive(Default)]
+struct Remembered {
+    grounds: BTreeMap<[i32; 2], Arc<TrailGround>>,
+    order: VecDeque<[i32; 2]>,
 }
 
 impl BuiltWays {
@@ -39,18 +46,19 @@ impl BuiltWays {
         let chunk = ChunkCoord::containing(world_m, self.chunk_size_m);
         let key = [chunk.x, chunk.y];
         let lock = || self.grounds.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(ground) = lock().0.get(&key) {
+        if let Some(ground) = lock().grounds.get(&key) {
             return Some(Arc::clone(ground));
         }
         let ground = Arc::new(trails.ground_near(chunk, 0.0));
-        let mut grounds = lock();
-        if grounds.0.insert(key, Arc::clone(&ground)).is_none() {
-            grounds.1.push_back(key);
+        let mut remembered = lock();
+        let known = remembered.grounds.insert(key, Arc::clone(&ground));
+        if known.is_none() {
+            remembered.order.push_back(key);
         }
-        if grounds.1.len() > REMEMBERED
-            && let Some(oldest) = grounds.1.pop_front()
+        if remembered.order.len() > REMEMBERED
+            && let Some(oldest) = remembered.order.pop_front()
         {
-            grounds.0.remove(&oldest);
+            remembered.grounds.remove(&oldest);
         }
         Some(ground)
     }

@@ -9,7 +9,8 @@ use crate::config::{InputPath, ModelKind};
 /// Models, by name.
 pub(super) const MODELS: SectionSpec = SectionSpec {
     path: "models",
-    doc: " Your own trees, shrubs, rocks and logs, beside the grown ones or instead of them: a table \
+    doc: " Your own trees, shrubs, rocks and logs, beside the grown ones or instead of them: a \
+        table \
         `[models.NAME]` for each model.",
     choice: None,
     keys: &[],
