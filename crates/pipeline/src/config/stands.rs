@@ -376,5 +376,7 @@ pub(super) fn stream_valley(c: &mut Config) {
     c.trails.surface = super::VARIED_SURFACES.to_owned();
     c.deadwood = deadwood([14.0, 3.2, 2.0, 5.0]);
     (c.climbers.ivy, c.climbers.moss) = (0.1, 1.4);
+    // By a stream and a pond, in the world of the seed that it comes with.
+    (c.robot.start_x_m, c.robot.start_y_m, c.robot.heading_deg) = (39.0, 60.0, 2.0);
     c.robot.path = RobotPath::Wander(PathWander::default());
 }
