@@ -160,19 +160,20 @@ fn sheets_end_in_the_ground() {
                 levels.any(|level_m| middle.z < level_m + 0.06)
             };
             ends += 1;
-            if (near.edge_m(p) < 0.05 && is_covered()) || ground > middle.z + 0.01 {
+            // The last piece of a row reaches from the water into the bank.
+            if (near.edge_m(p) < 0.1 && is_covered()) || ground > middle.z + 0.01 {
                 continue;
             }
             // Between its vertices, which are all below the ground.
             above += 1;
             let height = middle.z - ground;
             assert!(
-                height < 0.08,
+                height < 0.06,
                 "at {p} a sheet ends {height:.3} m above the ground"
             );
         }
     }
-    assert!(above * 200 < ends, "{above} of {ends}");
+    assert!(above * 60 < ends, "{above} of {ends}");
     assert!(ends > 4000 && shown > 4000, "{ends} {shown}");
 }
 

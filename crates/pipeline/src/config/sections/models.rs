@@ -26,8 +26,8 @@ section! {
         file: InputPath = InputPath::default(), ModelFile(MAX_MODEL_BYTES), "none";
         /// What it is.
         kind: ModelKind = ModelKind::Tree, OneOf(ModelKind::WORDS), "most models are trees";
-        /// Its share among all trees, shrubs, rocks or logs. What the models of a kind leave of 1 is
-        /// grown.
+        /// Its share among all trees, shrubs, rocks or logs. What the models of a kind leave of 1
+        /// is grown.
         share: f64 = 0.2, Real(0.0, 1.0), "every fifth";
         /// The name of its species in inventories; empty for NAME.
         species: String = String::new(), Text, "its own name";

@@ -67,7 +67,8 @@ section! {
         sink_m: f64 = 0.06, Real(0.0, 0.4), "our choice: trodden litter and soil";
         /// Further depth where the path is steep.
         hollow_m: f64 = 0.4, Real(0.0, 1.5), "our choice: a hollow way from 20 % on";
-        /// Roots across a metre of the path, whatever grows beside it; on a path that changes, half as many, in patches.
+        /// Roots across a metre of the path, whatever grows beside it; on a path that changes, half
+        /// as many, in patches.
         roots_per_m: f64 = 1.0, Real(0.0, 5.0), "our choice: bare roots among trees";
     }
 }
