@@ -15,8 +15,8 @@ impl PointFlags {
     /// The return is a false alarm without a surface.
     pub const FALSE_ALARM: u8 = 2;
     /// The light was mirrored by the surface of a liquid on its way out and back. The point lies on
-    /// the pulse, behind that surface, at the range of the whole path; semantic, object and incidence
-    /// are of what the light met, and the normal is of its mirror image.
+    /// the pulse, behind that surface, at the range of the whole path; semantic, object and
+    /// incidence are of what the light met, and the normal is of its mirror image.
     pub const MIRRORED: u8 = 4;
 
     /// Whether a flag is set.

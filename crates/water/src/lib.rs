@@ -30,8 +30,8 @@
 //!   Creed 2005 call this breaching). So where it flows is a pure function of a node, and streams
 //!   that meet go on as one.
 //! - Cells of the plane have keyed springs. A stream ends in the first hollow that it cannot leave,
-//!   where there is a pond. A chunk tests every cell within [`REACH_M`], so the order of visits does
-//!   not matter.
+//!   where there is a pond. A chunk tests every cell within [`REACH_M`], so the order of visits
+//!   does not matter.
 //! - The level of a stream is the least height of the ground along it so far, less a freeboard, so
 //!   water never runs uphill. Its width grows with the square root of the length of streams above
 //!   it, as downstream hydraulic geometry has it with discharge (Leopold and Maddock 1953).

@@ -220,7 +220,8 @@ impl WaterNear {
         own.map(|run| &run.sections[..])
     }
 
-    /// Whether the ground at a place bends as beds and banks do, so that it has to be meshed finely.
+    /// Whether the ground at a place bends as beds and banks do, so that it has to be meshed
+    /// finely.
     #[must_use]
     pub fn is_steep(&self, world_m: DVec2) -> bool {
         let [inside, outside] = STEEP_M;

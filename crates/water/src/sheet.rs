@@ -71,8 +71,8 @@ impl Sheets<'_> {
         }
     }
 
-    /// The height of a sheet's border, which is nowhere above the ground: beside a lower stream, the
-    /// water falls to that.
+    /// The height of a sheet's border, which is nowhere above the ground: beside a lower stream,
+    /// the water falls to that.
     fn buried_m(&self, place: DVec2, level_m: f64) -> f64 {
         level_m.min(self.ground.height_m(place) - BURIED_M)
     }

@@ -159,12 +159,12 @@ pub fn sight(stand: &str) -> Range {
     (0.8, if stand == "beech" { 3.5 } else { f64::INFINITY })
 }
 
-/// The greatest difference of the share of stems that is seen from an exponential curve of distance:
-/// Lang et al. 2021 found such curves in mature stands.
+/// The greatest difference of the share of stems that is seen from an exponential curve of
+/// distance: Lang et al. 2021 found such curves in mature stands.
 pub const OFF_THE_CURVE: Range = (0.0, 0.1);
 
-/// Lying deadwood found, over what was asked for, m³/ha; `None` where so little is asked for that it
-/// is a few logs, and chance.
+/// Lying deadwood found, over what was asked for, m³/ha; `None` where so little is asked for that
+/// it is a few logs, and chance.
 #[must_use]
 pub fn deadwood(asked_m3_ha: f64) -> Option<Range> {
     (asked_m3_ha >= 2.0).then_some((0.85, 1.15))

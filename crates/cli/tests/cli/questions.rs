@@ -16,7 +16,7 @@ fn answer(arguments: &[&str]) -> String {
     done.stdout
 }
 
-const PRESETS: [&str; 14] = [
+const PRESETS: [&str; 15] = [
     "default",
     "low",
     "medium",

@@ -37,8 +37,8 @@ const VERGE_M: f64 = 0.25;
 /// The least distance of woody plants from water, in addition to their radius, metres.
 const BANK_M: f64 = 0.15;
 
-/// Whether a disk keeps clear of trails and their ditches, of water, of thrown trees, and of the trees
-/// of a stem map.
+/// Whether a disk keeps clear of trails and their ditches, of water, of thrown trees, and of the
+/// trees of a stem map.
 pub(crate) fn is_free(ground: &ChunkGround, world_m: DVec2, radius_m: f64) -> bool {
     let edge_m = ground.trail_edge_m(world_m);
     edge_m > radius_m + VERGE_M

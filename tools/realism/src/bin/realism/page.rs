@@ -395,12 +395,12 @@ impl Page {
         self.table(stands, FLOOR);
         self.add(
             "\nStems are looked for from places 1.3 m above the ground within 40 m; one is seen if \
-             the line to its middle at that height meets it first. The share that is seen falls off \
-             as exp(-k r), as it was found in mature stands (Lang et al. 2021, Remote Sensing \
+             the line to its middle at that height meets it first. The share that is seen falls \
+             off as exp(-k r), as it was found in mature stands (Lang et al. 2021, Remote Sensing \
              13:4455). Between stems alone that stand at random, k is their number on a square \
              metre times their mean diameter: what is more comes of branches, young trees and \
-             undergrowth, what is less of stems that keep clear of each other. The ratio of the two \
-             has a range, an assumption, in the hall of beeches alone; elsewhere it should not be \
+             undergrowth, what is less of stems that keep clear of each other. The ratio of the \
+             two has a range, an assumption, in the hall of beeches alone; elsewhere it should not be \
              under .8.\n",
         );
         self.table(stands, VISIBILITY);
