@@ -9,8 +9,9 @@ use nemoral_stand::{FallenStem, SceneObjects, SkyViewFactor};
 
 use crate::config::{Chunks, Config};
 use crate::plan::{Node, Plan};
+use crate::recording::annotations::AnnotationRecipe;
 use crate::recording::pose::{FramePose, pictures_s};
-use crate::recording::scene::FrameScene;
+use crate::recording::scene::{FrameScene, VisibleReach};
 use crate::stages::annotations::{AnnotationStage, TrunkStage, UncoveredGeometryStage};
 use crate::stages::assets::{AssetStage, LibraryStage};
 use crate::stages::balance::{ChoiceStage, ChosenPoseStage, PilotStage};
@@ -27,12 +28,20 @@ use crate::stages::undergrowth::{FloraStage, SeedlingStage, UndergrowthStage};
 use crate::stages::undergrowth_geometry::UndergrowthGeometryStage;
 use crate::world::assets::WorldAssets;
 use crate::world::balance::{BalanceChoice, BalanceRecipe, Pilot};
-use crate::world::cameras::CameraRig;
+use crate::world::cameras::{CameraRecipe, CameraRig};
 use crate::world::chunk_geometry::{ObjectGeometry, UndergrowthGeometry};
+use crate::world::deadwood::LogRecipe;
+use crate::world::flora::FloraRecipe;
 use crate::world::ground::{ChunkGround, GroundModel};
-use crate::world::lidars::LidarRig;
+use crate::world::ground_mesh::GroundMeshRecipe;
+use crate::world::ground_recipe::GroundRecipe;
+use crate::world::lidars::{LidarRecipe, LidarRig};
+use crate::world::models::ModelRecipe;
 use crate::world::patch::Patch;
+use crate::world::placement::PlacementRecipe;
+use crate::world::recipe::Recipe;
 use crate::world::trajectory::RobotTrajectory;
+use crate::world::trajectory_recipe::TrajectoryRecipe;
 use crate::world::uncovered::UncoveredGeometry;
 use crate::{Backend, Error, InputFiles};
 
@@ -128,20 +137,25 @@ impl ForestPlan {
         let world_key = Key::world(config.seed);
         let mut plan = Plan::new(world_key);
 
-        let ground_model = plan.add(GroundStage::new(config, inputs), ());
-        let library = plan.add(LibraryStage::new(config, inputs), ());
-        let assets = plan.add(AssetStage::new(config, inputs), (library.global(),));
+        let ground_model = plan.add(GroundStage(GroundRecipe::new(config, inputs)), ());
+        let recipe = Recipe::new(config, inputs);
+        let models = ModelRecipe::new(config, inputs);
+        let library = plan.add(LibraryStage(recipe.clone()), ());
+        let assets = plan.add(AssetStage { recipe, models }, (library.global(),));
         let placement = plan.add(
-            PlacementStage::new(config),
+            PlacementStage(PlacementRecipe::new(config)),
             (assets.global(), ground_model.global()),
         );
-        let flora = plan.add(FloraStage::new(config), ());
+        let flora = plan.add(FloraStage(FloraRecipe::new(config)), ());
         let trajectory = plan.add(
-            TrajectoryStage::new(config, inputs),
+            TrajectoryStage(TrajectoryRecipe::new(config, inputs)),
             (ground_model.global(),),
         );
-        let cameras = plan.add(CameraStage::new(config, inputs, backend.clone()), ());
-        let lidars = plan.add(LidarStage::new(config, inputs), ());
+        let cameras = plan.add(
+            CameraStage(CameraRecipe::new(config, inputs, backend.clone())),
+            (),
+        );
+        let lidars = plan.add(LidarStage(LidarRecipe::all(config, inputs)), ());
 
         let ground = plan.add(ChunkGroundStage, (ground_model.global(),));
         // Rocks of a phase see those of lower phases, so there are four nodes and the plan is
@@ -156,8 +170,10 @@ impl ForestPlan {
         let phases = [phase0, phase1, phase2, phase3].map(Node::anywhere);
         let rocks = plan.add(RockStage, (phases,));
         let woody = plan.add(WoodyStage, (world, ground, rocks.anywhere()));
+        let logs = LogRecipe::new(config);
+        let is_empty = logs.is_empty();
         let fallen = plan.add(
-            FallenStemStage::new(config),
+            FallenStemStage(logs),
             (
                 assets.global(),
                 ground_model.global(),
@@ -166,7 +182,7 @@ impl ForestPlan {
                 woody.anywhere(),
             ),
         );
-        let deadwood = plan.add(DeadwoodStage::new(config), (fallen.anywhere(),));
+        let deadwood = plan.add(DeadwoodStage { is_empty }, (fallen.anywhere(),));
         let objects = plan.add(
             SceneObjectStage,
             (
@@ -179,7 +195,10 @@ impl ForestPlan {
             ),
         );
         let object_geometry = plan.add(
-            ObjectGeometryStage::new(config)?,
+            ObjectGeometryStage {
+                ground: GroundMeshRecipe::new(config)?,
+                chunk_size_m,
+            },
             (assets.global(), ground, objects),
         );
         let sky_view_factor = plan.add(
@@ -187,9 +206,18 @@ impl ForestPlan {
             (assets.global(), ground, object_geometry.anywhere()),
         );
         let undergrowth = plan.add(UndergrowthStage, (flora.global(), ground, sky_view_factor));
-        let seedlings = plan.add(SeedlingStage::new(config), (world, ground, sky_view_factor));
+        let seedlings = plan.add(
+            SeedlingStage {
+                per_m2: config.placement.regeneration.seedlings,
+                chunk_size_m,
+            },
+            (world, ground, sky_view_factor),
+        );
         let undergrowth_geometry = plan.add(
-            UndergrowthGeometryStage::new(config),
+            UndergrowthGeometryStage {
+                climbers: config.climbers.clone(),
+                chunk_size_m,
+            },
             (
                 assets.global(),
                 ground_model.global(),
@@ -255,7 +283,7 @@ impl ForestPlan {
             ),
         };
         let scene = plan.add(
-            SceneStage::new(config),
+            SceneStage(VisibleReach::new(&config.chunks)),
             (
                 pose,
                 object_geometry.anywhere(),
@@ -264,13 +292,18 @@ impl ForestPlan {
             ),
         );
         let images = plan.add(ImageStage, (cameras.global(), assets.global(), pose, scene));
-        let trunks = plan.add(TrunkStage::new(config), (assets.global(),));
+        let trunks = plan.add(
+            TrunkStage {
+                ontology: config.output.ontology.clone(),
+            },
+            (assets.global(),),
+        );
         let uncovered_geometry = plan.add(
             UncoveredGeometryStage { chunk_size_m },
             (trunks.global(), assets.global(), object_geometry, objects),
         );
         let annotations = plan.add(
-            AnnotationStage::new(config),
+            AnnotationStage(AnnotationRecipe::new(config)),
             (
                 cameras.global(),
                 trajectory.global(),

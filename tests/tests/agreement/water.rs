@@ -8,7 +8,7 @@ use nemoral_tests::World;
 use crate::sensors::{assert_agreement, frames_of};
 
 /// A stand along streams, with puddles wherever they stay.
-const SETTINGS: [&str; 14] = [
+const SETTINGS: [&str; 17] = [
     "seed=11",
     "frames=8",
     "assets.individuals=1",
@@ -23,6 +23,9 @@ const SETTINGS: [&str; 14] = [
     "lidar.pulses=40000",
     "lidar.noise.model=off",
     "robot.speed_m_s=1e-6",
+    "robot.start_x_m=0",
+    "robot.start_y_m=0",
+    "robot.heading_deg=45",
 ];
 
 static WORLD: LazyLock<World> = LazyLock::new(|| {

@@ -6,7 +6,6 @@ use nemoral_seed::Key;
 use nemoral_stand::SceneObjects;
 
 use crate::Error;
-use crate::config::Config;
 use crate::plan::{AnyChunk, Forest, Hasher, Node, OfWorld, Stage, Values};
 use crate::pool::in_pool;
 use crate::recording::annotations::AnnotationRecipe;
@@ -22,17 +21,7 @@ use crate::world::uncovered::{Trunks, UncoveredGeometry};
 /// Strips the [`WorldAssets`] to their [`Trunks`].
 #[derive(Clone, Debug)]
 pub struct TrunkStage {
-    ontology: String,
-}
-
-impl TrunkStage {
-    /// The stage of a config.
-    #[must_use]
-    pub fn new(config: &Config) -> Self {
-        Self {
-            ontology: config.output.ontology.clone(),
-        }
-    }
+    pub(crate) ontology: String,
 }
 
 impl Stage<Forest> for TrunkStage {
@@ -92,15 +81,7 @@ impl Stage<Forest> for UncoveredGeometryStage {
 
 /// Makes the annotations that the cameras were asked for.
 #[derive(Clone, Debug)]
-pub struct AnnotationStage(AnnotationRecipe);
-
-impl AnnotationStage {
-    /// The stage of a config.
-    #[must_use]
-    pub fn new(config: &Config) -> Self {
-        Self(AnnotationRecipe::new(config))
-    }
-}
+pub struct AnnotationStage(pub(crate) AnnotationRecipe);
 
 impl Stage<Forest> for AnnotationStage {
     type At = u64;

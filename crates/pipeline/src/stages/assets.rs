@@ -3,31 +3,22 @@
 use nemoral_assets::Library;
 use nemoral_seed::Key;
 
-use crate::config::Config;
+use crate::Error;
 use crate::plan::{Forest, Hasher, Kept, OfWorld, Stage, Values};
 use crate::pool::in_pool;
 use crate::world::assets::WorldAssets;
 use crate::world::models::ModelRecipe;
 use crate::world::recipe::Recipe;
-use crate::{Error, InputFiles};
 
 /// Grows the library.
 #[derive(Clone, Debug)]
-pub struct LibraryStage(Recipe);
+pub struct LibraryStage(pub(crate) Recipe);
 
 /// Makes the [`WorldAssets`] of a library and the user's models.
 #[derive(Clone, Debug)]
 pub struct AssetStage {
-    recipe: Recipe,
-    models: ModelRecipe,
-}
-
-impl LibraryStage {
-    /// The stage of a config and the files that it names.
-    #[must_use]
-    pub fn new(config: &Config, inputs: &InputFiles) -> Self {
-        Self(Recipe::new(config, inputs))
-    }
+    pub(crate) recipe: Recipe,
+    pub(crate) models: ModelRecipe,
 }
 
 impl Stage<Forest> for LibraryStage {
@@ -57,17 +48,6 @@ impl Stage<Forest> for LibraryStage {
             to_bytes: Library::to_bytes,
             from_bytes: |bytes| Library::from_bytes(bytes).ok(),
         })
-    }
-}
-
-impl AssetStage {
-    /// The stage of a config and the files that it names.
-    #[must_use]
-    pub fn new(config: &Config, inputs: &InputFiles) -> Self {
-        Self {
-            recipe: Recipe::new(config, inputs),
-            models: ModelRecipe::new(config, inputs),
-        }
     }
 }
 

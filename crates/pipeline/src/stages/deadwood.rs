@@ -5,7 +5,6 @@ use nemoral_scene::ChunkCoord;
 use nemoral_seed::Key;
 use nemoral_stand::{FallenStem, settle};
 
-use crate::config::Config;
 use crate::plan::{AnyChunk, Forest, Hasher, Node, OfWorld, Stage, Values};
 use crate::world::assets::WorldAssets;
 use crate::world::deadwood::{LogRecipe, Surroundings};
@@ -14,15 +13,7 @@ use crate::{Error, InputFiles};
 
 /// Finds places for the logs of a chunk among what stands in it and its neighbours.
 #[derive(Clone, Debug)]
-pub struct FallenStemStage(LogRecipe);
-
-impl FallenStemStage {
-    /// The stage of a config.
-    #[must_use]
-    pub fn new(config: &Config) -> Self {
-        Self(LogRecipe::new(config))
-    }
-}
+pub struct FallenStemStage(pub(crate) LogRecipe);
 
 impl Stage<Forest> for FallenStemStage {
     type At = ChunkCoord;
@@ -64,17 +55,7 @@ impl Stage<Forest> for FallenStemStage {
 /// The logs of a chunk that its neighbours' leave.
 #[derive(Clone, Debug)]
 pub struct DeadwoodStage {
-    is_empty: bool,
-}
-
-impl DeadwoodStage {
-    /// The stage of a config.
-    #[must_use]
-    pub fn new(config: &Config) -> Self {
-        Self {
-            is_empty: LogRecipe::new(config).is_empty(),
-        }
-    }
+    pub(crate) is_empty: bool,
 }
 
 impl Stage<Forest> for DeadwoodStage {

@@ -6,7 +6,6 @@ use nemoral_seed::Key;
 use nemoral_stand::{SceneObjects, SkyViewFactor};
 
 use crate::Error;
-use crate::config::Config;
 use crate::plan::{AnyChunk, Forest, Hasher, Node, OfWorld, Stage, Values};
 use crate::pool::in_pool;
 use crate::recording::moment::Moment;
@@ -68,15 +67,7 @@ impl Stage<Forest> for PoseStage {
 
 /// Gathers the visible chunks.
 #[derive(Clone, Copy, Debug)]
-pub struct SceneStage(VisibleReach);
-
-impl SceneStage {
-    /// The stage of a config.
-    #[must_use]
-    pub fn new(config: &Config) -> Self {
-        Self(VisibleReach::new(&config.chunks))
-    }
-}
+pub struct SceneStage(pub(crate) VisibleReach);
 
 impl Stage<Forest> for SceneStage {
     type At = u64;

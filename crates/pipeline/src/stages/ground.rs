@@ -3,23 +3,14 @@
 use nemoral_scene::ChunkCoord;
 use nemoral_seed::Key;
 
-use crate::config::Config;
+use crate::Error;
 use crate::plan::{Forest, Hasher, OfWorld, Stage, Values};
 use crate::world::ground::{ChunkGround, GroundModel};
 use crate::world::ground_recipe::GroundRecipe;
-use crate::{Error, InputFiles};
 
 /// Makes the [`GroundModel`].
 #[derive(Clone, Debug)]
-pub struct GroundStage(GroundRecipe);
-
-impl GroundStage {
-    /// The stage of a config and the files that it names.
-    #[must_use]
-    pub fn new(config: &Config, inputs: &InputFiles) -> Self {
-        Self(GroundRecipe::new(config, inputs))
-    }
-}
+pub struct GroundStage(pub(crate) GroundRecipe);
 
 impl Stage<Forest> for GroundStage {
     type At = ();

@@ -4,7 +4,6 @@ use nemoral_scene::ChunkCoord;
 use nemoral_seed::Key;
 use nemoral_stand::SceneObjects;
 
-use crate::config::Config;
 use crate::plan::{Forest, Hasher, Node, OfWorld, Stage, Values};
 use crate::pool::in_pool;
 use crate::world::assets::WorldAssets;
@@ -17,21 +16,8 @@ use crate::{Error, InputFiles};
 /// Meshes the ground of a chunk and places its objects on it.
 #[derive(Clone, Debug)]
 pub struct ObjectGeometryStage {
-    ground: GroundMeshRecipe,
-    chunk_size_m: f64,
-}
-
-impl ObjectGeometryStage {
-    /// The stage of a config.
-    ///
-    /// # Errors
-    /// If the cells do not fit the chunk.
-    pub fn new(config: &Config) -> Result<Self, Error> {
-        Ok(Self {
-            ground: GroundMeshRecipe::new(config)?,
-            chunk_size_m: config.chunks.size_m,
-        })
-    }
+    pub(crate) ground: GroundMeshRecipe,
+    pub(crate) chunk_size_m: f64,
 }
 
 impl Stage<Forest> for ObjectGeometryStage {

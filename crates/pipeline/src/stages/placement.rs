@@ -5,7 +5,6 @@ use nemoral_scene::ChunkCoord;
 use nemoral_scene::glam::DVec2;
 use nemoral_seed::Key;
 
-use crate::config::Config;
 use crate::plan::{AnyChunk, Forest, Hasher, Node, OfWorld, Stage, Values};
 use crate::world::assets::WorldAssets;
 use crate::world::ground::{ChunkGround, GroundModel};
@@ -14,15 +13,7 @@ use crate::{Error, InputFiles};
 
 /// Makes the world's [`Placement`].
 #[derive(Clone, Debug)]
-pub struct PlacementStage(PlacementRecipe);
-
-impl PlacementStage {
-    /// The stage of a config.
-    #[must_use]
-    pub fn new(config: &Config) -> Self {
-        Self(PlacementRecipe::new(config))
-    }
-}
+pub struct PlacementStage(pub(crate) PlacementRecipe);
 
 impl Stage<Forest> for PlacementStage {
     type At = ();

@@ -2,24 +2,15 @@
 
 use nemoral_seed::Key;
 
-use crate::config::Config;
+use crate::Error;
 use crate::plan::{Forest, Hasher, Stage};
 use crate::pool::in_pool;
 use crate::world::cameras::{CameraRecipe, CameraRig};
 use crate::world::lidars::{LidarRecipe, LidarRig};
-use crate::{Backend, Error, InputFiles};
 
 /// Makes the robot's cameras.
 #[derive(Clone, Debug)]
-pub struct CameraStage(CameraRecipe);
-
-impl CameraStage {
-    /// The stage of a config and the files that it names.
-    #[must_use]
-    pub fn new(config: &Config, inputs: &InputFiles, backend: Backend) -> Self {
-        Self(CameraRecipe::new(config, inputs, backend))
-    }
-}
+pub struct CameraStage(pub(crate) CameraRecipe);
 
 impl Stage<Forest> for CameraStage {
     type At = ();
@@ -39,15 +30,7 @@ impl Stage<Forest> for CameraStage {
 
 /// Makes the robot's LiDARs.
 #[derive(Clone, Debug)]
-pub struct LidarStage(Vec<LidarRecipe>);
-
-impl LidarStage {
-    /// The stage of a config and the files that it names.
-    #[must_use]
-    pub fn new(config: &Config, inputs: &InputFiles) -> Self {
-        Self(LidarRecipe::all(config, inputs))
-    }
-}
+pub struct LidarStage(pub(crate) Vec<LidarRecipe>);
 
 impl Stage<Forest> for LidarStage {
     type At = ();

@@ -2,24 +2,15 @@
 
 use nemoral_seed::Key;
 
-use crate::config::Config;
+use crate::Error;
 use crate::plan::{Forest, Hasher, OfWorld, Stage, Values};
 use crate::world::ground::GroundModel;
 use crate::world::trajectory::RobotTrajectory;
 use crate::world::trajectory_recipe::TrajectoryRecipe;
-use crate::{Error, InputFiles};
 
 /// Finds the [`RobotTrajectory`].
 #[derive(Clone, Debug)]
-pub struct TrajectoryStage(TrajectoryRecipe);
-
-impl TrajectoryStage {
-    /// The stage of a config and the files that it names.
-    #[must_use]
-    pub fn new(config: &Config, inputs: &InputFiles) -> Self {
-        Self(TrajectoryRecipe::new(config, inputs))
-    }
-}
+pub struct TrajectoryStage(pub(crate) TrajectoryRecipe);
 
 impl Stage<Forest> for TrajectoryStage {
     type At = ();

@@ -5,7 +5,6 @@ use nemoral_scene::ChunkCoord;
 use nemoral_seed::Key;
 use nemoral_stand::SkyViewFactor;
 
-use crate::config::Config;
 use crate::plan::{Forest, Hasher, Node, OfWorld, Stage, Values};
 use crate::world::flora::{Flora, FloraRecipe, seedlings};
 use crate::world::ground::ChunkGround;
@@ -14,15 +13,7 @@ use crate::{Error, InputFiles};
 
 /// Makes the [`Flora`].
 #[derive(Clone, Debug)]
-pub struct FloraStage(FloraRecipe);
-
-impl FloraStage {
-    /// The stage of a config.
-    #[must_use]
-    pub fn new(config: &Config) -> Self {
-        Self(FloraRecipe::new(config))
-    }
-}
+pub struct FloraStage(pub(crate) FloraRecipe);
 
 impl Stage<Forest> for FloraStage {
     type At = ();
@@ -70,19 +61,8 @@ impl Stage<Forest> for UndergrowthStage {
 /// Places the tree seedlings of a chunk.
 #[derive(Clone, Copy, Debug)]
 pub struct SeedlingStage {
-    per_m2: f64,
-    chunk_size_m: f64,
-}
-
-impl SeedlingStage {
-    /// The stage of a config.
-    #[must_use]
-    pub fn new(config: &Config) -> Self {
-        Self {
-            per_m2: config.placement.regeneration.seedlings,
-            chunk_size_m: config.chunks.size_m,
-        }
-    }
+    pub(crate) per_m2: f64,
+    pub(crate) chunk_size_m: f64,
 }
 
 impl Stage<Forest> for SeedlingStage {

@@ -5,7 +5,7 @@ use nemoral_scene::ChunkCoord;
 use nemoral_seed::Key;
 use nemoral_stand::SceneObjects;
 
-use crate::config::{self, Config};
+use crate::config;
 use crate::plan::{Encode, Encoder, Forest, Hasher, Node, OfWorld, Stage, Values};
 use crate::world::assets::WorldAssets;
 use crate::world::chunk_geometry::UndergrowthGeometry;
@@ -18,19 +18,8 @@ use crate::{Error, InputFiles};
 /// Grows the undergrowth of a chunk.
 #[derive(Clone, Debug)]
 pub struct UndergrowthGeometryStage {
-    climbers: config::Climbers,
-    chunk_size_m: f64,
-}
-
-impl UndergrowthGeometryStage {
-    /// The stage of a config.
-    #[must_use]
-    pub fn new(config: &Config) -> Self {
-        Self {
-            climbers: config.climbers.clone(),
-            chunk_size_m: config.chunks.size_m,
-        }
-    }
+    pub(crate) climbers: config::Climbers,
+    pub(crate) chunk_size_m: f64,
 }
 
 impl Encode for UndergrowthGeometryStage {

@@ -400,7 +400,8 @@ impl Page {
              13:4455). Between stems alone that stand at random, k is their number on a square \
              metre times their mean diameter: what is more comes of branches, young trees and \
              undergrowth, what is less of stems that keep clear of each other. The ratio of the \
-             two has a range, an assumption, in the hall of beeches alone; elsewhere it should not be \
+             two has a range, an assumption, in the hall of beeches alone; elsewhere it should not \
+             be \
              under .8.\n",
         );
         self.table(stands, VISIBILITY);
