@@ -282,8 +282,9 @@ impl ForestPlan {
                 ),
             ),
         };
+        let is_lit = config.all_cameras().next().is_some();
         let scene = plan.add(
-            SceneStage(VisibleReach::new(&config.chunks)),
+            SceneStage(VisibleReach::new(&config.chunks, is_lit)),
             (
                 pose,
                 object_geometry.anywhere(),

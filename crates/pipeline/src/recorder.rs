@@ -248,7 +248,7 @@ impl Recorder {
             pose.motion = Twist::STILL;
         }
         let place_m = observation.world_from_body.translation_m.truncate();
-        let scene = forest.scene_around(&runner, place_m, f64::INFINITY)?;
+        let scene = forest.scene_around(&runner, place_m, f64::INFINITY, !rigs.is_empty())?;
         let number = observation.index.unwrap_or_else(|| noise_of(observation));
         let materials = &assets.library.materials;
         let moment = Moment::new(forest.world(), number, &pose, &scene, materials);
@@ -288,14 +288,15 @@ impl Recorder {
         Ok(body.stand(position_m, forward, &*ground))
     }
 
-    /// Everything that is visible from a body's pose, as rays meet it.
+    /// Everything that is visible from a body's pose, as rays meet it: its sky view factor is 1
+    /// everywhere.
     ///
     /// # Errors
     /// If its chunks cannot be made.
     pub fn scene_at(&self, world_from_body: RigidTransform) -> Result<Arc<FrameScene>, Error> {
         self.prepare()?;
         let place_m = world_from_body.translation_m.truncate();
-        let scene = (self.forest).scene_around(&self.runner(), place_m, f64::INFINITY)?;
+        let scene = (self.forest).scene_around(&self.runner(), place_m, f64::INFINITY, false)?;
         self.manager.evict(&self.store, place_m, &[]);
         Ok(Arc::new(scene))
     }

@@ -35,7 +35,8 @@ impl ForestPlan {
     }
 
     /// The scene that is visible from a place on the map, of chunks that come within `reach_m`.
-    /// With the visible radius or more it is that of a frame there.
+    /// With the visible radius or more it is that of a frame there. If it is not asked to be lit,
+    /// the sky view factor is 1 everywhere, which saves most of the time.
     ///
     /// # Errors
     /// If a stage fails.
@@ -44,8 +45,9 @@ impl ForestPlan {
         runner: &Runner<'_>,
         place_m: DVec2,
         reach_m: f64,
+        is_lit: bool,
     ) -> Result<FrameScene, Error> {
-        let mut reach = VisibleReach::new(&self.chunks);
+        let mut reach = VisibleReach::new(&self.chunks, is_lit);
         reach.visible_radius_m = reach.visible_radius_m.min(reach_m);
         reach.undergrowth_radius_m = reach.undergrowth_radius_m.min(reach_m);
         let around = ChunkCoord::containing(place_m, reach.chunk_size_m);

@@ -65,6 +65,23 @@ fn at_the_pose_time_and_number_of_a_drives_frame_it_is_that_frame() -> Result<()
     Ok(())
 }
 
+/// Light is most of what a chunk costs, and lasers need none.
+#[test]
+fn without_cameras_scans_are_the_same_and_no_light_is_computed() -> Result<(), Error> {
+    let (lit, unlit) = (
+        recorder(&["frames=3"])?,
+        recorder(&["frames=3", "camera.enabled=false"])?,
+    );
+    let pose = lit.pose(2)?;
+    let beyond = still(pose.world_from_body(), pose.time_s, 1 << 40);
+    assert_eq!(unlit.observe(&beyond)?.scans, lit.observe(&beyond)?.scans);
+    assert_eq!(unlit.frame(1)?.scans, lit.frame(1)?.scans);
+    // At least one value less for each visible chunk.
+    let [lit, unlit] = [&lit, &unlit].map(|r| r.runner().store().computed());
+    assert!(unlit + 9 <= lit, "{unlit} {lit}");
+    Ok(())
+}
+
 #[test]
 fn impossible_poses_are_refused() -> Result<(), Error> {
     let recorder = stations()?;

@@ -4,26 +4,56 @@ use nemoral_scene::glam::{DMat3, DQuat, DVec3, Vec3};
 use nemoral_scene::{Image, RigidTransform};
 use numpy::{Element, PyArray1, PyArray2, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
+use rayon::prelude::*;
 
 use crate::failure::Failure;
+use crate::work;
+
+/// Pixels of a task: fewer are not worth a second thread.
+const TASK: usize = 1 << 16;
+
+/// The numbers of pixels, by all threads of the pool: most of the time goes into the first touch of
+/// fresh memory.
+fn numbers<T: Sync, U: Copy + Default + Send + Sync>(
+    py: Python<'_>,
+    pixels: &[T],
+    number: impl Fn(&T) -> U + Sync,
+) -> PyResult<Vec<U>> {
+    work::brief(py, |pool| {
+        // Zeros come from the system untouched.
+        let mut all = vec![U::default(); pixels.len()];
+        let tasks = pixels.par_chunks(TASK).zip(all.par_chunks_mut(TASK));
+        pool.install(|| {
+            tasks.for_each(|(pixels, all)| {
+                for (place, pixel) in all.iter_mut().zip(pixels) {
+                    *place = number(pixel);
+                }
+            });
+        });
+        Ok(all)
+    })
+}
 
 /// An image of numbers: rows × columns.
-pub(crate) fn image<'py, T, U: Element>(
+pub(crate) fn image<'py, T: Sync, U: Element + Copy + Default>(
     py: Python<'py>,
     image: &Image<T>,
-    number: impl Fn(&T) -> U,
+    number: impl Fn(&T) -> U + Sync,
 ) -> PyResult<Bound<'py, PyArray2<U>>> {
-    let numbers: Vec<U> = image.pixels().iter().map(number).collect();
+    let numbers = numbers(py, image.pixels(), number)?;
     PyArray1::from_vec(py, numbers).reshape([image.height(), image.width()])
 }
 
 /// An image of several numbers a pixel: rows × columns × N.
-pub(crate) fn channels<'py, T, U: Element + Copy, const N: usize>(
+pub(crate) fn channels<'py, T: Sync, U: Element + Copy, const N: usize>(
     py: Python<'py>,
     image: &Image<T>,
-    numbers: impl Fn(&T) -> [U; N],
-) -> PyResult<Bound<'py, PyArray3<U>>> {
-    let numbers: Vec<[U; N]> = image.pixels().iter().map(numbers).collect();
+    channels: impl Fn(&T) -> [U; N] + Sync,
+) -> PyResult<Bound<'py, PyArray3<U>>>
+where
+    [U; N]: Default,
+{
+    let numbers = numbers(py, image.pixels(), channels)?;
     let shape = [image.height(), image.width(), N];
     PyArray1::from_vec(py, numbers.into_flattened()).reshape(shape)
 }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use nemoral_scene::ObjectId;
 
 use crate::group::Group;
@@ -34,14 +34,23 @@ pub struct HitRecord {
     /// Where on the primitive. Triangle: the weights of its second and third corner. Card: the
     /// shares of its edges u and v.
     pub place: [f64; 2],
+    /// Unit normal of the primitive, on the side from which its corners are counterclockwise.
+    pub geometric_normal: Vec3,
 }
 
 impl ResolvedHit for HitRecord {
     fn of(groups: &[(Vec3, Arc<Group>)], nearest: &Nearest) -> Option<Self> {
         let PrimitiveHit {
-            rank, intersection, ..
+            rank,
+            intersection,
+            primitive: stored,
         } = nearest.found()?;
-        let (_, blas) = &groups[rank.group as usize].1.instances()[rank.instance as usize];
+        let instance = (groups[rank.group as usize].1).instance_ref(rank.group, stored.part);
+        let blas = instance.blas;
+        // What was cast is still in the cache; the mesh is not.
+        let (shape, _) = blas.shape_at(rank.primitive, stored)?;
+        let [u, v] = shape.edges();
+        let normal = instance.pose.normal_to_group(u.cross(v)).try_normalize();
         let mesh = blas.prototype().mesh();
         let triangles = mesh.triangles.len() as u32;
         let (primitive, place) = if let Some(quad) = blas.quad(rank.primitive) {
@@ -61,6 +70,7 @@ impl ResolvedHit for HitRecord {
             instance: rank.instance,
             primitive,
             place,
+            geometric_normal: normal.unwrap_or(DVec3::Z).as_vec3(),
         })
     }
 }

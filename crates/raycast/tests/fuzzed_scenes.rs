@@ -220,8 +220,12 @@ proptest! {
             caster.closest_records(&rays, &mut records);
             prop_assert_eq!(difference(&rays, &one, &records), None);
             for (record, hit) in records.iter().zip(&hits) {
-                let said = record.map(|r: HitRecord| (r.distance_m, r.object));
-                prop_assert_eq!(said, hit.map(|h| (h.surface.distance_m, h.surface.object)));
+                let said = record.map(|r: HitRecord| (r.distance_m, r.object, r.geometric_normal));
+                let expected = hit.map(|h| {
+                    let SurfaceHit { distance_m, object, geometric_normal, .. } = h.surface;
+                    (distance_m, object, geometric_normal)
+                });
+                prop_assert_eq!(said, expected);
                 let Some(record) = record else { continue };
                 let (_, group) = &caster.groups()[record.group as usize];
                 let (instance, _) = &group.instances()[record.instance as usize];
@@ -268,6 +272,7 @@ proptest! {
             let same = match (a, b) {
                 (Some(a), Some(b)) => a.primitive == b.primitive
                     && (a.distance_m - b.distance_m).abs() <= 1e-3 * size
+                    && (a.geometric_normal - b.geometric_normal).length() < 1e-2
                     && (0..2).all(|k| (a.place[k] - b.place[k]).abs() < 1e-3),
                 (None, None) => true,
                 _ => false,

@@ -81,14 +81,18 @@ pub(crate) struct VisibleReach {
     pub(crate) visible_radius_m: f64,
     /// The distance to which undergrowth is visible, metres.
     pub(crate) undergrowth_radius_m: f64,
+    /// Whether it is asked how bright things are. Lasers bring their own light: where there is no
+    /// camera, nobody needs the sky view factor, which is most of what a chunk costs.
+    pub(crate) is_lit: bool,
 }
 
 impl VisibleReach {
-    pub(crate) fn new(chunks: &config::Chunks) -> Self {
+    pub(crate) fn new(chunks: &config::Chunks, is_lit: bool) -> Self {
         Self {
             chunk_size_m: chunks.size_m,
             visible_radius_m: chunks.visible_radius_m,
             undergrowth_radius_m: chunks.undergrowth_radius_m,
+            is_lit,
         }
     }
 
@@ -97,13 +101,19 @@ impl VisibleReach {
             chunk_size_m,
             visible_radius_m,
             undergrowth_radius_m,
+            is_lit,
         } = self;
         hasher.write_f64(*chunk_size_m);
         hasher.write_f64(*visible_radius_m);
         hasher.write_f64(*undergrowth_radius_m);
+        // A lit scene has the key that it had before there were others.
+        if !is_lit {
+            hasher.write_u64(u64::from(*is_lit));
+        }
     }
 
-    /// The scene that is visible from a place, around the corner of a chunk.
+    /// The scene that is visible from a place, around the corner of a chunk. If it is not lit, the
+    /// sky view factor is 1 everywhere.
     pub(crate) fn gather(
         &self,
         (around, place_m): (ChunkCoord, DVec2),
@@ -113,6 +123,9 @@ impl VisibleReach {
             Demand<'_, SkyViewFactor>,
         ),
     ) -> Result<FrameScene, Error> {
+        if !self.is_lit {
+            return self.gather_unlit((around, place_m), (objects, undergrowth));
+        }
         let size = self.chunk_size_m;
         let groups = self.groups(place_m, (objects, undergrowth))?;
         let visible = visible_chunks(place_m, self.visible_radius_m, size);

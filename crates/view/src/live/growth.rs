@@ -133,7 +133,7 @@ pub(super) fn grow(shared: &Shared, task: &Task) -> Result<(), Error> {
                 return Ok(());
             }
         }
-        let scene = world.forest.scene_around(&runner, place_m, reach_m)?;
+        let scene = world.forest.scene_around(&runner, place_m, reach_m, true)?;
         show(
             shared,
             Shown {
