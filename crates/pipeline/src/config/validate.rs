@@ -123,7 +123,20 @@ impl Config {
         let clusters = young.share * c.size_m * c.size_m / cluster_m2;
         let clumping = young.saplings / clusters.max(1.0);
         // Six standard deviations of the number are left as a margin.
-        let mean = p.trees + p.stumps + p.shrubs + young.saplings;
+        // A chunk may lie along the edge of a meadow, which winds.
+        let edge = if p.meadows.share > 0.0 {
+            (2.8 * p.meadows.mantle_m / c.size_m).min(1.0)
+        } else {
+            0.0
+        };
+        let (m, open) = (&p.meadows, f64::from(u8::from(p.meadows.share > 0.0)));
+        let raised = |number: f64, in_mantle: f64, in_open: f64| {
+            number * (1.0 + edge * (in_mantle - 1.0).max(0.0)).max(open * in_open)
+        };
+        let mean = p.trees
+            + raised(p.stumps, 1.0, m.open_stumps)
+            + raised(p.shrubs, m.mantle_shrubs, m.open_shrubs)
+            + raised(young.saplings, m.mantle_saplings, m.open_saplings);
         let variance = mean + young.saplings * clumping;
         let born = 2 * usize::from(self.trails.enabled);
         // A file that cannot be read is refused elsewhere.
@@ -160,6 +173,32 @@ impl Config {
             out.add("trails.kinds", ": the shares are all 0");
         }
         self.way_problems(out);
+        self.relief_problems(out);
+    }
+
+    /// Forms of the terrain that do not fit into it.
+    fn relief_problems(&self, out: &mut Problems) {
+        let t = &self.terrain;
+        if t.terraces > 0.0 && t.terrace_step_m > 0.5 * t.max_height_m {
+            let must = format!(
+                "be at most half of terrain.max_height_m = {}, or terrain.terraces 0",
+                t.max_height_m
+            );
+            out.refuse("terrain.terrace_step_m", t.terrace_step_m, &must);
+        }
+        if t.gully_depth_m > 0.4 * t.gully_spacing_m {
+            let must = format!(
+                "be at most 0.4 of terrain.gully_spacing_m = {}",
+                t.gully_spacing_m
+            );
+            out.refuse("terrain.gully_depth_m", t.gully_depth_m, &must);
+        }
+        let is_shaped = t.ridges > 0.0 || t.warp > 0.0 || t.terraces > 0.0;
+        if is_shaped && t.noise == TerrainNoise::PerlinSurflet {
+            let must = "be \"nemoral\" where terrain.ridges, terrain.warp or terrain.terraces is \
+                        above 0";
+            out.refuse("terrain.noise", "\"perlin-surflet\"", must);
+        }
     }
 
     /// Ways that are too narrow for the ground's mesh or too wide for a chunk, and a robot on a

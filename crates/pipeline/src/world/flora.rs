@@ -7,7 +7,7 @@ use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, Surface};
 use nemoral_seed::{Domain, Draw, Key};
 use nemoral_stand::{
-    CLUMP_FIELD, FERN_FIELD, PATCH_JITTER, PATCH_SCALE, PatchKind, Seedlings, SkyViewFactor,
+    CLUMP_FIELD, FERN_FIELD, PATCH_JITTER, PATCH_SCALE, PatchKind, PatchSite, Seedlings, SkyViewFactor,
     StandLayer, Undergrowth, UndergrowthParams,
 };
 
@@ -36,6 +36,9 @@ const BRANCH_VERGE_M: f64 = 1.3;
 
 /// How far the middle of a patch is from water, metres: it hangs over the bank.
 const BANK_M: f64 = 0.45;
+
+/// How far from the edge of a wood twigs and branches still fall, metres.
+const CROWN_M: f64 = 6.0;
 
 /// The share of patches that stay where other vegetation closes over them.
 const PATCHES_AMONG: f64 = 0.12;
@@ -162,10 +165,16 @@ impl Flora {
         let off_trail = |p: DVec2, _: f64| {
             ground.trail_edge_m(p) > radius_m && ground.is_clear_of_water(p, BANK_M)
         };
-        let chance = |p: DVec2| {
-            let sky_view = sky.at(p.extend(ground.height_m(p) + 0.3));
-            self.undergrowth.chance(p, sky_view)
+        let site = |p: DVec2| {
+            let conditions = ground.conditions(p);
+            PatchSite {
+                sky_view: sky.at(p.extend(ground.height_m(p) + 0.3)),
+                wetness: conditions.wetness,
+                soil_m: conditions.soil_m,
+                litter: litter(ground, p),
+            }
         };
+        let chance = |p: DVec2| self.undergrowth.chance(p, &site(p));
         let points = self.grid.points(at, &off_trail, &chance).into_iter();
         let is_crowded_out = |point: &CoverPoint| {
             let closed = self.closed.as_ref();
@@ -173,8 +182,9 @@ impl Flora {
                 && !point.key.domain(AMONG).rng().chance(PATCHES_AMONG)
         };
         let patches = points.filter(|point| !is_crowded_out(point)).map(|point| {
-            let chance = chance(point.position_m);
-            let kind = self.undergrowth.kind(point.position_m, chance, point.key);
+            let (p, site) = (point.position_m, site(point.position_m));
+            let chance = self.undergrowth.chance(p, &site);
+            let kind = self.undergrowth.kind(p, chance, &site, point.key);
             let variant = 0.5;
             Patch {
                 kind,
@@ -202,7 +212,9 @@ impl Flora {
         let on_trail = |p: DVec2, _: f64| ground.trail_edge_m(p) < -0.2 && !ground.is_puddle(p);
         let (branches, chance) = &self.branches;
         if *chance > 0.0 {
-            lay(branches, PatchKind::Branch, &beside, &|_| *chance);
+            lay(branches, PatchKind::Branch, &beside, &|p| {
+                *chance * litter(ground, p)
+            });
         }
         let (brash, [usual, of_skid_trails]) = &self.brash;
         if *of_skid_trails > 0.0 {
@@ -216,6 +228,11 @@ impl Flora {
         }
         patches
     }
+}
+
+/// How much falls from trees at a place, 0..=1: nothing far out in a meadow.
+fn litter(ground: &ChunkGround, p: DVec2) -> f64 {
+    (1.0 - ground.open_m(p) / CROWN_M).clamp(0.0, 1.0)
 }
 
 /// The seedlings of a chunk, `per_m2` of them in clusters in full light.
@@ -243,7 +260,7 @@ pub(crate) fn seedlings(
     let chance = |p: DVec2| {
         let in_cluster = clusters.as_ref().is_some_and(|c| c.contain(p));
         let sky_view = sky.at(p.extend(ground.height_m(p) + 0.3));
-        seedlings.chance(in_cluster, sky_view)
+        seedlings.chance(in_cluster, sky_view) * (1.0 - ground.meadow(p))
     };
     let off_trail = |p: DVec2, verge_m: f64| {
         ground.trail_edge_m(p) > verge_m && ground.is_clear_of_water(p, verge_m)
