@@ -98,7 +98,10 @@ fn a_wood_ends_in_a_mantle_and_its_meadow_is_grass() {
     }
     let [trees, stumps, shrubs, saplings] = found.map(|of| of.per_hectare(&areas));
     println!("trees {trees:.0?}\nshrubs {shrubs:.0?}\nsaplings {saplings:.0?}");
-    println!("grass {:?}\nthickets {:?}\nothers {:?}", grass.0, thickets.0, others.0);
+    println!(
+        "grass {:?}\nthickets {:?}\nothers {:?}",
+        grass.0, thickets.0, others.0
+    );
     // Trees stand on one side only, and as densely as asked for.
     assert!(trees[7..].iter().all(|n| *n == 0.0), "{trees:?}");
     let in_wood = trees[..4].iter().sum::<f64>() / 4.0;
@@ -151,7 +154,11 @@ fn a_clearing_is_overgrown_among_stumps() {
 
 #[test]
 fn plants_follow_the_lie_of_the_ground() {
-    let hills = ["terrain.gully_depth_m=3", "terrain.max_height_m=40", "water.puddles=0"];
+    let hills = [
+        "terrain.gully_depth_m=3",
+        "terrain.max_height_m=40",
+        "water.puddles=0",
+    ];
     let world = World::new("oak-mixed", &hills);
     let runner = world.runner();
     // Of single patches: how many are ferns or herbs, and how many grass, where it is wet or dry.

@@ -8,7 +8,9 @@ use std::sync::Arc;
 
 use common::{World, beside_trails, everywhere, forest, layer, square, trees, variety};
 use glam::DVec2;
-use nemoral_placement::{EdgeProfile, OpenLand, Patches, Placement, PlacementError, PlacementParams, Rows, Site};
+use nemoral_placement::{
+    EdgeProfile, OpenLand, Patches, Placement, PlacementError, PlacementParams, Rows, Site,
+};
 use nemoral_scene::ChunkCoord;
 use nemoral_seed::Key;
 use proptest::prelude::*;

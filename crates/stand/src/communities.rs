@@ -379,9 +379,24 @@ mod tests {
             thickets: [0.3; 5],
             ..NONE
         };
-        let found = count(&params, &Site { meadow: 1.0, ..OPEN });
-        assert!((found[..5].iter().sum::<f64>() - 1.0).abs() < 1e-9, "{found:?}");
-        let half = count(&params, &Site { meadow: 0.5, ..OPEN });
+        let found = count(
+            &params,
+            &Site {
+                meadow: 1.0,
+                ..OPEN
+            },
+        );
+        assert!(
+            (found[..5].iter().sum::<f64>() - 1.0).abs() < 1e-9,
+            "{found:?}"
+        );
+        let half = count(
+            &params,
+            &Site {
+                meadow: 0.5,
+                ..OPEN
+            },
+        );
         let wood = count(&params, &OPEN);
         let grass = |of: &[f64; 10]| of[..5].iter().sum::<f64>();
         assert!(grass(&wood) < grass(&half) && grass(&half) < 1.0);

@@ -60,5 +60,6 @@ pub use scene_objects::{
 pub use seedlings::Seedlings;
 pub use sky_view_factor::{REACH_M, SkyViewArea, SkyViewFactor};
 pub use undergrowth::{
-    CLUMP_FIELD, FERN_FIELD, PATCH_JITTER, PATCH_SCALE, PatchKind, PatchSite, Undergrowth, UndergrowthParams,
+    CLUMP_FIELD, FERN_FIELD, PATCH_JITTER, PATCH_SCALE, PatchKind, PatchSite, Undergrowth,
+    UndergrowthParams,
 };

@@ -27,7 +27,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let all = ReliefParams {
         ridges: 0.5,
         warp: 0.1,
-        terraces: 0.6,
+        terraces: 0.4,
         terrace_step_m: 8.0,
     };
     let only = |change: fn(&mut ReliefParams, &ReliefParams)| {
@@ -38,7 +38,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let panels = [
         (plain, false),
         (only(|r, _| r.ridges = 1.0), false),
-        (only(|r, _| r.warp = 0.2), false),
+        (only(|r, _| r.warp = 0.12), false),
         (
             only(|r, all| (r.terraces, r.terrace_step_m) = (1.0, all.terrace_step_m)),
             false,
@@ -53,8 +53,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         let (left, top) = (i % 3 * PIXELS, i / 3 * PIXELS);
         if is_eroded {
             let erosion = ErosionParams {
-                depth_m: 4.0,
-                ..ErosionParams::default()
+                spacing_m: 36.0,
+                depth_m: 5.0,
+                generations: 3,
             };
             shade(&mut image, left, top, &Eroded::new(erosion, key, terrain)?);
         } else {

@@ -22,6 +22,11 @@ const REACH: f64 = 1.25;
 const ONSET: f64 = 0.2;
 /// Over what distance the slope is taken that a gully follows, in distances between gullies.
 const BASELINE: f64 = 0.7;
+/// Depth of a generation over that of the one before.
+const SHALLOWER: f64 = 0.4;
+/// Depth of the shallowest cell over that of the deepest on the same slope: some slopes are more
+/// dissected than others.
+const SHALLOWEST: f64 = 0.3;
 /// How stripes end where those around do not fit together: the least length of their phase that
 /// still counts.
 const FADE: f64 = 0.35;
@@ -33,16 +38,16 @@ pub struct ErosionParams {
     pub spacing_m: f64,
     /// Depth of the largest gullies on the steepest slopes, metres, from 0 to 0.4 · `spacing_m`.
     pub depth_m: f64,
-    /// Generations, 1..=6: each has half the spacing and half the depth of the one before, and
-    /// follows the slopes that those before have made, so that gullies branch.
+    /// Generations, 1..=6: each has half the spacing and two fifths of the depth of the one before,
+    /// and follows the slopes that those before have made, so that gullies branch.
     pub generations: u32,
 }
 
 impl Default for ErosionParams {
-    /// Gullies 24 m apart and up to 2 m deep, in three generations.
+    /// Gullies 30 m apart and up to 2 m deep, in three generations.
     fn default() -> Self {
         Self {
-            spacing_m: 24.0,
+            spacing_m: 30.0,
             depth_m: 2.0,
             generations: 3,
         }
@@ -120,7 +125,7 @@ impl<S: Surface> Eroded<S> {
             Generation {
                 key: key.domain(GULLIES).item(u64::from(i)),
                 spacing_m: part * params.spacing_m,
-                depth_m: part * params.depth_m,
+                depth_m: libm::pow(SHALLOWER, f64::from(i)) * params.depth_m,
             }
         };
         Ok(Self {
@@ -223,6 +228,7 @@ impl<S: Surface> Eroded<S> {
         let middle = DVec2::new(f64::from(cell[0]), f64::from(cell[1])) + 0.5;
         let pivot_m = (middle + 2.0 * JITTER * off) * (CELL * spacing_m);
         let phase = rng.range_f64(0.0, TAU);
+        let deep_m = depth_m * rng.range_f64(SHALLOWEST, 1.0);
         let half_m = 0.5 * BASELINE * spacing_m;
         let along = |way: DVec2| {
             let height_m = |p| self.after(number, p).height_m;
@@ -235,7 +241,7 @@ impl<S: Surface> Eroded<S> {
             pivot_m,
             wave: down.perp() * (TAU / spacing_m),
             phase,
-            depth_m: depth_m * square / (square + ONSET * ONSET),
+            depth_m: deep_m * square / (square + ONSET * ONSET),
         }
     }
 }

@@ -35,7 +35,12 @@ impl Terraces {
         key: Key,
     ) -> Self {
         let octave = |domain, scale: f64, factor: f64| {
-            Octave::new(key.domain(domain), 1.0 / (scale * scale_m), factor / SIGMA, 0.0)
+            Octave::new(
+                key.domain(domain),
+                1.0 / (scale * scale_m),
+                factor / SIGMA,
+                0.0,
+            )
         };
         Self {
             share,

@@ -215,41 +215,34 @@ fn gullies_run_down_slopes_and_spare_level_ground() {
     };
     let (deepest, elongated) = carve(0.5);
     let most_m = params.depth_m * 0.25 / (0.25 + 0.04);
-    assert!((0.9 * most_m..=most_m).contains(&deepest), "{deepest}");
+    assert!((0.75 * most_m..=most_m).contains(&deepest), "{deepest}");
     assert!(elongated > 3.0, "{elongated}");
     assert_eq!(carve(0.0).0, 0.0);
 }
 
 #[test]
 fn water_gathers_in_gullies() {
-    // Of drops that start every half metre along a contour, how many are left apart downhill.
-    let runs = |generations| {
-        let base = FlatSurface {
-            height_m: 1e4,
-            gradient: DVec2::new(0.35, 0.0),
-        };
-        let params = ErosionParams {
-            generations,
-            ..ErosionParams::default()
-        };
-        let ground = Eroded::new(params, Key::world(6), base).expect("valid");
-        let mut ends: Vec<f64> = (0..600)
-            .map(|i| {
-                let mut at = DVec2::new(0.0, 0.5 * f64::from(i));
-                while at.x > -60.0 {
-                    let down = -ground.sample(at).gradient;
-                    // Momentum carries a drop over the pools that gullies have.
-                    at += 0.25 * (down.normalize_or_zero() + DVec2::NEG_X).normalize_or_zero();
-                }
-                at.y
-            })
-            .collect();
-        ends.sort_by(f64::total_cmp);
-        1 + ends.windows(2).filter(|pair| pair[1] - pair[0] > 1.0).count()
+    // Drops start every half metre along a contour of a plane that only gullies change.
+    let base = FlatSurface {
+        height_m: 1e4,
+        gradient: DVec2::new(0.35, 0.0),
     };
-    // 300 m have 12 to 13 gullies of 24 m.
-    let left = runs(3);
-    assert!((6..60).contains(&left), "{left}");
+    let ground = Eroded::new(ErosionParams::default(), Key::world(6), base).expect("valid");
+    let mut ends: Vec<f64> = (0..600)
+        .map(|i| {
+            let mut at = DVec2::new(0.0, 0.5 * f64::from(i));
+            while at.x > -60.0 {
+                let down = -ground.sample(at).gradient;
+                // Momentum carries a drop over the pools that gullies have.
+                at += 0.25 * (down.normalize_or_zero() + DVec2::NEG_X).normalize_or_zero();
+            }
+            at.y
+        })
+        .collect();
+    ends.sort_by(f64::total_cmp);
+    let joined = ends.windows(2).filter(|pair| pair[1] - pair[0] < 0.1);
+    let share = joined.count() as f64 / 599.0;
+    assert!(share > 0.6, "{share}");
 }
 
 #[test]
@@ -283,7 +276,7 @@ fn impossible_reliefs_are_refused() {
         refused.expect_err("refused").field
     };
     assert_eq!(erosion(|p| p.spacing_m = 1.0), "spacing_m");
-    assert_eq!(erosion(|p| p.depth_m = 10.0), "depth_m");
+    assert_eq!(erosion(|p| p.depth_m = 12.1), "depth_m");
     assert_eq!(erosion(|p| p.generations = 7), "generations");
 }
 
@@ -296,7 +289,13 @@ fn value_stability() {
         terrace_step_m: 6.0,
     };
     let ground = eroded(relief, ErosionParams::default(), 7);
-    let got = [(1.5, -2.25), (5e7, -5e7)].map(|(x, y)| format!("{:?}", ground.sample([x, y].into())));
+    let got =
+        [(1.5, -2.25), (5e7, -5e7)].map(|(x, y)| format!("{:?}", ground.sample([x, y].into())));
     assert_eq!(got, VALUES);
 }
-const VALUES: [&str; 2] = ["", ""];
+const VALUES: [&str; 2] = [
+    "SurfaceSample { height_m: 37.12098125919021, gradient: DVec2(0.3434593810282084, \
+     -0.05857664768823643) }",
+    "SurfaceSample { height_m: 30.729544535179482, gradient: DVec2(-0.2515898720392999, \
+     -0.7316555217078909) }",
+];

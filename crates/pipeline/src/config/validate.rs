@@ -7,8 +7,8 @@ use nemoral_scene::{ChunkCoord, ObjectId};
 use super::sensors::RESERVED;
 use super::way_model::{TRACK, trail_params};
 use super::{
-    Config, Lidar, LidarPattern, ModelKind, PathTrail, RobotPath, SunPosition, WAYS, lines_m,
-    sky_image,
+    Config, Lidar, LidarPattern, ModelKind, PathTrail, RobotPath, SunPosition, TerrainNoise, WAYS,
+    lines_m, sky_image,
 };
 use crate::{Error, InputFiles, site};
 

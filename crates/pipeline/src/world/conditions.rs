@@ -105,7 +105,8 @@ impl Conditions {
         ];
         let around = [(x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1)];
         let around = around.map(|corner| self.corner(base, corner));
-        self.effects.of(GroundConditions::mean(around, weights), bank_m)
+        self.effects
+            .of(GroundConditions::mean(around, weights), bank_m)
     }
 
     /// Whether the ground there is bare mud, if it is this wet: `wave`, −1..=1, makes its border
@@ -125,9 +126,8 @@ impl Conditions {
     }
 
     fn corner(&self, base: &dyn Surface, (x, y): (i64, i64)) -> GroundConditions {
-        let of = |x: i64, y: i64| {
-            GroundConditions::at(base, DVec2::new(x as f64, y as f64) * CELL_M)
-        };
+        let of =
+            |x: i64, y: i64| GroundConditions::at(base, DVec2::new(x as f64, y as f64) * CELL_M);
         let [i, j] = [x - self.first[0], y - self.first[1]];
         let side = self.side as i64;
         if !(0..side).contains(&i) || !(0..side).contains(&j) {

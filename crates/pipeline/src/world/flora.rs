@@ -7,8 +7,8 @@ use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, Surface};
 use nemoral_seed::{Domain, Draw, Key};
 use nemoral_stand::{
-    CLUMP_FIELD, FERN_FIELD, PATCH_JITTER, PATCH_SCALE, PatchKind, PatchSite, Seedlings, SkyViewFactor,
-    StandLayer, Undergrowth, UndergrowthParams,
+    CLUMP_FIELD, FERN_FIELD, PATCH_JITTER, PATCH_SCALE, PatchKind, PatchSite, Seedlings,
+    SkyViewFactor, StandLayer, Undergrowth, UndergrowthParams,
 };
 
 use super::closed_vegetation::ClosedVegetation;

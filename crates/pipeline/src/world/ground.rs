@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
+use nemoral_placement::OpenLand;
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, MaterialId, Mesh, Surface, SurfaceSample};
 use nemoral_seed::{Domain, Key};
-use nemoral_placement::OpenLand;
 use nemoral_stand::{FallenStem, Field, FieldParams, GroundConditions, fallen_stems, settle};
 use nemoral_terrain::{
     Eroded, ErosionParams, GroundZones, HeightField, HeightPosts, PerlinTerrain, ReliefParams,
@@ -443,7 +443,8 @@ impl ChunkGround {
     /// How wet, sunny and deep the ground of a place is, as far as that matters in this world.
     #[must_use]
     pub fn conditions(&self, world_m: DVec2) -> GroundConditions {
-        self.conditions.at(&self.base, world_m, self.bank_m(world_m))
+        self.conditions
+            .at(&self.base, world_m, self.bank_m(world_m))
     }
 
     /// Whether the ground of a place is bare mud; see [`Conditions::is_mud`].
@@ -573,7 +574,9 @@ fn terrain_of(of: &config::Terrain, world: Key) -> Result<Arc<dyn Surface>, Erro
         depth_m: of.gully_depth_m,
         generations: of.gully_generations,
     };
-    Ok(Arc::new(Eroded::new(erosion, world, base).map_err(Error::of_stage)?))
+    Ok(Arc::new(
+        Eroded::new(erosion, world, base).map_err(Error::of_stage)?,
+    ))
 }
 
 /// The terrain's noise as a field of the plane.

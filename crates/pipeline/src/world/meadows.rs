@@ -139,7 +139,9 @@ mod tests {
     fn they_have_their_share_and_distances_are_distances() {
         for seed in 0..4 {
             let of = meadows(|_| {});
-            let land = Meadows::new(&of, Key::world(seed)).expect("valid").expect("some");
+            let land = Meadows::new(&of, Key::world(seed))
+                .expect("valid")
+                .expect("some");
             let (mut open, mut near, mut off) = (0, 0, 0);
             for i in 0..40_000 {
                 let p = DVec2::new(f64::from(i % 200), f64::from(i / 200)) * 23.0;
@@ -162,7 +164,9 @@ mod tests {
     #[test]
     fn a_meadow_is_kept_beyond_its_fringe() {
         let of = meadows(|of| of.kept = 0.9);
-        let land = Meadows::new(&of, Key::world(1)).expect("valid").expect("some");
+        let land = Meadows::new(&of, Key::world(1))
+            .expect("valid")
+            .expect("some");
         for i in 0..10_000 {
             let p = DVec2::new(f64::from(i % 100), f64::from(i / 100)) * 5.0;
             let (depth_m, kept) = (land.depth_m(p), land.kept(p));
@@ -183,6 +187,9 @@ mod tests {
             let trees = at_edges(StandLayer::Trees, &of).expect("edges").points;
             assert_eq!(trees.last().map(|point| point.1), Some(0.0));
         }
-        assert_eq!(at_edges(StandLayer::Trees, &config::Meadows::default()), None);
+        assert_eq!(
+            at_edges(StandLayer::Trees, &config::Meadows::default()),
+            None
+        );
     }
 }

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use nemoral_placement::{
-    LayerParams, OpenLand, ParamError, Patches, Placement, PlacementError, PlacementParams, RockParams, Rows,
-    Site, Variety,
+    LayerParams, OpenLand, ParamError, Patches, Placement, PlacementError, PlacementParams,
+    RockParams, Rows, Site, Variety,
 };
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, ObjectKind};

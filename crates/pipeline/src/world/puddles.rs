@@ -56,7 +56,13 @@ impl Puddles {
         let (x, y) = (first.x as i32 - 1, first.y as i32 - 1);
         let rows = cells(first.y, last.y).count() + 2;
         let sites: Vec<Option<PuddleSite>> = (0..columns * rows)
-            .map(|i| self.site([x + (i % columns) as i32, y + (i / columns) as i32], trails, wetness))
+            .map(|i| {
+                self.site(
+                    [x + (i % columns) as i32, y + (i / columns) as i32],
+                    trails,
+                    wetness,
+                )
+            })
             .collect();
         let mut puddles = Vec::new();
         for row in 1..rows - 1 {

@@ -8,8 +8,8 @@ use glam::DVec2;
 use nemoral_scene::ChunkCoord;
 use nemoral_seed::{Domain, Draw, Key};
 
-use super::params::{LayerParams, PlacementParams};
 use super::open_land::EdgeProfile;
+use super::params::{LayerParams, PlacementParams};
 use super::patches::{PatchMap, Patches};
 use super::rows::Rows;
 use crate::error::PlacementError;

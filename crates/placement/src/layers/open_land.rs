@@ -28,7 +28,11 @@ impl EdgeProfile {
         let is_finite = self.points.iter().all(|point| point.0.is_finite());
         if self.points.is_empty() || !is_ascending || !is_finite {
             let allowed = "at least one point, by ascending distance";
-            return Err(ParamError::new(field, format!("{:?}", self.points), allowed));
+            return Err(ParamError::new(
+                field,
+                format!("{:?}", self.points),
+                allowed,
+            ));
         }
         for (i, point) in self.points.iter().enumerate() {
             ParamError::check_within(format!("{field}[{i}].1"), point.1, 0.0, 20.0)?;

@@ -137,8 +137,8 @@ fn impossible_combinations_are_refused_where_they_stand() {
             "must be at most half of terrain.max_height_m = 22",
         ),
         (
-            "[terrain]\ngully_depth_m = 10",
-            "must be at most 0.4 of terrain.gully_spacing_m = 24",
+            "[terrain]\ngully_depth_m = 13",
+            "must be at most 0.4 of terrain.gully_spacing_m = 30",
         ),
         (
             "[terrain]\nwarp = 0.1\nnoise = \"perlin-surflet\"",
