@@ -43,6 +43,8 @@ pub enum PatchKind {
     Branch,
     /// A mat of brash.
     Brash,
+    /// A bed of stones on bare ground.
+    Scree,
     /// A wide tile of closed vegetation.
     Closed(PlantCommunity),
     /// A narrow tile of it, beside a border or on a trail.

@@ -10,6 +10,7 @@ use super::{
     Config, Lidar, LidarPattern, ModelKind, PathTrail, RobotPath, SunPosition, TerrainNoise, WAYS,
     lines_m, sky_image,
 };
+use crate::world::outcrops::most_rocks;
 use crate::{Error, InputFiles, site};
 
 /// `.label` files number the objects of a chunk from 1 to this.
@@ -149,7 +150,8 @@ impl Config {
             .max();
         let trail_rocks = born as f64 * f64::from(stones.unwrap_or(0))
             + given as f64 * f64::from(self.trails.rocks_max);
-        mean + 6.0 * variance.sqrt() + f64::from(p.rocks_max) + trail_rocks
+        let rocks = f64::from(p.rocks_max) + most_rocks(p.outcrops, c.size_m);
+        mean + 6.0 * variance.sqrt() + rocks + trail_rocks
     }
 
     fn ground_problems(&self, out: &mut Problems) {

@@ -12,6 +12,7 @@ use nemoral_stand::{
 };
 
 use super::closed_vegetation::ClosedVegetation;
+use super::outcrops::bareness;
 use super::patch::Patch;
 
 use super::ground::{ChunkGround, TerrainField};
@@ -27,10 +28,13 @@ const PATCHES: Domain = Domain::new("pipeline.undergrowth.patches");
 const AMONG: Domain = Domain::new("pipeline.undergrowth.among");
 const BRANCHES: Domain = Domain::new("pipeline.branches");
 const BRASH: Domain = Domain::new("pipeline.brash");
+const SCREE: Domain = Domain::new("pipeline.scree");
 const SEEDLINGS: Domain = Domain::new("pipeline.seedlings");
 
 /// Side of the cells that may hold a branch, or a mat of brash, metres.
 const BRANCH_CELL_M: f64 = 1.5;
+/// Side of the cells that may hold a bed of scree, metres.
+const SCREE_CELL_M: f64 = 0.9;
 /// How far the middle of a branch is from a trail's edge, metres: it reaches no farther.
 const BRANCH_VERGE_M: f64 = 1.3;
 
@@ -53,6 +57,8 @@ pub struct Flora {
     branches: (GroundCover, f64),
     /// Brash on trails: its grid, and the chance of a cell, usually and on skid trails.
     brash: (GroundCover, [f64; 2]),
+    /// Scree where rock crops out: its grid, and the chance of a cell.
+    scree: (GroundCover, f64),
     /// What closes over the ground; `None` if nothing does.
     closed: Option<ClosedVegetation>,
 }
@@ -63,6 +69,7 @@ pub(crate) struct FloraRecipe {
     undergrowth: config::Undergrowth,
     deadwood: config::Deadwood,
     skid_brash: f64,
+    outcrops: f64,
     chunk_size_m: f64,
 }
 
@@ -72,6 +79,7 @@ impl FloraRecipe {
             undergrowth: config.undergrowth.clone(),
             deadwood: config.deadwood.clone(),
             skid_brash: skid_brash(&config.trails),
+            outcrops: config.placement.outcrops,
             chunk_size_m: config.chunks.size_m,
         }
     }
@@ -83,12 +91,14 @@ impl Encode for FloraRecipe {
             undergrowth,
             deadwood,
             skid_brash,
+            outcrops,
             chunk_size_m,
         } = self;
         encoder.field("undergrowth", undergrowth);
         encoder.field("branches", &deadwood.branches);
         encoder.field("brash", &deadwood.brash);
         encoder.field("skid_brash", skid_brash);
+        encoder.field("outcrops", outcrops);
         encoder.field("chunk_size_m", chunk_size_m);
     }
 }
@@ -100,6 +110,7 @@ impl Flora {
             undergrowth: p,
             deadwood,
             skid_brash,
+            outcrops,
             chunk_size_m,
         } = recipe;
         let chunk_size_m = *chunk_size_m;
@@ -114,14 +125,14 @@ impl Flora {
                 scale: PATCH_SCALE,
             }],
         };
-        let of_branches = |domain: Domain, scale: (f64, f64)| {
+        let lying = |domain: Domain, cell_m: f64, radius_m: f64, scale: (f64, f64)| {
             let grid = GroundCoverParams {
                 chunk_size_m,
-                cell_m: BRANCH_CELL_M.min(chunk_size_m),
+                cell_m: cell_m.min(chunk_size_m),
                 jitter: 1.0,
                 varieties: vec![CoverVariety {
                     weight: 1.0,
-                    radius_m: BRANCH_VERGE_M,
+                    radius_m,
                     scale,
                 }],
             };
@@ -130,12 +141,16 @@ impl Flora {
         let of_cell = BRANCH_CELL_M * BRANCH_CELL_M / 100.0;
         Ok(Self {
             branches: (
-                of_branches(BRANCHES, (0.8, 1.25))?,
+                lying(BRANCHES, BRANCH_CELL_M, BRANCH_VERGE_M, (0.8, 1.25))?,
                 deadwood.branches * of_cell,
             ),
             brash: (
-                of_branches(BRASH, (0.85, 1.15))?,
+                lying(BRASH, BRANCH_CELL_M, BRANCH_VERGE_M, (0.85, 1.15))?,
                 [deadwood.brash, skid_brash.max(deadwood.brash)],
+            ),
+            scree: (
+                lying(SCREE, SCREE_CELL_M, SCREE_CELL_M, (0.6, 1.3))?,
+                *outcrops,
             ),
             closed: ClosedVegetation::new(p, chunk_size_m, world)?,
             grid: GroundCover::new(grid, key).map_err(Error::of_stage)?,
@@ -214,6 +229,12 @@ impl Flora {
         if *chance > 0.0 {
             lay(branches, PatchKind::Branch, &beside, &|p| {
                 *chance * litter(ground, p)
+            });
+        }
+        let (scree, share) = &self.scree;
+        if *share > 0.0 {
+            lay(scree, PatchKind::Scree, &beside, &|p| {
+                0.7 * *share * bareness(ground, p)
             });
         }
         let (brash, [usual, of_skid_trails]) = &self.brash;

@@ -18,6 +18,7 @@ pub(crate) mod low_plants;
 pub(crate) mod meadows;
 pub(crate) mod models;
 pub(crate) mod object_sites;
+pub(crate) mod outcrops;
 pub mod patch;
 pub(crate) mod placement;
 pub(crate) mod puddles;

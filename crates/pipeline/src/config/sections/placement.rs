@@ -16,6 +16,9 @@ section! {
         rocks_min: u32 = 2, Whole(0, 400), "paper, IV-D";
         /// Most rocks in a chunk.
         rocks_max: u32 = 14, Whole(0, 400), "paper, IV-D";
+        /// How readily rock crops out where the soil is thin, most on steep slopes, with scree
+        /// between the rocks; 0 for none. Where soil is thin, `undergrowth.ground.soil` decides.
+        outcrops: f64 = 0.0, Real(0.0, 1.0), "none: the paper's rocks are anywhere";
         /// Multiplies the radii of occupation: larger is sparser.
         density_factor: f64 = 1.0, RealAbove(0.0, 10.0), "paper, IV-D";
         /// The least distance of two objects, in multiples of the sum of their radii.
