@@ -26,6 +26,8 @@ const SAMPLES: u32 = 48;
 /// Distance of these places, metres. It is more than a stand, so that samples are nearly
 /// independent.
 const SAMPLE_STEP_M: f64 = 37.0;
+/// How much more of the ground thickets cover at the edge of a wood, for small shares.
+const FRINGE: f64 = 1.6;
 /// Over this part of a field's quantiles, plants get lower towards the border of their stand.
 const BORDER: f64 = 0.06;
 
@@ -45,6 +47,8 @@ pub struct Site {
     pub soil_m: f64,
     /// The share of a meadow's grass, 0..=1: at 1 there is grass alone, without gaps.
     pub meadow: f64,
+    /// How near the edge of a wood is, 0..=1, where thickets close up; 0 far from any.
+    pub fringe: f64,
 }
 
 /// Closed vegetation at a place.
@@ -134,7 +138,7 @@ impl<F: Field> Communities<F> {
     pub fn at(&self, world_m: DVec2, site: &Site) -> Option<Closed> {
         let depths = self.members.iter().filter_map(|(community, share, field)| {
             let share = share * suitability(*community, site);
-            let share = in_meadow(share, *community, site.meadow);
+            let share = in_meadow(share, *community, site);
             let inside = field.rank(world_m) - (1.0 - share);
             (share > 0.0 && inside >= 0.0).then_some((community, inside, inside / share))
         });
@@ -207,11 +211,12 @@ fn suitability(community: Option<PlantCommunity>, site: &Site) -> f64 {
     ramp(dark, light, site.sky_view) * by_moisture * by_slope * by_soil * by_sun
 }
 
-/// The share of a community where a meadow is kept: mowing leaves grass.
-fn in_meadow(share: f64, community: Option<PlantCommunity>, meadow: f64) -> f64 {
+/// The share of a community by what people do: mowing leaves grass, and thickets creep out of the
+/// edge of a wood as far as they are let.
+fn in_meadow(share: f64, community: Option<PlantCommunity>, site: &Site) -> f64 {
     match community {
-        None => share + (1.0 - share) * meadow,
-        Some(_) => share * (1.0 - meadow),
+        None => share + (1.0 - share) * site.meadow,
+        Some(_) => (share + FRINGE * site.fringe * share * (1.0 - share)) * (1.0 - site.meadow),
     }
 }
 
@@ -264,6 +269,7 @@ mod tests {
         exposure: 0.0,
         soil_m: 0.5,
         meadow: 0.0,
+        fringe: 0.0,
     };
 
     /// Waves in both directions whose lengths and phases belong to the field.
@@ -390,6 +396,18 @@ mod tests {
             (found[..5].iter().sum::<f64>() - 1.0).abs() < 1e-9,
             "{found:?}"
         );
+        let bramble = CommunityParams {
+            thickets: [0.3, 0.0, 0.0, 0.0, 0.0],
+            ..NONE
+        };
+        let at_edge = count(
+            &bramble,
+            &Site {
+                fringe: 1.0,
+                ..OPEN
+            },
+        );
+        assert!((at_edge[5] - 0.3 - 1.6 * 0.21).abs() < 0.03, "{at_edge:?}");
         let half = count(
             &params,
             &Site {

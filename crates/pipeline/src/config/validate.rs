@@ -122,7 +122,6 @@ impl Config {
         let radius_m = f64::midpoint(young.radius_min_m, young.radius_max_m);
         let cluster_m2 = std::f64::consts::PI * radius_m * radius_m;
         let clusters = young.share * c.size_m * c.size_m / cluster_m2;
-        let clumping = young.saplings / clusters.max(1.0);
         // Six standard deviations of the number are left as a margin.
         // A chunk may lie along the edge of a meadow, which winds.
         let edge = if p.meadows.share > 0.0 {
@@ -134,11 +133,12 @@ impl Config {
         let raised = |number: f64, in_mantle: f64, in_open: f64| {
             number * (1.0 + edge * (in_mantle - 1.0).max(0.0)).max(open * in_open)
         };
+        let saplings = raised(young.saplings, m.mantle_saplings, m.open_saplings);
         let mean = p.trees
             + raised(p.stumps, 1.0, m.open_stumps)
             + raised(p.shrubs, m.mantle_shrubs, m.open_shrubs)
-            + raised(young.saplings, m.mantle_saplings, m.open_saplings);
-        let variance = mean + young.saplings * clumping;
+            + saplings;
+        let variance = mean + saplings * saplings / clusters.max(1.0);
         let born = 2 * usize::from(self.trails.enabled);
         // A file that cannot be read is refused elsewhere.
         let lines = lines_m(&self.site, inputs).unwrap_or_default();

@@ -217,5 +217,6 @@ fn site(world_m: DVec2, ground: &ChunkGround, sky: &SkyViewFactor) -> Site {
         exposure: conditions.exposure,
         soil_m: conditions.soil_m,
         meadow: ground.meadow(world_m),
+        fringe: ground.fringe(world_m),
     }
 }

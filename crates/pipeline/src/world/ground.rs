@@ -464,6 +464,11 @@ impl ChunkGround {
         self.meadows.as_ref().map_or(0.0, |m| m.kept(world_m))
     }
 
+    /// How near the edge of a wood at open land is, 0..=1.
+    pub(crate) fn fringe(&self, world_m: DVec2) -> f64 {
+        self.meadows.as_ref().map_or(0.0, |m| m.fringe(world_m))
+    }
+
     /// The trees of the stem map, if there is one.
     pub(crate) fn plot(&self) -> Option<&Plot> {
         self.plot.as_deref()

@@ -68,6 +68,11 @@ impl Meadows {
         }))
     }
 
+    /// How near the edge is, 0..=1: 1 on it, 0 beyond the mantle.
+    pub(crate) fn fringe(&self, world_m: DVec2) -> f64 {
+        (1.3 - self.depth_m(world_m).abs() / (self.mantle_m + 0.5)).clamp(0.0, 1.0)
+    }
+
     /// How much of a place is meadow that is kept as grass, 0..=1.
     pub(crate) fn kept(&self, world_m: DVec2) -> f64 {
         if self.kept <= 0.0 {
