@@ -333,14 +333,14 @@ pub(super) fn meadow_edge(c: &mut Config) {
     let a = &mut c.assets;
     (a.gorse, a.heather, a.bramble) = (0.25, 0.0, 1.0);
     c.placement.trees = per_hectare(c, 220.0);
-    c.placement.shrubs = per_hectare(c, 160.0);
+    c.placement.shrubs = per_hectare(c, 150.0);
     c.placement.gaps.share = 0.04;
     c.placement.meadows = Meadows {
         share: 0.5,
         scale_m: 260.0,
-        mantle_m: 5.5,
-        mantle_shrubs: 16.0,
-        mantle_saplings: 16.0,
+        mantle_m: 9.0,
+        mantle_shrubs: 7.0,
+        mantle_saplings: 20.0,
         ..Meadows::default()
     };
     c.placement.regeneration.saplings = per_hectare(c, 160.0);
@@ -356,7 +356,7 @@ pub(super) fn meadow_edge(c: &mut Config) {
     c.trails.surface = "grassy".to_owned();
     c.deadwood = deadwood([10.0, 3.0, 1.0, 4.0]);
     // In the meadow, along the edge, in the world of the seed that it comes with.
-    (c.robot.start_x_m, c.robot.start_y_m, c.robot.heading_deg) = (97.0, 26.0, 318.0);
+    (c.robot.start_x_m, c.robot.start_y_m, c.robot.heading_deg) = (92.0, 40.0, 300.0);
     c.robot.path = RobotPath::Wander(PathWander::default());
 }
 
