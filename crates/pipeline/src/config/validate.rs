@@ -122,7 +122,6 @@ impl Config {
         let radius_m = f64::midpoint(young.radius_min_m, young.radius_max_m);
         let cluster_m2 = std::f64::consts::PI * radius_m * radius_m;
         let clusters = young.share * c.size_m * c.size_m / cluster_m2;
-        // Six standard deviations of the number are left as a margin.
         // A chunk may lie along the edge of a meadow, which winds.
         let edge = if p.meadows.share > 0.0 {
             (2.8 * p.meadows.mantle_m / c.size_m).min(1.0)
@@ -138,6 +137,7 @@ impl Config {
             + raised(p.stumps, 1.0, m.open_stumps)
             + raised(p.shrubs, m.mantle_shrubs, m.open_shrubs)
             + saplings;
+        // Six standard deviations of the number are left as a margin.
         let variance = mean + saplings * saplings / clusters.max(1.0);
         let born = 2 * usize::from(self.trails.enabled);
         // A file that cannot be read is refused elsewhere.
