@@ -168,7 +168,13 @@ impl ForestPlan {
         let lower = [phase0.anywhere(), phase1.anywhere(), phase2.anywhere()];
         let phase3 = plan.add(RockPhaseStage::<3>, (world, ground, lower));
         let phases = [phase0, phase1, phase2, phase3].map(Node::anywhere);
-        let rocks = plan.add(RockStage, (phases,));
+        let rocks = plan.add(
+            RockStage {
+                outcrops: config.placement.outcrops,
+                chunk_size_m,
+            },
+            (world, ground, phases),
+        );
         let woody = plan.add(WoodyStage, (world, ground, rocks.anywhere()));
         let logs = LogRecipe::new(config);
         let is_empty = logs.is_empty();

@@ -76,6 +76,7 @@ struct ReadmeDoctests;
 
 pub use cover::{CoverPoint, CoverVariety, GroundCover, GroundCoverParams};
 pub use error::PlacementError;
+pub use layers::open_land::{EdgeProfile, OpenLand};
 pub use layers::params::{LayerParams, PlacementParams, RockParams};
 pub use layers::patches::{Clusters, Patches};
 pub use layers::placement::Placement;

@@ -3,9 +3,14 @@
 #[allow(dead_code, reason = "each test binary uses its part")]
 mod common;
 
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
 use common::{World, beside_trails, everywhere, forest, layer, square, trees, variety};
 use glam::DVec2;
-use nemoral_placement::{Patches, Placement, PlacementError, PlacementParams, Rows, Site};
+use nemoral_placement::{
+    EdgeProfile, OpenLand, Patches, Placement, PlacementError, PlacementParams, Rows, Site,
+};
 use nemoral_scene::ChunkCoord;
 use nemoral_seed::Key;
 use proptest::prelude::*;
@@ -410,4 +415,107 @@ fn clusters_are_where_their_layer_stands() {
     let (a, b) = (clusters(&placement), clusters(&empty));
     let places = (0..2500).map(|i| DVec2::new(50.0 + f64::from(i % 50), 100.0 + f64::from(i / 50)));
     assert!(places.into_iter().all(|p| a.contain(p) == b.contain(p)));
+}
+
+/// A wavy line from south-west to north-east, with the open on its south-eastern side.
+#[derive(Debug)]
+struct WavyEdge;
+
+impl OpenLand for WavyEdge {
+    fn depth_m(&self, p: DVec2) -> f64 {
+        let along = DVec2::new(0.8, 0.6);
+        -p.dot(along.perp()) + 4.0 * libm::sin(0.09 * p.dot(along))
+    }
+}
+
+/// Trees that end, and shrubs that close up into a mantle.
+fn edged() -> PlacementParams {
+    let mut params = forest(96.0);
+    params.layers[2].per_chunk = 60.0;
+    let profile = |points: &[(f64, f64)]| {
+        Some(EdgeProfile {
+            points: points.to_vec(),
+        })
+    };
+    params.layers[0].at_edges = profile(&[(-1.0, 1.0), (1.0, 0.0)]);
+    params.layers[2].at_edges = profile(&[(-6.0, 1.0), (-3.0, 5.0), (3.0, 5.0), (6.0, 0.0)]);
+    params
+}
+
+#[test]
+fn trees_end_at_open_land_behind_a_mantle_of_shrubs() {
+    let params = edged();
+    let mut world = World::new(params.clone(), 3, &everywhere);
+    world.placement = world.placement.with_open_land(Arc::new(WavyEdge));
+    let side = 14;
+    let low = ChunkCoord::new(-7, -7);
+    let sites: Vec<Site> = square(low, side)
+        .into_iter()
+        .flat_map(|c| world.woody(c))
+        .collect();
+    // The areas of strips along the edge, by a grid.
+    let strip = |p: DVec2| (WavyEdge.depth_m(p) / 3.0).floor().clamp(-100.0, 100.0) as i32;
+    let mut areas = BTreeMap::new();
+    for i in 0..700 * 700 {
+        let p = DVec2::new(f64::from(i % 700), f64::from(i / 700)) - 350.0;
+        *areas.entry(strip(p)).or_insert(0.0) += 1.0;
+    }
+    let density = |layer: u8, strips: std::ops::Range<i32>| {
+        let here = |site: &&Site| site.layer == layer && strips.contains(&strip(site.position_m));
+        let area: f64 = strips.clone().filter_map(|s| areas.get(&s)).sum();
+        sites.iter().filter(here).count() as f64 / area * 2500.0
+    };
+    assert_eq!(density(0, 1..101), 0.0);
+    let wood = density(0, -100..-1);
+    assert!((wood / 96.0 - 1.0).abs() < 0.05, "{wood}");
+    // Shrubs stand densely on both sides of the edge, as usual in the wood, and not in the open.
+    let (usual, mantle) = (density(2, -100..-3), density(2, -1..1));
+    assert!((usual / 60.0 - 1.0).abs() < 0.06, "{usual}");
+    assert!((mantle / 300.0 - 1.0).abs() < 0.2, "{mantle}");
+    assert_eq!(density(2, 2..101), 0.0);
+    // Stumps do not mind.
+    let stumps = density(1, 0..101) / density(1, -100..0);
+    assert!((0.85..1.2).contains(&stumps), "{stumps}");
+}
+
+#[test]
+fn the_edge_of_a_wood_has_no_seams() {
+    // A chunk's sites are those that a window of twice its size would have: no pair anywhere is
+    // nearer than the rule allows, across borders too, and whatever was asked for before.
+    let placed = |order: &mut dyn Iterator<Item = ChunkCoord>| {
+        let mut world = World::new(edged(), 9, &everywhere);
+        world.placement = world.placement.with_open_land(Arc::new(WavyEdge));
+        let sites = order.flat_map(|c| world.woody(c));
+        let mut sites: Vec<_> = sites.map(|s| (s.key, s)).collect();
+        sites.sort_by_key(|(key, _)| *key);
+        sites
+    };
+    let chunks = square(ChunkCoord::new(-2, -2), 4);
+    let sites = placed(&mut chunks.iter().copied());
+    let backwards = placed(&mut chunks.iter().rev().copied());
+    assert!(sites == backwards);
+    let params = edged();
+    let factor = params.spacing_factor * params.density_factor;
+    for (i, (_, a)) in sites.iter().enumerate() {
+        for (_, b) in &sites[..i] {
+            let room = factor * (a.radius_m + b.radius_m);
+            assert!(a.position_m.distance(b.position_m) >= room - 1e-6);
+        }
+    }
+}
+
+#[test]
+fn impossible_edges_are_refused() {
+    let refused = |points: &[(f64, f64)]| {
+        let mut params = edged();
+        params.layers[0].at_edges = Some(EdgeProfile {
+            points: points.to_vec(),
+        });
+        let error = Placement::new(params, Key::world(1)).expect_err("refused");
+        error.to_string()
+    };
+    for points in [&[][..], &[(1.0, 1.0), (1.0, 0.0)], &[(f64::NAN, 1.0)]] {
+        assert!(refused(points).contains("layers[0].at_edges.points"));
+    }
+    assert!(refused(&[(0.0, 21.0)]).contains("layers[0].at_edges.points[0].1"));
 }

@@ -26,6 +26,8 @@ const SAMPLES: u32 = 48;
 /// Distance of these places, metres. It is more than a stand, so that samples are nearly
 /// independent.
 const SAMPLE_STEP_M: f64 = 37.0;
+/// How much more of the ground thickets cover at the edge of a wood, for small shares.
+const FRINGE: f64 = 1.6;
 /// Over this part of a field's quantiles, plants get lower towards the border of their stand.
 const BORDER: f64 = 0.06;
 
@@ -38,6 +40,15 @@ pub struct Site {
     pub moisture: f64,
     /// Rise over run.
     pub slope: f64,
+    /// Sun on the slope, as [`GroundConditions::exposure`](crate::GroundConditions); 0 for level
+    /// ground.
+    pub exposure: f64,
+    /// Depth of the soil, metres; 0.5 as most of the ground.
+    pub soil_m: f64,
+    /// The share of a meadow's grass, 0..=1: at 1 there is grass alone, without gaps.
+    pub meadow: f64,
+    /// How near the edge of a wood is, 0..=1, where thickets close up; 0 far from any.
+    pub fringe: f64,
 }
 
 /// Closed vegetation at a place.
@@ -127,6 +138,7 @@ impl<F: Field> Communities<F> {
     pub fn at(&self, world_m: DVec2, site: &Site) -> Option<Closed> {
         let depths = self.members.iter().filter_map(|(community, share, field)| {
             let share = share * suitability(*community, site);
+            let share = in_meadow(share, *community, site);
             let inside = field.rank(world_m) - (1.0 - share);
             (share > 0.0 && inside >= 0.0).then_some((community, inside, inside / share))
         });
@@ -181,8 +193,31 @@ fn suitability(community: Option<PlantCommunity>, site: &Site) -> f64 {
         Some(PlantCommunity::Heath) => 1.0 - ramp(0.55, 0.90, site.moisture),
         _ => 1.0,
     };
+    // Nettles follow nutrients, which deep soil has; heather stays where others find too little.
+    let by_soil = match community {
+        Some(PlantCommunity::Nettles) => ramp(0.1, 0.5, site.soil_m),
+        Some(PlantCommunity::Bracken) => ramp(0.05, 0.4, site.soil_m),
+        Some(PlantCommunity::Bramble) => ramp(0.0, 0.25, site.soil_m),
+        Some(PlantCommunity::Heath) => 1.0 - 0.6 * ramp(0.7, 1.2, site.soil_m),
+        Some(PlantCommunity::Bilberry) => 1.0 - 0.3 * ramp(0.7, 1.2, site.soil_m),
+        _ => ramp(-0.06, 0.16, site.soil_m),
+    };
+    let by_sun = match community {
+        Some(PlantCommunity::Bilberry) => 1.0 - 0.8 * ramp(0.06, 0.28, site.exposure),
+        Some(PlantCommunity::Heath) => 1.0 - 0.6 * ramp(0.06, 0.28, -site.exposure),
+        _ => 1.0,
+    };
     let by_slope = 1.0 - ramp(0.75, 1.1, site.slope);
-    ramp(dark, light, site.sky_view) * by_moisture * by_slope
+    ramp(dark, light, site.sky_view) * by_moisture * by_slope * by_soil * by_sun
+}
+
+/// The share of a community by what people do: mowing leaves grass, and thickets creep out of the
+/// edge of a wood as far as they are let.
+fn in_meadow(share: f64, community: Option<PlantCommunity>, site: &Site) -> f64 {
+    match community {
+        None => share + (1.0 - share) * site.meadow,
+        Some(_) => (share + FRINGE * site.fringe * share * (1.0 - share)) * (1.0 - site.meadow),
+    }
 }
 
 /// From 0 at and below `low` to 1 at and above `high`.
@@ -231,6 +266,10 @@ mod tests {
         sky_view: 0.6,
         moisture: 0.5,
         slope: 0.1,
+        exposure: 0.0,
+        soil_m: 0.5,
+        meadow: 0.0,
+        fringe: 0.0,
     };
 
     /// Waves in both directions whose lengths and phases belong to the field.
@@ -314,6 +353,71 @@ mod tests {
         });
         assert!((half - 0.4).abs() < 0.04, "{half}");
         assert_eq!(at(Site { slope: 1.2, ..OPEN }), 0.0);
+    }
+
+    #[test]
+    fn plants_follow_soil_and_sun() {
+        let params = CommunityParams {
+            thickets: [0.0, 0.2, 0.2, 0.2, 0.2],
+            ..NONE
+        };
+        let at = |soil_m, exposure| {
+            let site = Site {
+                moisture: 0.55,
+                soil_m,
+                exposure,
+                ..OPEN
+            };
+            count(&params, &site)
+        };
+        let [bracken, heath, bilberry, nettles] = [6, 7, 8, 9];
+        let (thin, deep) = (at(0.1, 0.0), at(1.4, 0.0));
+        assert!(thin[bracken] < 0.5 * deep[bracken] && thin[nettles] < 0.1 * deep[nettles]);
+        assert!(thin[heath] > 1.5 * deep[heath], "{thin:?} {deep:?}");
+        let (sunny, shady) = (at(0.5, 0.3), at(0.5, -0.3));
+        assert!(sunny[bilberry] < 0.5 * shady[bilberry] && sunny[heath] > 1.5 * shady[heath]);
+    }
+
+    #[test]
+    fn a_meadow_is_grass_alone() {
+        let params = CommunityParams {
+            sward: 0.3,
+            thickets: [0.3; 5],
+            ..NONE
+        };
+        let found = count(
+            &params,
+            &Site {
+                meadow: 1.0,
+                ..OPEN
+            },
+        );
+        assert!(
+            (found[..5].iter().sum::<f64>() - 1.0).abs() < 1e-9,
+            "{found:?}"
+        );
+        let bramble = CommunityParams {
+            thickets: [0.3, 0.0, 0.0, 0.0, 0.0],
+            ..NONE
+        };
+        let at_edge = count(
+            &bramble,
+            &Site {
+                fringe: 1.0,
+                ..OPEN
+            },
+        );
+        assert!((at_edge[5] - 0.3 - 1.6 * 0.21).abs() < 0.03, "{at_edge:?}");
+        let half = count(
+            &params,
+            &Site {
+                meadow: 0.5,
+                ..OPEN
+            },
+        );
+        let wood = count(&params, &OPEN);
+        let grass = |of: &[f64; 10]| of[..5].iter().sum::<f64>();
+        assert!(grass(&wood) < grass(&half) && grass(&half) < 1.0);
     }
 
     #[test]

@@ -4,6 +4,9 @@ use nemoral_scene::glam::DVec2;
 
 use crate::{Field, FieldParams};
 
+/// By how much of the field's range the limit of moss moves between neutral and wettest ground.
+const MOSS_SPREAD: f64 = 0.14;
+
 /// What covers the ground.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FloorCover {
@@ -68,11 +71,19 @@ impl<F: Field> FloorComposition<F> {
         Self { field, limits }
     }
 
-    /// The cover at a world position, metres.
-    pub fn cover(&self, world_m: DVec2) -> FloorCover {
+    /// The cover at a world position, metres, whose ground is wetter than most by `wetness`,
+    /// −1..=1: moss, where it has a share, takes places of litter where it is wet and leaves them
+    /// where it is dry.
+    pub fn cover(&self, world_m: DVec2, wetness: f64) -> FloorCover {
         let value = self.field.value(world_m);
-        let below = self.limits.iter().filter(|&&limit| value >= limit).count();
-        FloorCover::ALL[below]
+        let [leaves, needles] = self.limits;
+        if value >= needles - MOSS_SPREAD * wetness {
+            FloorCover::Moss
+        } else if value >= leaves {
+            FloorCover::NeedleLitter
+        } else {
+            FloorCover::LeafLitter
+        }
     }
 }
 
@@ -91,12 +102,28 @@ mod tests {
         let mut counts = [0; 3];
         for i in 0..40_000 {
             let p = DVec2::new(f64::from(i % 200), f64::from(i / 200)) * 1.7;
-            counts[floor.cover(p).index()] += 1;
+            counts[floor.cover(p, 0.0).index()] += 1;
         }
         for (count, share) in counts.into_iter().zip([0.5, 0.25, 0.25]) {
             let found = f64::from(count) / 40_000.0;
             assert!((found - share).abs() < 0.03, "{counts:?}");
         }
+    }
+
+    #[test]
+    fn moss_is_where_it_is_wet() {
+        let floor = FloorComposition::new([2.0, 1.0, 1.0], waves);
+        let moss = |wetness| {
+            let places = (0..10_000)
+                .map(|i| DVec2::new(f64::from(i % 100), f64::from(i / 100)) * 1.7)
+                .filter(|p| floor.cover(*p, wetness) == FloorCover::Moss);
+            places.count()
+        };
+        assert!(moss(1.0) > moss(0.3) && moss(0.3) > moss(0.0));
+        assert!(moss(0.0) > moss(-0.3) && moss(-0.3) > moss(-1.0));
+        // Where there is none, wetness makes none.
+        let none = FloorComposition::new([1.0, 1.0, 0.0], waves);
+        assert_eq!(none.cover(DVec2::ZERO, 1.0), none.cover(DVec2::ZERO, -1.0));
     }
 
     #[test]
@@ -109,7 +136,7 @@ mod tests {
                 let p = DVec2::new(f64::from(k), 3.0) * 0.9;
                 // The lowest and highest values may lie outside of the sampled ones.
                 let rare = waves(p) < 0.01 || waves(p) > 0.99;
-                assert!(rare || floor.cover(p) == FloorCover::ALL[i]);
+                assert!(rare || floor.cover(p, 0.0) == FloorCover::ALL[i]);
             }
         }
     }

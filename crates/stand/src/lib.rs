@@ -12,6 +12,8 @@
 //!   alike.
 //! - [`Undergrowth`]: the chance of a patch of low plants, and which grows there, by the light.
 //! - [`Communities`]: swards and thickets that close over the ground, by light, moisture and slope.
+//! - [`GroundConditions`]: how wet, sunny and deep the ground of a place is, from any
+//!   [`Surface`](nemoral_scene::Surface).
 //! - [`Seedlings`]: the chance of a tree seedling.
 //! - [`LowPlant`]: a patch or seedling as one of several shapes on the slope of its ground.
 //! - [`fallen_stems`] and [`settle`]: where stems lie; [`LyingStem`]: how gravity lays one on the
@@ -26,6 +28,7 @@ mod error;
 mod fallen_stems;
 mod field;
 mod floor_composition;
+mod ground_conditions;
 mod instance_variation;
 mod layer;
 mod low_plants;
@@ -44,6 +47,7 @@ pub use error::Error;
 pub use fallen_stems::{FallenStem, StemKind, StemScale, fallen_stems, mean_volume_m3, settle};
 pub use field::{Field, FieldParams};
 pub use floor_composition::{FLOOR_FIELD, FloorComposition, FloorCover};
+pub use ground_conditions::{CONDITIONS_REACH_M, GroundConditions};
 pub use instance_variation::{
     InstanceVariation, Variation, VariationPattern, grown_scale, sapling_scale,
 };
@@ -56,5 +60,6 @@ pub use scene_objects::{
 pub use seedlings::Seedlings;
 pub use sky_view_factor::{REACH_M, SkyViewArea, SkyViewFactor};
 pub use undergrowth::{
-    CLUMP_FIELD, FERN_FIELD, PATCH_JITTER, PATCH_SCALE, PatchKind, Undergrowth, UndergrowthParams,
+    CLUMP_FIELD, FERN_FIELD, PATCH_JITTER, PATCH_SCALE, PatchKind, PatchSite, Undergrowth,
+    UndergrowthParams,
 };

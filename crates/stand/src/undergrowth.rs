@@ -43,6 +43,8 @@ pub enum PatchKind {
     Branch,
     /// A mat of brash.
     Brash,
+    /// A bed of stones on bare ground.
+    Scree,
     /// A wide tile of closed vegetation.
     Closed(PlantCommunity),
     /// A narrow tile of it, beside a border or on a trail.
@@ -77,24 +79,61 @@ pub struct Undergrowth<F> {
     pub ferns: F,
 }
 
+/// The conditions for single patches at a place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PatchSite {
+    /// The sky view factor 0.3 m above the ground, 0..1.
+    pub sky_view: f32,
+    /// From −1, dry, over 0, as most of the ground, to 1, wet.
+    pub wetness: f64,
+    /// Depth of the soil, metres; 0.5 as most of the ground.
+    pub soil_m: f64,
+    /// The share of what falls from trees that there is, 0..=1; 0 in the open.
+    pub litter: f64,
+}
+
+impl PatchSite {
+    /// Ground as most of it is, with this sky view factor.
+    #[must_use]
+    pub const fn neutral(sky_view: f32) -> Self {
+        Self {
+            sky_view,
+            wetness: 0.0,
+            soil_m: 0.5,
+            litter: 1.0,
+        }
+    }
+
+    /// Thin soil bears few plants.
+    fn rooting(&self) -> f64 {
+        (0.25 + 2.5 * self.soil_m).clamp(0.0, 1.0)
+    }
+}
+
 impl<F: Field> Undergrowth<F> {
-    /// The probability that a cell holds a patch at a world position, metres, by the sky view
-    /// factor 0.3 m above its ground. Little grows in deep shade.
-    pub fn chance(&self, world_m: DVec2, sky_view: f32) -> f64 {
-        let light = (f64::from(sky_view) / 0.3).clamp(0.2, 1.0);
+    /// The probability that a cell holds a patch at a world position, metres. Little grows in deep
+    /// shade.
+    pub fn chance(&self, world_m: DVec2, site: &PatchSite) -> f64 {
+        let light = (f64::from(site.sky_view) / 0.3).clamp(0.2, 1.0);
         let clump = contrast(self.clumps.value(world_m));
-        let plants = self.params.cover * light * (0.4 + 0.6 * clump);
-        (plants + self.params.litter).min(1.0)
+        let plants = self.params.cover * light * (0.4 + 0.6 * clump) * site.rooting();
+        (plants + self.params.litter * site.litter).min(1.0)
     }
 
     /// The kind of the patch at a world position, metres, with that [`chance`](Self::chance); `key`
-    /// is the patch's own.
-    pub fn kind(&self, world_m: DVec2, chance: f64, key: Key) -> PatchKind {
+    /// is the patch's own. Ferns and herbs are more frequent where it is wet, grass where it is
+    /// dry.
+    pub fn kind(&self, world_m: DVec2, chance: f64, site: &PatchSite, key: Key) -> PatchKind {
         let mut rng = key.domain(KIND).rng();
         let fern = contrast(self.ferns.value(world_m));
         let params = &self.params;
-        let weights = [params.grass, params.herbs, params.ferns * fern];
-        if rng.chance(params.litter / chance.max(1e-9)) {
+        let by_wetness = |gain: f64| 1.0 + gain * site.wetness.clamp(-1.0, 1.0);
+        let weights = [
+            params.grass * by_wetness(-0.45),
+            params.herbs * by_wetness(0.5),
+            params.ferns * fern * by_wetness(0.8),
+        ];
+        if rng.chance(params.litter * site.litter / chance.max(1e-9)) {
             return PatchKind::Litter;
         }
         match rng.weighted(&weights) {
@@ -135,20 +174,58 @@ mod tests {
     #[test]
     fn little_grows_in_deep_shade() {
         let dense = undergrowth(|_| 1.0);
-        let chance = |sky_view| dense.chance(DVec2::ZERO, sky_view);
+        let chance = |sky_view| dense.chance(DVec2::ZERO, &PatchSite::neutral(sky_view));
         assert!((chance(1.0) - 0.9).abs() < 1e-12);
         assert!((chance(0.0) - 0.26).abs() < 1e-12);
-        assert!((undergrowth(|_| 0.0).chance(DVec2::ZERO, 1.0) - 0.42).abs() < 1e-12);
+        let site = PatchSite::neutral(1.0);
+        assert!((undergrowth(|_| 0.0).chance(DVec2::ZERO, &site) - 0.42).abs() < 1e-12);
+    }
+
+    #[test]
+    fn patches_follow_water_and_soil() {
+        let all = undergrowth(|_| 0.7);
+        let count = |wetness| {
+            let site = PatchSite {
+                wetness,
+                ..PatchSite::neutral(1.0)
+            };
+            let mut counts = [0; 3];
+            for i in 0..4000 {
+                let kind = all.kind(DVec2::ZERO, 0.9, &site, Key::world(1).item(i));
+                let kinds = [PatchKind::Grass, PatchKind::Herbs, PatchKind::Ferns];
+                if let Some(kind) = kinds.iter().position(|k| *k == kind) {
+                    counts[kind] += 1;
+                }
+            }
+            counts
+        };
+        let (wet, dry) = (count(1.0), count(-1.0));
+        assert!(wet[2] > 3 * dry[2] && wet[1] > dry[1] && 2 * wet[0] < dry[0]);
+        let on = |soil_m| {
+            let site = PatchSite {
+                soil_m,
+                ..PatchSite::neutral(1.0)
+            };
+            all.chance(DVec2::ZERO, &site)
+        };
+        assert!(on(0.0) < 0.5 * on(0.5));
+        assert_eq!(on(0.5), on(1.5));
+        let open = PatchSite {
+            litter: 0.0,
+            ..PatchSite::neutral(1.0)
+        };
+        assert!((all.chance(DVec2::ZERO, &open) - (on(0.5) - 0.1)).abs() < 1e-12);
     }
 
     #[test]
     fn ferns_keep_to_their_groups() {
         let (dense, none) = (undergrowth(|_| 1.0), undergrowth(|_| 0.0));
+        let site = PatchSite::neutral(1.0);
         let mut ferns = [0; 2];
         for i in 0..3000 {
             let key = Key::world(1).item(i);
             for (count, stand) in ferns.iter_mut().zip([&dense, &none]) {
-                *count += u32::from(stand.kind(DVec2::ZERO, 0.9, key) == PatchKind::Ferns);
+                *count += u32::from(stand.kind(DVec2::ZERO, 0.9, &site, key) == PatchKind::Ferns);
             }
         }
         assert!(

@@ -31,6 +31,10 @@
 //! implement [`Surface`](nemoral_scene::Surface).
 //! [`HeightField`] lays measured heights over any of them, exact at every post.
 //!
+//! [`Terrain::shaped`] has ridges, winding valleys and terraces besides, and [`Eroded`] carves
+//! gullies into any ground, along its slopes. Both are functions of the position alone, with exact
+//! gradients.
+//!
 //! # Mesh
 //! [`GroundMesher`] turns any `Surface` into triangles. It follows break-lines, the zero contour of
 //! a [`GroundZones`]' signed distance, with edges of the mesh, so that a class border is where it
@@ -41,23 +45,29 @@
 //!
 //! All lengths are metres, z is up.
 
+mod erosion;
 mod gradient_noise;
 mod height_field;
 mod lattice;
 mod mesher;
 mod noise_terrain;
+mod octave;
 mod params;
 mod perlin;
+mod relief;
+mod terraces;
 mod zones;
 
 #[doc = include_str!("../README.md")]
 #[cfg(doctest)]
 struct ReadmeDoctests;
 
+pub use erosion::{Eroded, ErosionParams};
 pub use height_field::{HeightField, HeightPosts};
 pub use mesher::{GroundMesher, MeshParams};
 pub use nemoral_scene::ParamError;
 pub use noise_terrain::Terrain;
 pub use params::TerrainParams;
 pub use perlin::PerlinTerrain;
+pub use relief::ReliefParams;
 pub use zones::{GroundZones, NoZones, ZoneSample};

@@ -1,17 +1,23 @@
 //! Our terrain: octaves of gradient noise.
 
-use glam::{DMat2, DVec2};
+use glam::DVec2;
 use nemoral_scene::{Surface, SurfaceSample};
-use nemoral_seed::{Domain, Draw, Key, Rng};
+use nemoral_seed::{Domain, Key};
 
-use crate::gradient_noise::{SIGMA, gradient_noise};
-use crate::{ParamError, TerrainParams};
+use crate::gradient_noise::SIGMA;
+use crate::octave::Octave;
+use crate::terraces::Terraces;
+use crate::{ParamError, ReliefParams, TerrainParams};
 
 const OCTAVE: Domain = Domain::new("terrain.octave");
+const WARP: Domain = Domain::new("terrain.warp");
 
 /// The contrast of heights. The largest value for which they cluster around the middle rather than
 /// at the ends of the range is √⅓.
 const CONTRAST: f64 = 0.55;
+
+/// Wavelength of the noise that displaces places, in multiples of the terrain's scale.
+const WARP_SCALE: f64 = 2.0;
 
 /// Octaves of gradient noise, normalised to unit variance, and squashed smoothly into
 /// 0..=`max_height_m`.
@@ -23,17 +29,10 @@ const CONTRAST: f64 = 0.55;
 #[derive(Clone, Debug)]
 pub struct Terrain {
     octaves: Vec<Octave>,
+    /// What displaces places along x and along y before the octaves are looked up.
+    warp: Option<[Octave; 2]>,
+    terraces: Option<Terraces>,
     max_height_m: f64,
-}
-
-#[derive(Clone, Copy, Debug)]
-struct Octave {
-    seed: u64,
-    /// The linear map from world metres to octave space: a rotation and a scale.
-    linear: DMat2,
-    shift: DVec2,
-    /// The height in units of the sum's standard deviation.
-    amplitude: f64,
 }
 
 impl Terrain {
@@ -42,48 +41,89 @@ impl Terrain {
     /// # Errors
     /// If a parameter is out of its range.
     pub fn new(params: TerrainParams, key: Key) -> Result<Self, ParamError> {
+        Self::shaped(params, ReliefParams::default(), key)
+    }
+
+    /// As [`new`](Self::new), with octaves that are ridged, displaced and terraced. Heights stay in
+    /// the same range, and the gradient stays exact.
+    ///
+    /// # Errors
+    /// If a parameter is out of its range.
+    pub fn shaped(
+        params: TerrainParams,
+        relief: ReliefParams,
+        key: Key,
+    ) -> Result<Self, ParamError> {
         params.check()?;
-        let mut frequency = 1.0 / params.scale_m;
+        relief.check(&params)?;
+        let TerrainParams {
+            scale_m,
+            max_height_m,
+            ..
+        } = params;
+        let mut frequency = 1.0 / scale_m;
         let mut amplitude = 1.0;
+        let mut ridges = relief.ridges;
         let octaves = (0..params.octaves)
             .map(|i| {
-                let mut rng = key.domain(OCTAVE).item(u64::from(i)).rng();
-                let angle = rng.range_f64(0.0, std::f64::consts::TAU);
-                let (sin, cos) = (libm::sin(angle), libm::cos(angle));
-                let turn = DMat2::from_cols(DVec2::new(cos, sin), DVec2::new(-sin, cos));
-                let octave = Octave {
-                    seed: rng.next_u64(),
-                    linear: turn * frequency,
-                    shift: DVec2::new(rng.unit_f64(), rng.unit_f64()) * 1024.0,
-                    amplitude: amplitude / deviation(&params, SIGMA),
-                };
+                let key = key.domain(OCTAVE).item(u64::from(i));
+                let factor = amplitude / deviation(&params, SIGMA);
+                let octave = Octave::new(key, frequency, factor, ridges);
                 frequency *= params.lacunarity;
                 amplitude *= params.persistence;
+                ridges *= relief.ridges;
                 octave
             })
             .collect();
+        let warp = (relief.warp > 0.0).then(|| {
+            let frequency = 1.0 / (WARP_SCALE * scale_m);
+            let factor = relief.warp * scale_m / SIGMA;
+            [0, 1].map(|axis| Octave::new(key.domain(WARP).item(axis), frequency, factor, 0.0))
+        });
+        let terraces = (relief.terraces > 0.0).then(|| {
+            let of = (relief.terraces, relief.terrace_step_m);
+            Terraces::new(of, (scale_m, max_height_m), key)
+        });
         Ok(Self {
             octaves,
-            max_height_m: params.max_height_m,
+            warp,
+            terraces,
+            max_height_m,
         })
+    }
+
+    /// The sum of the octaves, which has unit variance, and its gradient.
+    fn sum(&self, world_m: DVec2) -> (f64, DVec2) {
+        let mut sum = 0.0;
+        let mut gradient = DVec2::ZERO;
+        for octave in &self.octaves {
+            let (value, slope) = octave.sample(world_m);
+            sum += value;
+            gradient += slope;
+        }
+        (sum, gradient)
     }
 }
 
 impl Surface for Terrain {
     fn sample(&self, world_m: DVec2) -> SurfaceSample {
-        let mut sum = 0.0;
-        let mut gradient = DVec2::ZERO;
-        for o in &self.octaves {
-            let (value, slope) = gradient_noise(o.seed, o.linear * world_m + o.shift);
-            sum += o.amplitude * value;
-            // The transpose transforms a gradient back: d/dx f(L x + s) = Lᵀ f'.
-            gradient +=
-                o.amplitude * DVec2::new(o.linear.x_axis.dot(slope), o.linear.y_axis.dot(slope));
-        }
+        let (sum, gradient) = match &self.warp {
+            None => self.sum(world_m),
+            Some(warp) => {
+                let [(x, along_x), (y, along_y)] = warp.map(|octave| octave.sample(world_m));
+                let (sum, there) = self.sum(world_m + DVec2::new(x, y));
+                // The chain rule: the transpose of the displacement's Jacobian.
+                (sum, there + there.x * along_x + there.y * along_y)
+            }
+        };
         let (height_m, rate) = squash(sum, self.max_height_m);
-        SurfaceSample {
+        let sample = SurfaceSample {
             height_m,
             gradient: rate * gradient,
+        };
+        match &self.terraces {
+            None => sample,
+            Some(terraces) => terraces.apply(world_m, sample),
         }
     }
 }

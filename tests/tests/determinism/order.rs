@@ -174,6 +174,37 @@ fn a_fresh_plan_for_each_frame_is_the_same() {
     assert_same(&made, &known.frames[1..=1], "a fresh plan and store");
 }
 
+/// Gullies, meadows, and all that follows the lie of the ground.
+const STEERED: [&str; 9] = [
+    "terrain.gully_depth_m=2",
+    "terrain.warp=0.1",
+    "terrain.terraces=0.5",
+    "undergrowth.ground.wetness=1",
+    "undergrowth.ground.exposure=1",
+    "undergrowth.ground.soil=1",
+    "undergrowth.ground.mud=1",
+    "placement.meadows.share=0.4",
+    "placement.meadows.scale_m=40",
+];
+
+#[test]
+fn gullies_and_meadows_do_not_depend_on_order() {
+    let known = home();
+    let world = beside(&known, &STEERED);
+    let store = &known.world.store;
+    let expected = frames(&world, &Runner::new(world.forest.plan(), store, 1), &FRAMES);
+    assert!(expected[0] != known.frames[0], "another world");
+    known.world.forget();
+    let fresh = beside(&known, &STEERED);
+    let mut made = frames(
+        &fresh,
+        &Runner::new(fresh.forest.plan(), store, 8),
+        &[2, 1, 0],
+    );
+    made.reverse();
+    assert_same(&made, &expected, "backwards, eight threads, a fresh plan");
+}
+
 #[test]
 fn another_seed_is_another_world() {
     let known = home();

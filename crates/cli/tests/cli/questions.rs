@@ -16,7 +16,7 @@ fn answer(arguments: &[&str]) -> String {
     done.stdout
 }
 
-const PRESETS: [&str; 15] = [
+const PRESETS: [&str; 16] = [
     "default",
     "low",
     "medium",
@@ -29,6 +29,7 @@ const PRESETS: [&str; 15] = [
     "boreal-birch-pine",
     "montado",
     "glade",
+    "meadow-edge",
     "rank-clearing",
     "stream-valley",
     "demo",

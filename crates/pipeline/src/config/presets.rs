@@ -1,6 +1,6 @@
 //! Named requests.
 
-use super::{Config, Deadwood, Sward, Thickets, TrailKinds, Water, stands};
+use super::{Config, Deadwood, GroundEffects, Sward, Thickets, TrailKinds, Water, stands};
 
 /// A named request.
 #[derive(Clone, Copy, Debug)]
@@ -82,9 +82,15 @@ impl Preset {
             change: stands::glade,
         },
         Self {
+            name: "meadow-edge",
+            doc: "an oak wood that ends at meadows: a mantle of shrubs and young trees, a fringe \
+                of tall herbs, grass in flower",
+            change: stands::meadow_edge,
+        },
+        Self {
             name: "rank-clearing",
-            doc: "some years after felling: a few trees left among stumps, brambles, bracken, \
-                nettles, tall grass, young growth",
+            doc: "clearings in a wood some years after felling: stumps, brambles, bracken, \
+                nettles, tall grass, young growth like a wall",
             change: stands::rank_clearing,
         },
         Self {
@@ -134,6 +140,7 @@ fn paper(config: &mut Config, trees: f64) {
     config.chunks.delete_radius_m = 200.0;
     config.camera.edge_samples = 1;
     config.water = Water::none();
+    config.undergrowth.ground = GroundEffects::none();
     one_kind_of_way(config);
 }
 
@@ -146,6 +153,7 @@ fn one_kind_of_way(config: &mut Config) {
 fn demo(config: &mut Config) {
     one_kind_of_way(config);
     config.water = Water::none();
+    config.undergrowth.ground = GroundEffects::none();
     config.deadwood = Deadwood {
         volume_m3_ha: 0.0,
         thrown_per_ha: 0.0,

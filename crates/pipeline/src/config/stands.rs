@@ -5,7 +5,9 @@
 //! numbers without a range (saplings, stumps, shrubs, Weibull shapes). A chunk of 50 m is a quarter
 //! of a hectare.
 
-use super::{Assets, Config, Deadwood, Floor, PathWander, RobotPath, Sward, Thickets, Water};
+use super::{
+    Assets, Config, Deadwood, Floor, Meadows, PathWander, RobotPath, Sward, Thickets, Water,
+};
 
 /// Removes all species, as each recipe names its own.
 fn bare(config: &mut Config) -> &mut Assets {
@@ -324,23 +326,74 @@ pub(super) fn glade(c: &mut Config) {
     (c.climbers.ivy, c.climbers.moss) = (0.1, 0.4);
 }
 
-/// A clearing some years after felling: seed trees, a stump for each tree that was felled, and
-/// what comes first, over a robot's head in places.
+/// The edge of an oak wood towards meadows that are cut late: the wood ends in a mantle of brambles,
+/// gorse and young trees, and that in a fringe of nettles and bracken.
+pub(super) fn meadow_edge(c: &mut Config) {
+    oak_mixed(c);
+    let a = &mut c.assets;
+    (a.gorse, a.heather, a.bramble) = (0.25, 0.0, 1.0);
+    c.placement.trees = per_hectare(c, 220.0);
+    c.placement.shrubs = per_hectare(c, 150.0);
+    c.placement.gaps.share = 0.04;
+    c.placement.meadows = Meadows {
+        share: 0.5,
+        scale_m: 260.0,
+        mantle_m: 9.0,
+        mantle_shrubs: 7.0,
+        mantle_saplings: 20.0,
+        ..Meadows::default()
+    };
+    c.placement.regeneration.saplings = per_hectare(c, 160.0);
+    c.placement.regeneration.share = 0.8;
+    (
+        c.placement.regeneration.radius_min_m,
+        c.placement.regeneration.radius_max_m,
+    ) = (1.5, 4.0);
+    c.terrain.scale_m = 190.0;
+    c.terrain.max_height_m = 18.0;
+    c.undergrowth.sward = sward(0.5, [1.0, 0.15, 0.25, 0.5, 0.45]);
+    c.undergrowth.thickets = thickets([0.3, 0.14, 0.0, 0.02, 0.16]);
+    c.trails.surface = "grassy".to_owned();
+    c.deadwood = deadwood([10.0, 3.0, 1.0, 4.0]);
+    // In the meadow, along the edge, in the world of the seed that it comes with.
+    (c.robot.start_x_m, c.robot.start_y_m, c.robot.heading_deg) = (92.0, 40.0, 300.0);
+    c.robot.path = RobotPath::Wander(PathWander::default());
+}
+
+/// Clearings some years after felling, in a wood: a stump for each tree that was felled, and what
+/// comes first, over a robot's head in places.
 pub(super) fn rank_clearing(c: &mut Config) {
     oak_mixed(c);
-    // There are hardly any trees beside its paths.
-    c.trails.footpath.roots_per_m = 0.0;
-    c.placement.trees = per_hectare(c, 36.0);
-    c.placement.stumps = per_hectare(c, 180.0);
-    c.placement.shrubs = per_hectare(c, 120.0);
+    c.placement.trees = per_hectare(c, 220.0);
+    c.placement.stumps = per_hectare(c, 40.0);
+    c.placement.shrubs = per_hectare(c, 130.0);
     c.placement.gaps.share = 0.0;
-    c.placement.regeneration.saplings = per_hectare(c, 1200.0);
-    c.placement.regeneration.share = 0.35;
+    c.placement.meadows = Meadows {
+        share: 0.5,
+        scale_m: 130.0,
+        mantle_m: 4.0,
+        mantle_shrubs: 4.0,
+        mantle_saplings: 11.0,
+        open_shrubs: 1.5,
+        open_saplings: 11.0,
+        open_stumps: 4.5,
+        kept: 0.0,
+        ..Meadows::default()
+    };
+    c.placement.regeneration.saplings = per_hectare(c, 160.0);
+    c.placement.regeneration.share = 0.6;
+    (
+        c.placement.regeneration.radius_min_m,
+        c.placement.regeneration.radius_max_m,
+    ) = (1.5, 3.5);
     c.placement.regeneration.seedlings = 1.0;
     c.undergrowth.litter = 0.1;
     c.undergrowth.sward = sward(0.6, [1.0, 0.0, 0.5, 0.3, 0.8]);
     c.undergrowth.thickets = thickets([0.34, 0.24, 0.0, 0.0, 0.14]);
     c.deadwood = deadwood([9.0, 2.6, 1.0, 9.0]);
+    // In a clearing, towards the wood, in the world of the seed that it comes with.
+    (c.robot.start_x_m, c.robot.start_y_m, c.robot.heading_deg) = (62.0, 2.0, 285.0);
+    c.robot.path = RobotPath::Wander(PathWander::default());
 }
 
 /// A stand along streams, on moist ground between wide hills: oak and birch with spruce, as in

@@ -7,9 +7,10 @@ use nemoral_scene::{ChunkCoord, ObjectId};
 use super::sensors::RESERVED;
 use super::way_model::{TRACK, trail_params};
 use super::{
-    Config, Lidar, LidarPattern, ModelKind, PathTrail, RobotPath, SunPosition, WAYS, lines_m,
-    sky_image,
+    Config, Lidar, LidarPattern, ModelKind, PathTrail, RobotPath, SunPosition, TerrainNoise, WAYS,
+    lines_m, sky_image,
 };
+use crate::world::outcrops::most_rocks;
 use crate::{Error, InputFiles, site};
 
 /// `.label` files number the objects of a chunk from 1 to this.
@@ -121,10 +122,23 @@ impl Config {
         let radius_m = f64::midpoint(young.radius_min_m, young.radius_max_m);
         let cluster_m2 = std::f64::consts::PI * radius_m * radius_m;
         let clusters = young.share * c.size_m * c.size_m / cluster_m2;
-        let clumping = young.saplings / clusters.max(1.0);
+        // A chunk may lie along the edge of a meadow, which winds.
+        let edge = if p.meadows.share > 0.0 {
+            (2.8 * p.meadows.mantle_m / c.size_m).min(1.0)
+        } else {
+            0.0
+        };
+        let (m, open) = (&p.meadows, f64::from(u8::from(p.meadows.share > 0.0)));
+        let raised = |number: f64, in_mantle: f64, in_open: f64| {
+            number * (1.0 + edge * (in_mantle - 1.0).max(0.0)).max(open * in_open)
+        };
+        let saplings = raised(young.saplings, m.mantle_saplings, m.open_saplings);
+        let mean = p.trees
+            + raised(p.stumps, 1.0, m.open_stumps)
+            + raised(p.shrubs, m.mantle_shrubs, m.open_shrubs)
+            + saplings;
         // Six standard deviations of the number are left as a margin.
-        let mean = p.trees + p.stumps + p.shrubs + young.saplings;
-        let variance = mean + young.saplings * clumping;
+        let variance = mean + saplings * saplings / clusters.max(1.0);
         let born = 2 * usize::from(self.trails.enabled);
         // A file that cannot be read is refused elsewhere.
         let lines = lines_m(&self.site, inputs).unwrap_or_default();
@@ -136,7 +150,8 @@ impl Config {
             .max();
         let trail_rocks = born as f64 * f64::from(stones.unwrap_or(0))
             + given as f64 * f64::from(self.trails.rocks_max);
-        mean + 6.0 * variance.sqrt() + f64::from(p.rocks_max) + trail_rocks
+        let rocks = f64::from(p.rocks_max) + most_rocks(p.outcrops, c.size_m);
+        mean + 6.0 * variance.sqrt() + rocks + trail_rocks
     }
 
     fn ground_problems(&self, out: &mut Problems) {
@@ -160,6 +175,32 @@ impl Config {
             out.add("trails.kinds", ": the shares are all 0");
         }
         self.way_problems(out);
+        self.relief_problems(out);
+    }
+
+    /// Forms of the terrain that do not fit into it.
+    fn relief_problems(&self, out: &mut Problems) {
+        let t = &self.terrain;
+        if t.terraces > 0.0 && t.terrace_step_m > 0.5 * t.max_height_m {
+            let must = format!(
+                "be at most half of terrain.max_height_m = {}, or terrain.terraces 0",
+                t.max_height_m
+            );
+            out.refuse("terrain.terrace_step_m", t.terrace_step_m, &must);
+        }
+        if t.gully_depth_m > 0.4 * t.gully_spacing_m {
+            let must = format!(
+                "be at most 0.4 of terrain.gully_spacing_m = {}",
+                t.gully_spacing_m
+            );
+            out.refuse("terrain.gully_depth_m", t.gully_depth_m, &must);
+        }
+        let is_shaped = t.ridges > 0.0 || t.warp > 0.0 || t.terraces > 0.0;
+        if is_shaped && t.noise == TerrainNoise::PerlinSurflet {
+            let must = "be \"nemoral\" where terrain.ridges, terrain.warp or terrain.terraces is \
+                        above 0";
+            out.refuse("terrain.noise", "\"perlin-surflet\"", must);
+        }
     }
 
     /// Ways that are too narrow for the ground's mesh or too wide for a chunk, and a robot on a

@@ -26,7 +26,7 @@ impl Stage<Forest> for FallenStemStage {
     );
     type Output = Vec<FallenStem>;
     const ID: &'static str = "chunk.fallen_stems";
-    const VERSION: u32 = 2;
+    const VERSION: u32 = 3;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         InputFiles::default().encode(hasher, &self.0);

@@ -17,7 +17,7 @@ impl Stage<Forest> for GroundStage {
     type Inputs = ();
     type Output = GroundModel;
     const ID: &'static str = "world.ground";
-    const VERSION: u32 = 5;
+    const VERSION: u32 = 6;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         self.0.fingerprint(hasher);
@@ -37,7 +37,7 @@ impl Stage<Forest> for ChunkGroundStage {
     type Inputs = (OfWorld<GroundModel>,);
     type Output = ChunkGround;
     const ID: &'static str = "chunk.ground";
-    const VERSION: u32 = 5;
+    const VERSION: u32 = 6;
 
     fn fingerprint(&self, _: &mut Hasher) {}
 

@@ -8,6 +8,7 @@ use nemoral_seed::Key;
 use crate::plan::{AnyChunk, Forest, Hasher, Node, OfWorld, Stage, Values};
 use crate::world::assets::WorldAssets;
 use crate::world::ground::{ChunkGround, GroundModel};
+use crate::world::outcrops::outcrops;
 use crate::world::placement::{PlacementRecipe, is_free, woody_sites};
 use crate::{Error, InputFiles};
 
@@ -20,7 +21,7 @@ impl Stage<Forest> for PlacementStage {
     type Inputs = (OfWorld<WorldAssets>, OfWorld<GroundModel>);
     type Output = Placement;
     const ID: &'static str = "world.placement";
-    const VERSION: u32 = 2;
+    const VERSION: u32 = 3;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         InputFiles::default().encode(hasher, &self.0);
@@ -71,21 +72,44 @@ impl<const N: usize> Stage<Forest> for RockPhaseStage<N> {
     }
 }
 
-/// The rocks of any chunk.
+/// The rocks of any chunk: those of its phase, then those that crop out.
 #[derive(Clone, Copy, Debug)]
-pub struct RockStage;
+pub struct RockStage {
+    pub(crate) outcrops: f64,
+    pub(crate) chunk_size_m: f64,
+}
 
 impl Stage<Forest> for RockStage {
     type At = ChunkCoord;
-    type Inputs = ([AnyChunk<Vec<Site>>; 4],);
+    type Inputs = (
+        OfWorld<Placement>,
+        Node<ChunkCoord, ChunkGround>,
+        [AnyChunk<Vec<Site>>; 4],
+    );
     type Output = Vec<Site>;
     const ID: &'static str = "chunk.rocks";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
 
-    fn fingerprint(&self, _: &mut Hasher) {}
+    fn fingerprint(&self, hasher: &mut Hasher) {
+        let Self {
+            outcrops,
+            chunk_size_m,
+        } = self;
+        hasher.write_f64(*outcrops);
+        hasher.write_f64(*chunk_size_m);
+    }
 
-    fn run(&self, at: ChunkCoord, _: Key, (phases,): Values<'_, Self>) -> Result<Vec<Site>, Error> {
-        Ok(phases[usize::from(Placement::phase(at))].at(at)?.to_vec())
+    fn run(
+        &self,
+        at: ChunkCoord,
+        world: Key,
+        (placement, ground, phases): Values<'_, Self>,
+    ) -> Result<Vec<Site>, Error> {
+        let mut rocks = phases[usize::from(Placement::phase(at))].at(at)?.to_vec();
+        let varieties = &placement.params().rocks.varieties;
+        let of = (self.outcrops, self.chunk_size_m);
+        rocks.extend(outcrops(at, world, of, varieties, &ground)?);
+        Ok(rocks)
     }
 }
 

@@ -44,7 +44,7 @@ impl Stage<Forest> for UndergrowthStage {
     );
     type Output = Vec<Patch>;
     const ID: &'static str = "chunk.undergrowth";
-    const VERSION: u32 = 6;
+    const VERSION: u32 = 7;
 
     fn fingerprint(&self, _: &mut Hasher) {}
 
@@ -74,7 +74,7 @@ impl Stage<Forest> for SeedlingStage {
     );
     type Output = Vec<CoverPoint>;
     const ID: &'static str = "chunk.seedlings";
-    const VERSION: u32 = 2;
+    const VERSION: u32 = 3;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         let Self {

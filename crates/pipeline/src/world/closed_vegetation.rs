@@ -33,6 +33,8 @@ const GRASS_BANK_M: f64 = 0.5;
 const BANK_M: f64 = 0.7;
 /// The distance at which the ground around tells whether a place is in a hollow, metres.
 const HOLLOW_M: f64 = 7.0;
+/// How much of moisture is that of the ground farther away.
+const WIDER: f64 = 0.3;
 /// A grassy trail is bare below the first sky view factor, and green from verge to verge above the
 /// second.
 const TRAIL_LIGHT: [f64; 2] = [0.10, 0.26];
@@ -198,16 +200,23 @@ impl ClosedVegetation {
     }
 }
 
-/// The conditions at a place: water gathers in hollows and runs off slopes.
+/// The conditions at a place: water gathers in the nearest hollows and runs off slopes, and over
+/// larger distances by [`ChunkGround::conditions`].
 fn site(world_m: DVec2, ground: &ChunkGround, sky: &SkyViewFactor) -> Site {
     let here = ground.sample(world_m);
     let around = [DVec2::X, DVec2::Y, DVec2::NEG_X, DVec2::NEG_Y];
     let around = around.map(|way| ground.height_m(world_m + HOLLOW_M * way));
     let hollow_m = around.iter().sum::<f64>() / 4.0 - here.height_m;
     let slope = here.gradient.length();
+    let nearest = 0.5 + 0.6 * hollow_m - 0.4 * (slope - 0.15).max(0.0);
+    let conditions = ground.conditions(world_m);
     Site {
         sky_view: f64::from(sky.at(world_m.extend(here.height_m + 0.3))),
-        moisture: (0.5 + 0.6 * hollow_m - 0.4 * (slope - 0.15).max(0.0)).clamp(0.0, 1.0),
+        moisture: (nearest + WIDER * conditions.wetness).clamp(0.0, 1.0),
         slope,
+        exposure: conditions.exposure,
+        soil_m: conditions.soil_m,
+        meadow: ground.meadow(world_m),
+        fringe: ground.fringe(world_m),
     }
 }

@@ -116,6 +116,7 @@ impl LogRecipe {
             });
             (wanted.across_trails || !on_trail)
                 && !in_water
+                && ground.open_m(stem.middle_m) < 0.4 * stem.length_m
                 && !near.iter().any(|site| {
                     let room = site.radius_m + stem.radius_m + 0.04;
                     stem.distance_m(site.position_m) < room

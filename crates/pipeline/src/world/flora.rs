@@ -7,11 +7,12 @@ use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, Surface};
 use nemoral_seed::{Domain, Draw, Key};
 use nemoral_stand::{
-    CLUMP_FIELD, FERN_FIELD, PATCH_JITTER, PATCH_SCALE, PatchKind, Seedlings, SkyViewFactor,
-    StandLayer, Undergrowth, UndergrowthParams,
+    CLUMP_FIELD, FERN_FIELD, PATCH_JITTER, PATCH_SCALE, PatchKind, PatchSite, Seedlings,
+    SkyViewFactor, StandLayer, Undergrowth, UndergrowthParams,
 };
 
 use super::closed_vegetation::ClosedVegetation;
+use super::outcrops::bareness;
 use super::patch::Patch;
 
 use super::ground::{ChunkGround, TerrainField};
@@ -27,15 +28,21 @@ const PATCHES: Domain = Domain::new("pipeline.undergrowth.patches");
 const AMONG: Domain = Domain::new("pipeline.undergrowth.among");
 const BRANCHES: Domain = Domain::new("pipeline.branches");
 const BRASH: Domain = Domain::new("pipeline.brash");
+const SCREE: Domain = Domain::new("pipeline.scree");
 const SEEDLINGS: Domain = Domain::new("pipeline.seedlings");
 
 /// Side of the cells that may hold a branch, or a mat of brash, metres.
 const BRANCH_CELL_M: f64 = 1.5;
+/// Side of the cells that may hold a bed of scree, metres.
+const SCREE_CELL_M: f64 = 0.9;
 /// How far the middle of a branch is from a trail's edge, metres: it reaches no farther.
 const BRANCH_VERGE_M: f64 = 1.3;
 
 /// How far the middle of a patch is from water, metres: it hangs over the bank.
 const BANK_M: f64 = 0.45;
+
+/// How far from the edge of a wood twigs and branches still fall, metres.
+const CROWN_M: f64 = 6.0;
 
 /// The share of patches that stay where other vegetation closes over them.
 const PATCHES_AMONG: f64 = 0.12;
@@ -50,6 +57,8 @@ pub struct Flora {
     branches: (GroundCover, f64),
     /// Brash on trails: its grid, and the chance of a cell, usually and on skid trails.
     brash: (GroundCover, [f64; 2]),
+    /// Scree where rock crops out: its grid, and the chance of a cell.
+    scree: (GroundCover, f64),
     /// What closes over the ground; `None` if nothing does.
     closed: Option<ClosedVegetation>,
 }
@@ -60,6 +69,7 @@ pub(crate) struct FloraRecipe {
     undergrowth: config::Undergrowth,
     deadwood: config::Deadwood,
     skid_brash: f64,
+    outcrops: f64,
     chunk_size_m: f64,
 }
 
@@ -69,6 +79,7 @@ impl FloraRecipe {
             undergrowth: config.undergrowth.clone(),
             deadwood: config.deadwood.clone(),
             skid_brash: skid_brash(&config.trails),
+            outcrops: config.placement.outcrops,
             chunk_size_m: config.chunks.size_m,
         }
     }
@@ -80,12 +91,14 @@ impl Encode for FloraRecipe {
             undergrowth,
             deadwood,
             skid_brash,
+            outcrops,
             chunk_size_m,
         } = self;
         encoder.field("undergrowth", undergrowth);
         encoder.field("branches", &deadwood.branches);
         encoder.field("brash", &deadwood.brash);
         encoder.field("skid_brash", skid_brash);
+        encoder.field("outcrops", outcrops);
         encoder.field("chunk_size_m", chunk_size_m);
     }
 }
@@ -97,6 +110,7 @@ impl Flora {
             undergrowth: p,
             deadwood,
             skid_brash,
+            outcrops,
             chunk_size_m,
         } = recipe;
         let chunk_size_m = *chunk_size_m;
@@ -111,14 +125,14 @@ impl Flora {
                 scale: PATCH_SCALE,
             }],
         };
-        let of_branches = |domain: Domain, scale: (f64, f64)| {
+        let lying = |domain: Domain, cell_m: f64, radius_m: f64, scale: (f64, f64)| {
             let grid = GroundCoverParams {
                 chunk_size_m,
-                cell_m: BRANCH_CELL_M.min(chunk_size_m),
+                cell_m: cell_m.min(chunk_size_m),
                 jitter: 1.0,
                 varieties: vec![CoverVariety {
                     weight: 1.0,
-                    radius_m: BRANCH_VERGE_M,
+                    radius_m,
                     scale,
                 }],
             };
@@ -127,12 +141,16 @@ impl Flora {
         let of_cell = BRANCH_CELL_M * BRANCH_CELL_M / 100.0;
         Ok(Self {
             branches: (
-                of_branches(BRANCHES, (0.8, 1.25))?,
+                lying(BRANCHES, BRANCH_CELL_M, BRANCH_VERGE_M, (0.8, 1.25))?,
                 deadwood.branches * of_cell,
             ),
             brash: (
-                of_branches(BRASH, (0.85, 1.15))?,
+                lying(BRASH, BRANCH_CELL_M, BRANCH_VERGE_M, (0.85, 1.15))?,
                 [deadwood.brash, skid_brash.max(deadwood.brash)],
+            ),
+            scree: (
+                lying(SCREE, SCREE_CELL_M, SCREE_CELL_M, (0.6, 1.3))?,
+                *outcrops,
             ),
             closed: ClosedVegetation::new(p, chunk_size_m, world)?,
             grid: GroundCover::new(grid, key).map_err(Error::of_stage)?,
@@ -162,10 +180,16 @@ impl Flora {
         let off_trail = |p: DVec2, _: f64| {
             ground.trail_edge_m(p) > radius_m && ground.is_clear_of_water(p, BANK_M)
         };
-        let chance = |p: DVec2| {
-            let sky_view = sky.at(p.extend(ground.height_m(p) + 0.3));
-            self.undergrowth.chance(p, sky_view)
+        let site = |p: DVec2| {
+            let conditions = ground.conditions(p);
+            PatchSite {
+                sky_view: sky.at(p.extend(ground.height_m(p) + 0.3)),
+                wetness: conditions.wetness,
+                soil_m: conditions.soil_m,
+                litter: litter(ground, p),
+            }
         };
+        let chance = |p: DVec2| self.undergrowth.chance(p, &site(p));
         let points = self.grid.points(at, &off_trail, &chance).into_iter();
         let is_crowded_out = |point: &CoverPoint| {
             let closed = self.closed.as_ref();
@@ -173,8 +197,9 @@ impl Flora {
                 && !point.key.domain(AMONG).rng().chance(PATCHES_AMONG)
         };
         let patches = points.filter(|point| !is_crowded_out(point)).map(|point| {
-            let chance = chance(point.position_m);
-            let kind = self.undergrowth.kind(point.position_m, chance, point.key);
+            let (p, site) = (point.position_m, site(point.position_m));
+            let chance = self.undergrowth.chance(p, &site);
+            let kind = self.undergrowth.kind(p, chance, &site, point.key);
             let variant = 0.5;
             Patch {
                 kind,
@@ -202,7 +227,15 @@ impl Flora {
         let on_trail = |p: DVec2, _: f64| ground.trail_edge_m(p) < -0.2 && !ground.is_puddle(p);
         let (branches, chance) = &self.branches;
         if *chance > 0.0 {
-            lay(branches, PatchKind::Branch, &beside, &|_| *chance);
+            lay(branches, PatchKind::Branch, &beside, &|p| {
+                *chance * litter(ground, p)
+            });
+        }
+        let (scree, share) = &self.scree;
+        if *share > 0.0 {
+            lay(scree, PatchKind::Scree, &beside, &|p| {
+                0.7 * *share * bareness(ground, p)
+            });
         }
         let (brash, [usual, of_skid_trails]) = &self.brash;
         if *of_skid_trails > 0.0 {
@@ -216,6 +249,11 @@ impl Flora {
         }
         patches
     }
+}
+
+/// How much falls from trees at a place, 0..=1: nothing far out in a meadow.
+fn litter(ground: &ChunkGround, p: DVec2) -> f64 {
+    (1.0 - ground.open_m(p) / CROWN_M).clamp(0.0, 1.0)
 }
 
 /// The seedlings of a chunk, `per_m2` of them in clusters in full light.
@@ -243,7 +281,7 @@ pub(crate) fn seedlings(
     let chance = |p: DVec2| {
         let in_cluster = clusters.as_ref().is_some_and(|c| c.contain(p));
         let sky_view = sky.at(p.extend(ground.height_m(p) + 0.3));
-        seedlings.chance(in_cluster, sky_view)
+        seedlings.chance(in_cluster, sky_view) * (1.0 - ground.meadow(p))
     };
     let off_trail = |p: DVec2, verge_m: f64| {
         ground.trail_edge_m(p) > verge_m && ground.is_clear_of_water(p, verge_m)

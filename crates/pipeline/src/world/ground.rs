@@ -2,17 +2,21 @@
 
 use std::sync::Arc;
 
+use nemoral_placement::OpenLand;
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, MaterialId, Mesh, Surface, SurfaceSample};
 use nemoral_seed::{Domain, Key};
-use nemoral_stand::{FallenStem, Field, FieldParams, fallen_stems, settle};
+use nemoral_stand::{FallenStem, Field, FieldParams, GroundConditions, fallen_stems, settle};
 use nemoral_terrain::{
-    GroundZones, HeightField, HeightPosts, PerlinTerrain, Terrain, TerrainParams, ZoneSample,
+    Eroded, ErosionParams, GroundZones, HeightField, HeightPosts, PerlinTerrain, ReliefParams,
+    Terrain, TerrainParams, ZoneSample,
 };
 use nemoral_trails::{TrailGround, TrailSurfaceKind, TrailZone, Trails};
 use nemoral_water::{Puddle, Water, WaterKind, WaterNear, WaterParams, puddle_sheets};
 
 use super::built_ways::BuiltWays;
+use super::conditions::{ConditionEffects, Conditions};
+use super::meadows::Meadows;
 use super::puddles::{PUDDLE_REACH_M, Puddles};
 use super::thrown::ThrownTree;
 use crate::config::TerrainNoise;
@@ -43,7 +47,21 @@ pub struct GroundModel {
     water: Option<Water>,
     puddles: Option<Puddles>,
     thrown: Thrown,
+    meadows: Option<Arc<Meadows>>,
+    effects: ConditionEffects,
     plot: Option<Arc<Plot>>,
+}
+
+/// The tables of a config that the ground follows.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct GroundTables<'a> {
+    pub(crate) terrain: &'a config::Terrain,
+    pub(crate) trails: &'a config::Trails,
+    pub(crate) water: &'a config::Water,
+    pub(crate) deadwood: &'a config::Deadwood,
+    pub(crate) meadows: &'a config::Meadows,
+    pub(crate) effects: &'a config::GroundEffects,
+    pub(crate) dbh_mean_m: f64,
 }
 
 /// What is known of the ground of a site.
@@ -77,14 +95,20 @@ impl GroundModel {
     /// The ground of a config's terrain, with a site's heights over it that pass into it within a
     /// distance, and with its trails, waters and the pits of thrown trees carved into it.
     pub(crate) fn new(
-        terrain: &config::Terrain,
-        trails: &config::Trails,
-        water: &config::Water,
-        (deadwood, dbh_mean_m): (&config::Deadwood, f64),
+        tables: GroundTables<'_>,
         site: SiteGround,
         chunk_size_m: f64,
         world: Key,
     ) -> Result<Self, Error> {
+        let GroundTables {
+            terrain,
+            trails,
+            water,
+            deadwood,
+            meadows,
+            effects,
+            dbh_mean_m,
+        } = tables;
         let SiteGround {
             plot,
             posts,
@@ -92,22 +116,7 @@ impl GroundModel {
         } = site;
         // The water of a measured site is where it was measured.
         let is_measured = plot.is_some() || posts.is_some();
-        let t = terrain;
-        let params = TerrainParams {
-            octaves: t.octaves,
-            scale_m: t.scale_m,
-            lacunarity: t.lacunarity,
-            persistence: t.persistence,
-            max_height_m: t.max_height_m,
-        };
-        let base: Arc<dyn Surface> = match t.noise {
-            TerrainNoise::Nemoral => {
-                Arc::new(Terrain::new(params, world).map_err(Error::of_stage)?)
-            }
-            TerrainNoise::PerlinSurflet => {
-                Arc::new(PerlinTerrain::new(params, world).map_err(Error::of_stage)?)
-            }
-        };
+        let base = terrain_of(terrain, world)?;
         let base: Arc<dyn Surface> = match posts {
             None => base,
             Some((posts, blend_m)) => {
@@ -153,6 +162,8 @@ impl GroundModel {
             share: water.puddles,
             world,
         });
+        let meadows = Meadows::new(meadows, world)?.map(Arc::new);
+        let effects = ConditionEffects::new(effects);
         Ok(Self {
             base,
             trails,
@@ -160,6 +171,8 @@ impl GroundModel {
             water: water_of_beds,
             puddles,
             plot: plot.map(Arc::new),
+            meadows,
+            effects,
             thrown: Thrown {
                 key: world.domain(THROWN),
                 mean: deadwood.thrown_per_ha * chunk_size_m * chunk_size_m / 10_000.0,
@@ -203,9 +216,14 @@ impl GroundModel {
             base: Arc::clone(&self.base),
             water: self.water_near(chunk),
             puddles: match (&self.puddles, &carved) {
-                (Some(puddles), Some(trails)) => puddles.near(square, MARGIN_M, trails),
+                (Some(puddles), Some(trails)) => {
+                    let wetness = |p| Conditions::puddles(&self.effects, &self.base, p);
+                    puddles.near(square, MARGIN_M, trails, &wetness)
+                }
                 _ => Vec::new(),
             },
+            conditions: Conditions::new(&self.effects, square),
+            meadows: self.meadows.clone(),
             carved,
             thrown: self.thrown_around(chunk, MARGIN_M),
             square,
@@ -217,6 +235,11 @@ impl GroundModel {
     fn water_near(&self, chunk: ChunkCoord) -> Option<Arc<WaterNear>> {
         let near = self.water.as_ref()?.near(chunk, MARGIN_M);
         (!near.is_empty()).then_some(near)
+    }
+
+    /// Where woods end at open land, if there is any.
+    pub(crate) fn meadows(&self) -> Option<&Arc<Meadows>> {
+        self.meadows.as_ref()
     }
 
     /// Whether there may be streams or ponds in this world.
@@ -277,7 +300,10 @@ impl GroundModel {
                 .plot
                 .as_ref()
                 .map_or(f64::INFINITY, |p| p.distance_m(stem.middle_m));
-            of_plot > super::deadwood::REACH_M
+            let in_wood = (self.meadows.as_ref())
+                .is_none_or(|m| tree.is_beside(|p| -m.depth_m(p), false, 0.0));
+            in_wood
+                && of_plot > super::deadwood::REACH_M
                 && tree.is_beside(water_m, false, THROWN_BANK_M)
                 && tree.is_beside(edge_m, self.thrown.across_trails, THROWN_VERGE_M)
         };
@@ -320,6 +346,8 @@ pub struct ChunkGround {
     puddles: Vec<Puddle>,
     thrown: Vec<ThrownTree>,
     plot: Option<Arc<Plot>>,
+    conditions: Conditions,
+    meadows: Option<Arc<Meadows>>,
     square: (DVec2, DVec2),
 }
 
@@ -412,6 +440,35 @@ impl ChunkGround {
         mesh
     }
 
+    /// How wet, sunny and deep the ground of a place is, as far as that matters in this world.
+    #[must_use]
+    pub fn conditions(&self, world_m: DVec2) -> GroundConditions {
+        self.conditions
+            .at(&self.base, world_m, self.bank_m(world_m))
+    }
+
+    /// Whether the ground of a place is bare mud; see [`Conditions::is_mud`].
+    pub(crate) fn is_mud(&self, wetness: f64, wave: f64) -> bool {
+        self.conditions.is_mud(wetness, wave)
+    }
+
+    /// How far a place is within a meadow or clearing, metres: negative in the wood, and minus
+    /// infinity without any.
+    #[must_use]
+    pub fn open_m(&self, world_m: DVec2) -> f64 {
+        (self.meadows.as_ref()).map_or(f64::NEG_INFINITY, |m| m.depth_m(world_m))
+    }
+
+    /// How much of a place is meadow that is kept as grass, 0..=1.
+    pub(crate) fn meadow(&self, world_m: DVec2) -> f64 {
+        self.meadows.as_ref().map_or(0.0, |m| m.kept(world_m))
+    }
+
+    /// How near the edge of a wood at open land is, 0..=1.
+    pub(crate) fn fringe(&self, world_m: DVec2) -> f64 {
+        self.meadows.as_ref().map_or(0.0, |m| m.fringe(world_m))
+    }
+
     /// The trees of the stem map, if there is one.
     pub(crate) fn plot(&self) -> Option<&Plot> {
         self.plot.as_deref()
@@ -489,6 +546,42 @@ impl GroundZones for ChunkGround {
         };
         ZoneSample { edge_m, detail_m }
     }
+}
+
+/// The terrain of a config, before anything is carved into it.
+fn terrain_of(of: &config::Terrain, world: Key) -> Result<Arc<dyn Surface>, Error> {
+    let params = TerrainParams {
+        octaves: of.octaves,
+        scale_m: of.scale_m,
+        lacunarity: of.lacunarity,
+        persistence: of.persistence,
+        max_height_m: of.max_height_m,
+    };
+    let relief = ReliefParams {
+        ridges: of.ridges,
+        warp: of.warp,
+        terraces: of.terraces,
+        terrace_step_m: of.terrace_step_m,
+    };
+    let base: Arc<dyn Surface> = match of.noise {
+        TerrainNoise::Nemoral => {
+            Arc::new(Terrain::shaped(params, relief, world).map_err(Error::of_stage)?)
+        }
+        TerrainNoise::PerlinSurflet => {
+            Arc::new(PerlinTerrain::new(params, world).map_err(Error::of_stage)?)
+        }
+    };
+    if of.gully_depth_m <= 0.0 {
+        return Ok(base);
+    }
+    let erosion = ErosionParams {
+        spacing_m: of.gully_spacing_m,
+        depth_m: of.gully_depth_m,
+        generations: of.gully_generations,
+    };
+    Ok(Arc::new(
+        Eroded::new(erosion, world, base).map_err(Error::of_stage)?,
+    ))
 }
 
 /// The terrain's noise as a field of the plane.

@@ -63,9 +63,10 @@ impl GroundMeshRecipe {
             TerrainField::new(FLOOR_FIELD, world.domain(FLOOR))?,
         );
         let beds = assets.water.as_ref();
+        let mud = beds.map_or(library.ground.bare_soil, |beds| beds.mud);
         let material = |p: DVec2, inside: bool| {
             bed_material(beds, ground, p)
-                .unwrap_or_else(|| ground_material(&library.ground, &floor, ground, p, inside))
+                .unwrap_or_else(|| ground_material(&library.ground, mud, &floor, ground, p, inside))
         };
         let mesh = self.mesher.mesh(at, ground, ground, &material);
         let prototype = Prototype::new("ground", mesh, Vec::new(), &library.materials)
@@ -108,19 +109,23 @@ fn bed_material(
 ) -> Option<MaterialId> {
     let (beds, water) = (beds?, ground.water()?);
     let bank_m = ground.bank_m(p);
-    // The border of what is bare is ragged: waves of some metres and less.
-    let wave = |x: f64, y: f64| libm::sin(x + 1.3 * libm::sin(y));
-    let wave = wave(2.1 * p.x + 0.7, 1.7 * p.y) * wave(2.6 * p.y, 1.9 * p.x + 0.4);
-    if bank_m > BARE_M * (0.45 + 0.55 * wave) {
+    if bank_m > BARE_M * (0.45 + 0.55 * wave(p)) {
         return None;
     }
     let of_pond = water.ponds().any(|pond| pond.edge_m(p) < BARE_M);
     Some(if of_pond { beds.mud } else { beds.gravel })
 }
 
-/// The material of a piece of ground: the trail's, or the floor's.
+/// Waves of some metres and less, −1..=1, by which the borders of what is bare are ragged.
+fn wave(p: DVec2) -> f64 {
+    let wave = |x: f64, y: f64| libm::sin(x + 1.3 * libm::sin(y));
+    wave(2.1 * p.x + 0.7, 1.7 * p.y) * wave(2.6 * p.y, 1.9 * p.x + 0.4)
+}
+
+/// The material of a piece of ground: the trail's, or the floor's, of which `mud` is the wettest.
 fn ground_material<F: Field>(
     materials: &GroundMaterials,
+    mud: MaterialId,
     floor: &FloorComposition<F>,
     ground: &ChunkGround,
     p: DVec2,
@@ -136,6 +141,13 @@ fn ground_material<F: Field>(
         TrailZone::Strip => trail().strip,
         TrailZone::CutSlope => materials.cut_slope,
         TrailZone::Off if ground.is_pit(p) => materials.bare_soil,
-        TrailZone::Off => materials.floor[floor.cover(p).index()],
+        TrailZone::Off => {
+            let wetness = ground.conditions(p).wetness;
+            if ground.is_mud(wetness, wave(p)) {
+                mud
+            } else {
+                materials.floor[floor.cover(p, wetness).index()]
+            }
+        }
     }
 }

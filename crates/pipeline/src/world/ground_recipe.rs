@@ -2,7 +2,7 @@
 
 use nemoral_seed::Key;
 
-use super::ground::{GroundModel, SiteGround};
+use super::ground::{GroundModel, GroundTables, SiteGround};
 use crate::config::{self, Config, height_map, lines_m, posts};
 use crate::plan::{Encode, Encoder, Hasher};
 use crate::site::Plot;
@@ -15,6 +15,8 @@ pub(crate) struct GroundRecipe {
     trails: config::Trails,
     water: config::Water,
     deadwood: config::Deadwood,
+    meadows: config::Meadows,
+    effects: config::GroundEffects,
     dbh_mean_m: f64,
     chunk_size_m: f64,
     site: config::Site,
@@ -28,6 +30,8 @@ impl GroundRecipe {
             trails: config.trails.clone(),
             water: config.water.clone(),
             deadwood: config.deadwood.clone(),
+            meadows: config.placement.meadows.clone(),
+            effects: config.undergrowth.ground.clone(),
             dbh_mean_m: config.assets.dbh_mean_m,
             chunk_size_m: config.chunks.size_m,
             site: config.site.clone(),
@@ -48,15 +52,16 @@ impl GroundRecipe {
             posts: map.map(|map| (posts(map, site), site.terrain.blend_m)),
             lines_m: lines_m(site, inputs)?,
         };
-        GroundModel::new(
-            &self.terrain,
-            &self.trails,
-            &self.water,
-            (&self.deadwood, self.dbh_mean_m),
-            of_site,
-            self.chunk_size_m,
-            world,
-        )
+        let tables = GroundTables {
+            terrain: &self.terrain,
+            trails: &self.trails,
+            water: &self.water,
+            deadwood: &self.deadwood,
+            meadows: &self.meadows,
+            effects: &self.effects,
+            dbh_mean_m: self.dbh_mean_m,
+        };
+        GroundModel::new(tables, of_site, self.chunk_size_m, world)
     }
 }
 
@@ -67,6 +72,8 @@ impl Encode for GroundRecipe {
             trails,
             water,
             deadwood,
+            meadows,
+            effects,
             dbh_mean_m,
             chunk_size_m,
             site,
@@ -77,6 +84,8 @@ impl Encode for GroundRecipe {
         encoder.field("water", water);
         encoder.field("thrown_per_ha", &deadwood.thrown_per_ha);
         encoder.field("across_trails", &deadwood.across_trails);
+        encoder.field("meadows", meadows);
+        encoder.field("effects", effects);
         encoder.field("dbh_mean_m", dbh_mean_m);
         encoder.field("chunk_size_m", chunk_size_m);
         encoder.field("origin_x_m", &site.origin_x_m);

@@ -60,6 +60,7 @@ impl LowPlants<'_> {
                 PatchKind::Litter => &assets.litter,
                 PatchKind::Branch => &assets.branches,
                 PatchKind::Brash => &assets.brash,
+                PatchKind::Scree => &assets.stone_beds,
             };
             plant(shapes, weights.as_deref(), of_point(point));
         }

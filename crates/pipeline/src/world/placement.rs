@@ -1,8 +1,10 @@
 //! The densities and varieties of rocks and woody plants.
 
+use std::sync::Arc;
+
 use nemoral_placement::{
-    LayerParams, ParamError, Patches, Placement, PlacementError, PlacementParams, RockParams, Rows,
-    Site, Variety,
+    LayerParams, OpenLand, ParamError, Patches, Placement, PlacementError, PlacementParams,
+    RockParams, Rows, Site, Variety,
 };
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, ObjectKind};
@@ -11,6 +13,7 @@ use nemoral_stand::StandLayer;
 
 use super::assets::{Standing, WorldAssets};
 use super::ground::{ChunkGround, GroundModel};
+use super::meadows::at_edges;
 use crate::Error;
 use crate::config::{self, Config};
 use crate::plan::{Encode, Encoder};
@@ -162,6 +165,9 @@ impl PlacementRecipe {
         for (layer, in_gaps) in layers.iter_mut().zip(in_gaps) {
             layer.in_gaps = in_gaps;
         }
+        for (layer, of) in layers.iter_mut().zip(StandLayer::ALL) {
+            layer.at_edges = at_edges(of, &p.meadows);
+        }
         layers[StandLayer::Trees.index()].rows = (p.rows.spacing_m > 0.0).then_some(Rows {
             row_m: p.rows.spacing_m,
             in_row_m: p.rows.in_row_m,
@@ -189,7 +195,7 @@ impl PlacementRecipe {
             density_factor: p.density_factor,
             allowed_fraction: (1.0 - trail_share).max(0.05),
         };
-        Placement::new(params, world).map_err(|e| match e {
+        let placement = Placement::new(params, world).map_err(|e| match e {
             // Layers have the names of their config keys.
             PlacementError::TooDense {
                 name,
@@ -215,6 +221,10 @@ impl PlacementRecipe {
                 Error::request(ParamError::new(field, e.value, e.allowed).to_string())
             }
             other => Error::of_stage(other),
+        })?;
+        Ok(match ground.meadows() {
+            Some(meadows) => placement.with_open_land(Arc::clone(meadows) as Arc<dyn OpenLand>),
+            None => placement,
         })
     }
 }

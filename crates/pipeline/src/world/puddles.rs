@@ -38,12 +38,14 @@ pub(crate) struct Puddles {
 
 impl Puddles {
     /// The puddles that may change the ground within `margin_m` of a square. The trails must be
-    /// known [`PUDDLE_REACH_M`] farther.
+    /// known [`PUDDLE_REACH_M`] farther. `wetness` is how many more there are at a place than
+    /// elsewhere by the lie of the ground.
     pub(crate) fn near(
         &self,
         (low_m, high_m): (DVec2, DVec2),
         margin_m: f64,
         trails: &TrailGround,
+        wetness: &dyn Fn(DVec2) -> f64,
     ) -> Vec<Puddle> {
         let reach_m = margin_m + LONGEST_M * 1.4 + CELL_M;
         let first = ((low_m - reach_m) / CELL_M).floor();
@@ -54,7 +56,13 @@ impl Puddles {
         let (x, y) = (first.x as i32 - 1, first.y as i32 - 1);
         let rows = cells(first.y, last.y).count() + 2;
         let sites: Vec<Option<PuddleSite>> = (0..columns * rows)
-            .map(|i| self.site([x + (i % columns) as i32, y + (i / columns) as i32], trails))
+            .map(|i| {
+                self.site(
+                    [x + (i % columns) as i32, y + (i / columns) as i32],
+                    trails,
+                    wetness,
+                )
+            })
             .collect();
         let mut puddles = Vec::new();
         for row in 1..rows - 1 {
@@ -81,7 +89,12 @@ impl Puddles {
     }
 
     /// Where there may be a puddle in a cell.
-    fn site(&self, cell: [i32; 2], trails: &TrailGround) -> Option<PuddleSite> {
+    fn site(
+        &self,
+        cell: [i32; 2],
+        trails: &TrailGround,
+        wetness: &dyn Fn(DVec2) -> f64,
+    ) -> Option<PuddleSite> {
         let key = self.world.domain(PUDDLES).chunk(cell);
         let mut rng = key.rng();
         let off = DVec2::new(rng.unit_f64(), rng.unit_f64());
@@ -91,7 +104,11 @@ impl Puddles {
         }
         let p = (DVec2::new(f64::from(cell[0]), f64::from(cell[1])) + off) * CELL_M;
         let (edge_m, outwards) = trails.edge(p);
-        if edge_m > -VERGE_M || drawn >= self.share * self.wetness(p) * holds(trails.kind(p)?) {
+        if edge_m > -VERGE_M {
+            return None;
+        }
+        let wet = (self.wetness(p) * wetness(p)).min(1.0);
+        if drawn >= self.share * wet * holds(trails.kind(p)?) {
             return None;
         }
         let across = outwards.normalize_or_zero();

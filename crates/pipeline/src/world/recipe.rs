@@ -141,7 +141,9 @@ impl Recipe {
                 }
                 surfaces
             },
-            wayside: has_wayside(&config.trails) || config.water.springs_per_km2 > 0.0,
+            wayside: has_wayside(&config.trails)
+                || config.water.springs_per_km2 > 0.0
+                || config.placement.outcrops > 0.0,
             water: config.water.is_any(),
             site: config.site.clone(),
             inputs: inputs.clone(),

@@ -8,6 +8,7 @@ use glam::DVec2;
 use nemoral_scene::ChunkCoord;
 use nemoral_seed::{Domain, Draw, Key};
 
+use super::open_land::EdgeProfile;
 use super::params::{LayerParams, PlacementParams};
 use super::patches::{PatchMap, Patches};
 use super::rows::Rows;
@@ -43,6 +44,7 @@ pub(crate) struct CalibratedLayer {
     keep: Vec<f64>,
     in_gaps: f64,
     clusters: Option<Patches>,
+    at_edges: Option<EdgeProfile>,
 }
 
 /// The pattern of places where a layer's plants could stand.
@@ -79,20 +81,26 @@ impl CalibratedLayer {
         self.in_gaps != 1.0
     }
 
+    /// Its density at a distance from the edge of a wood, if that matters to it.
+    pub(crate) fn at_edge(&self, depth_m: impl FnOnce() -> f64) -> f64 {
+        (self.at_edges.as_ref()).map_or(1.0, |profile| profile.at(depth_m()))
+    }
+
     /// The thinning, which is keyed by the point and depends on nothing but the patches that the
-    /// point is in.
+    /// point is in, and on its density at the edge of a wood.
     pub(crate) fn keeps(
         &self,
         point: &SamplePoint<Key>,
         gaps: Option<&PatchMap>,
         clusters: Option<&PatchMap>,
+        at_edge: f64,
     ) -> bool {
         if clusters.is_some_and(|c| !c.contain(point.p)) {
             return false;
         }
         let in_gap = self.minds_gaps() && gaps.is_some_and(|g| g.contain(point.p));
         let factor = if in_gap { self.in_gaps } else { 1.0 };
-        self.keeps_share(point, factor)
+        self.keeps_share(point, factor * at_edge)
     }
 
     fn keeps_share(&self, point: &SamplePoint<Key>, factor: f64) -> bool {
@@ -101,8 +109,8 @@ impl CalibratedLayer {
     }
 }
 
-/// How uneven a layer's density is: its mean over the plane and its maximum, relative to the
-/// density outside of gaps and inside of clusters.
+/// How uneven a layer's density is: its mean over woods and its maximum, relative to the density
+/// outside of gaps and inside of clusters.
 struct Unevenness {
     mean: f64,
     most: f64,
@@ -113,9 +121,10 @@ impl Unevenness {
         let gap_share = params.gaps.map_or(0.0, |g| g.share);
         let cluster_share = layer.clusters.map_or(1.0, |c| c.share);
         let in_gaps = params.gaps.map_or(1.0, |_| layer.in_gaps);
+        let at_edges = layer.at_edges.as_ref().map_or(1.0, EdgeProfile::most);
         Self {
             mean: (1.0 - gap_share + gap_share * in_gaps) * cluster_share,
-            most: in_gaps.max(1.0),
+            most: in_gaps.max(1.0) * at_edges.max(1.0),
         }
     }
 }
@@ -173,6 +182,7 @@ pub(crate) fn calibrate(
                 keep: Vec::new(),
                 in_gaps: layer.in_gaps,
                 clusters: layer.clusters,
+                at_edges: layer.at_edges.clone(),
             };
             let points = made.points_around(key, ChunkCoord::default(), half);
             let (filled, bias) = match pattern {

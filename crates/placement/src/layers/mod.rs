@@ -2,6 +2,7 @@
 //! clusters.
 
 mod calibrate;
+pub(crate) mod open_land;
 pub(crate) mod params;
 pub(crate) mod patches;
 pub(crate) mod placement;

@@ -1,5 +1,6 @@
 //! The parameters of rocks and woody layers, and their ranges.
 
+use super::open_land::EdgeProfile;
 use super::patches::Patches;
 use super::rows::Rows;
 use crate::variety::{Variety, check_varieties};
@@ -35,6 +36,10 @@ pub struct LayerParams {
     pub in_gaps: f64,
     /// Patches to which the layer is restricted, each layer to its own; `None` for everywhere.
     pub clusters: Option<Patches>,
+    /// Its density across the edges of woods, where there is
+    /// [open land](crate::Placement::with_open_land); `None` if it stands there as elsewhere. The
+    /// target is then the mean within woods.
+    pub at_edges: Option<EdgeProfile>,
 }
 
 impl LayerParams {
@@ -48,6 +53,7 @@ impl LayerParams {
             rows: None,
             in_gaps: 1.0,
             clusters: None,
+            at_edges: None,
         }
     }
 
@@ -198,6 +204,9 @@ impl PlacementParams {
                 ParamError::check_within(format!("layers[{i}].in_gaps"), layer.in_gaps, 0.0, 20.0)?;
                 if let Some(clusters) = &layer.clusters {
                     clusters.check(&format!("layers[{i}].clusters"), self.chunk_size_m)?;
+                }
+                if let Some(profile) = &layer.at_edges {
+                    profile.check(&format!("layers[{i}].at_edges"))?;
                 }
                 if let Some(rows) = &layer.rows {
                     let largest_m = self.factor() * layer.max_radius_m();

@@ -1,10 +1,13 @@
 //! Places rocks, then the woody layers in their order.
 
+use std::sync::Arc;
+
 use glam::DVec2;
 use nemoral_scene::ChunkCoord;
 use nemoral_seed::{Domain, Draw, Key};
 
 use super::calibrate::{CalibratedLayer, calibrate};
+use super::open_land::OpenLand;
 use super::params::PlacementParams;
 use super::patches::Clusters;
 use super::site::{Exclusion, Site};
@@ -28,6 +31,7 @@ pub struct Placement {
     params: PlacementParams,
     key: Key,
     layers: Vec<Option<CalibratedLayer>>,
+    open_land: Option<Arc<dyn OpenLand>>,
     /// The greatest distance, in chunk edges, at which a site of one layer excludes one of another
     /// layer.
     reach: f64,
@@ -52,7 +56,18 @@ impl Placement {
             params,
             key,
             layers,
+            open_land: None,
         })
+    }
+
+    /// The same placement where woods end at open land, by each layer's
+    /// [profile](crate::LayerParams::at_edges).
+    #[must_use]
+    pub fn with_open_land(self, open_land: Arc<dyn OpenLand>) -> Self {
+        Self {
+            open_land: Some(open_land),
+            ..self
+        }
     }
 
     /// The parameters that it was made from.
@@ -174,8 +189,12 @@ impl Placement {
             let key = self.layer_key(number);
             let clusters = layer.clusters(key, coord, need);
             let mut points = layer.points_around(key, coord, need);
+            let at_edge = |p: DVec2| match &self.open_land {
+                Some(land) => layer.at_edge(|| land.depth_m(self.world_m(coord, p))),
+                None => 1.0,
+            };
             points.retain(|p| {
-                layer.keeps(p, gaps.as_ref(), clusters.as_ref())
+                layer.keeps(p, gaps.as_ref(), clusters.as_ref(), at_edge(p.p))
                     && is_free(&standing, p.p, factor * p.radius)
             });
             points.sort_unstable_by_key(|p| p.key);

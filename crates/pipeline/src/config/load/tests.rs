@@ -128,6 +128,22 @@ fn impossible_combinations_are_refused_where_they_stand() {
             "[placement]\ntrees = 400\nshrubs = 400\nregeneration.saplings = 400",
             "number only 1310",
         ),
+        (
+            "[placement]\nshrubs = 200\nmeadows.share = 0.5\nmeadows.mantle_m = 20",
+            "number only 1310",
+        ),
+        (
+            "[terrain]\nterraces = 0.5\nterrace_step_m = 12",
+            "must be at most half of terrain.max_height_m = 22",
+        ),
+        (
+            "[terrain]\ngully_depth_m = 13",
+            "must be at most 0.4 of terrain.gully_spacing_m = 30",
+        ),
+        (
+            "[terrain]\nwarp = 0.1\nnoise = \"perlin-surflet\"",
+            "terrain.noise = \"perlin-surflet\": must be \"nemoral\"",
+        ),
         ("[robot]\nspacing_m = 0", "one must be above 0"),
         ("[robot.file]\nformat = \"kitti\"", "must name a file"),
         (

@@ -61,10 +61,41 @@ section! {
     plus {
         /// The cover of the ground.
         floor: Floor;
+        /// What the lie of the ground does.
+        ground: GroundEffects;
         /// Grass without gaps.
         sward: Sward;
         /// Thickets.
         thickets: Thickets;
+    }
+}
+
+section! {
+    /// How the lie of the ground steers what covers it. It is wet in hollows and by water, dry on
+    /// crests, steep slopes and those to the south-west; its soil is thin where it is convex or
+    /// steep. Moss, mud and puddles, herbs, ferns, grass and thickets follow.
+    GroundEffects at "undergrowth.ground" {
+        /// Effect of wetness; 0: only the nearest seven metres matter, and only to thickets.
+        wetness: f64 = 1.0, Real(0.0, 2.0), "our choice; Beven and Kirkby 1979 for the index";
+        /// Effect of the sun on slopes.
+        exposure: f64 = 1.0, Real(0.0, 2.0), "McCune and Keon 2002 for the direction";
+        /// Effect of the depth of soil.
+        soil: f64 = 1.0, Real(0.0, 2.0), "Heimsath et al. 1997 for the depth";
+        /// How readily the wettest ground is bare mud.
+        mud: f64 = 0.3, Real(0.0, 1.0), "our choice";
+    }
+}
+
+impl GroundEffects {
+    /// The lie of the ground does nothing.
+    #[must_use]
+    pub fn none() -> Self {
+        Self {
+            wetness: 0.0,
+            exposure: 0.0,
+            soil: 0.0,
+            mud: 0.0,
+        }
     }
 }
 

@@ -7,7 +7,7 @@ use crate::config::schema::section;
 use crate::config::{TerrainNoise, VARIED_SURFACES};
 
 section! {
-    /// The terrain: octaves of gradient noise (paper, IV-B).
+    /// The terrain: octaves of gradient noise (paper, IV-B), and what shapes them further.
     Terrain at "terrain" {
         /// Number of noise layers.
         octaves: u32 = 6, Whole(1, 16), "paper, Fig. 3, has 5; one more for relief under 4 m";
@@ -25,6 +25,23 @@ section! {
         /// The noise: ours, or that of the noise crate.
         noise: TerrainNoise = TerrainNoise::Nemoral, OneOf(TerrainNoise::WORDS),
             "ours has no period and exact gradients";
+        /// Share of ridges: crests in the largest forms, and fewer in each layer of smaller ones.
+        ridges: f64 = 0.0, Real(0.0, 1.0), "none: the paper's octaves";
+        /// How far valleys wind: by this part of `scale_m`, as a standard deviation.
+        warp: f64 = 0.0, Real(0.0, 0.25), "none: the paper's octaves";
+        /// Share of terraces, as of hard beds in rock: level ground between rises up to four times
+        /// as steep, which are cliffs on steep slopes. They fade in and out from place to place.
+        terraces: f64 = 0.0, Real(0.0, 1.0), "none: the paper's octaves";
+        /// Height of a terrace; at most half of `max_height_m`, if there are terraces.
+        terrace_step_m: f64 = 4.0, Real(0.2, 200.0), "our choice";
+        /// Depth of the largest gullies where slopes are steep; less on gentle ones, none on level
+        /// ground. At most 0.4 of `gully_spacing_m`.
+        gully_depth_m: f64 = 0.0, Real(0.0, 100.0), "none: the paper's octaves";
+        /// Distance between the largest gullies.
+        gully_spacing_m: f64 = 30.0, Real(4.0, 500.0), "our choice";
+        /// How often gullies branch: each generation has half the distance and two fifths of the depth
+        /// of the one before.
+        gully_generations: u32 = 3, Whole(1, 5), "our choice: down to forms of some metres";
         /// Side of a terrain cell away from trails.
         cell_m: f64 = 1.0, Real(0.5, 5.0), "paper, Fig. 3";
         /// Side of a terrain cell on trails and chunk borders.

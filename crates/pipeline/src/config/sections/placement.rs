@@ -16,6 +16,9 @@ section! {
         rocks_min: u32 = 2, Whole(0, 400), "paper, IV-D";
         /// Most rocks in a chunk.
         rocks_max: u32 = 14, Whole(0, 400), "paper, IV-D";
+        /// How readily rock crops out where the soil is thin, most on steep slopes, with scree
+        /// between the rocks; 0 for none. Where soil is thin, `undergrowth.ground.soil` decides.
+        outcrops: f64 = 0.0, Real(0.0, 1.0), "none: the paper's rocks are anywhere";
         /// Multiplies the radii of occupation: larger is sparser.
         density_factor: f64 = 1.0, RealAbove(0.0, 10.0), "paper, IV-D";
         /// The least distance of two objects, in multiples of the sum of their radii.
@@ -29,6 +32,8 @@ section! {
         rows: PlacementRows;
         /// Gaps in the canopy.
         gaps: PlacementGaps;
+        /// Meadows and clearings.
+        meadows: Meadows;
         /// Young trees.
         regeneration: Regeneration;
     }
@@ -64,6 +69,32 @@ section! {
         shrubs: f64 = 2.0, Real(0.0, 10.0), "our choice: driven by light";
         /// Density of saplings in a gap, relative to outside.
         saplings: f64 = 4.0, Real(0.0, 10.0), "gaps regenerate";
+    }
+}
+
+section! {
+    /// Meadows and clearings, in which no trees stand. They end at the wood in a mantle of shrubs
+    /// and young trees. The numbers of `[placement]` are means of the wood.
+    Meadows at "placement.meadows" {
+        /// Share of the world that is open; 0 for none.
+        share: f64 = 0.0, Real(0.0, 0.9), "none: forests";
+        /// Size of the largest bays and tongues of its edge; meadows are about as wide.
+        scale_m: f64 = 220.0, Real(30.0, 5000.0), "our choice";
+        /// Width of the mantle on each side of the edge.
+        mantle_m: f64 = 5.0, Real(0.0, 25.0), "our choice: mantle and fringe are 5-15 m wide";
+        /// Density of shrubs in the mantle, relative to the wood.
+        mantle_shrubs: f64 = 5.0, Real(0.0, 20.0), "our choice: nearly closed";
+        /// Density of saplings in the mantle, relative to the wood.
+        mantle_saplings: f64 = 4.0, Real(0.0, 20.0), "our choice";
+        /// Density of shrubs in the open, relative to the wood.
+        open_shrubs: f64 = 0.0, Real(0.0, 20.0), "a meadow is mown or grazed";
+        /// Density of saplings in the open, relative to the wood.
+        open_saplings: f64 = 0.0, Real(0.0, 20.0), "a meadow is mown or grazed";
+        /// Density of stumps in the open, relative to the wood.
+        open_stumps: f64 = 0.0, Real(0.0, 20.0), "a meadow is old";
+        /// How much of the open is kept as grass without gaps, in which no thickets and no single
+        /// patches grow; 0 for a clearing where everything grows that light lets grow.
+        kept: f64 = 1.0, Real(0.0, 1.0), "a meadow is mown or grazed";
     }
 }
 

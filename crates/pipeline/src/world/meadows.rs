@@ -1,0 +1,200 @@
+//! Meadows and clearings: where the wood ends.
+
+use nemoral_placement::{EdgeProfile, OpenLand};
+use nemoral_scene::Surface;
+use nemoral_scene::glam::DVec2;
+use nemoral_seed::{Domain, Key};
+use nemoral_stand::StandLayer;
+use nemoral_terrain::{Terrain, TerrainParams};
+
+use crate::{Error, config};
+
+const MEADOWS: Domain = Domain::new("pipeline.meadows");
+const RAGGED: Domain = Domain::new("pipeline.meadows.ragged");
+
+/// Number of places along each side of the grid at which the field's quantiles are sampled, and
+/// their distance in multiples of the meadows' scale.
+const SAMPLES: u32 = 40;
+const SAMPLE_STEP: f64 = 1.7;
+/// The least slope of the field that a distance is reckoned with, per scale: near its saddles
+/// distances would grow beyond all bounds.
+const LEAST_SLOPE: f64 = 0.2;
+/// Wavelength of the small bays and tongues of an edge, and how far they reach, metres.
+const RAGGED_SCALE_M: f64 = 9.0;
+const RAGGED_M: f64 = 3.0;
+
+/// Where meadows are in a world: above a level of smooth noise.
+#[derive(Clone, Debug)]
+pub(crate) struct Meadows {
+    field: Terrain,
+    level: f64,
+    scale_m: f64,
+    ragged: Terrain,
+    mantle_m: f64,
+    kept: f64,
+}
+
+impl Meadows {
+    /// The meadows that a config asks for; `None` if there are none.
+    pub(crate) fn new(of: &config::Meadows, world: Key) -> Result<Option<Self>, Error> {
+        if of.share <= 0.0 {
+            return Ok(None);
+        }
+        let noise = |octaves, scale_m, domain| {
+            let params = TerrainParams {
+                octaves,
+                scale_m,
+                lacunarity: 2.3,
+                persistence: 0.32,
+                max_height_m: 1.0,
+            };
+            Terrain::new(params, world.domain(domain)).map_err(Error::of_stage)
+        };
+        let field = noise(3, of.scale_m, MEADOWS)?;
+        let places = (0..SAMPLES * SAMPLES)
+            .map(|i| DVec2::new(f64::from(i % SAMPLES), f64::from(i / SAMPLES)));
+        let mut values: Vec<f64> = places
+            .map(|p| field.height_m(p * SAMPLE_STEP * of.scale_m))
+            .collect();
+        values.sort_unstable_by(f64::total_cmp);
+        let rank = (1.0 - of.share) * values.len() as f64;
+        Ok(Some(Self {
+            level: values[(rank as usize).min(values.len() - 1)],
+            field,
+            scale_m: of.scale_m,
+            ragged: noise(2, RAGGED_SCALE_M, RAGGED)?,
+            mantle_m: of.mantle_m,
+            kept: of.kept,
+        }))
+    }
+
+    /// How near the edge is, 0..=1: 1 on it, 0 beyond the mantle.
+    pub(crate) fn fringe(&self, world_m: DVec2) -> f64 {
+        (1.3 - self.depth_m(world_m).abs() / (self.mantle_m + 0.5)).clamp(0.0, 1.0)
+    }
+
+    /// How much of a place is meadow that is kept as grass, 0..=1.
+    pub(crate) fn kept(&self, world_m: DVec2) -> f64 {
+        if self.kept <= 0.0 {
+            return 0.0;
+        }
+        // The fringe of tall herbs in front of the mantle is left when the meadow is mown.
+        let fringe_m = 0.5 * self.mantle_m;
+        let inside = (self.depth_m(world_m) - fringe_m) / (0.7 * self.mantle_m + 1.0);
+        self.kept * inside.clamp(0.0, 1.0)
+    }
+}
+
+impl OpenLand for Meadows {
+    fn depth_m(&self, world_m: DVec2) -> f64 {
+        let here = self.field.sample(world_m);
+        let least = LEAST_SLOPE / self.scale_m;
+        let slope = libm::sqrt(here.gradient.length_squared() + least * least);
+        let bays_m = 2.0 * RAGGED_M * (self.ragged.height_m(world_m) - 0.5);
+        (here.height_m - self.level) / slope + bays_m
+    }
+}
+
+/// How dense a layer is across the edges of meadows.
+pub(crate) fn at_edges(layer: StandLayer, of: &config::Meadows) -> Option<EdgeProfile> {
+    if of.share <= 0.0 {
+        return None;
+    }
+    let m = of.mantle_m;
+    let points = match layer {
+        // The outermost trees stand by themselves.
+        StandLayer::Trees => vec![(-3.0, 1.0), (0.0, 0.6), (2.0, 0.0)],
+        StandLayer::Stumps => vec![(-1.0, 1.0), (1.0, of.open_stumps)],
+        // The mantle: shrubs in the light, with young trees behind and between them.
+        StandLayer::Shrubs => vec![
+            (-1.3 * m, 1.0),
+            (-0.4 * m, 0.6 * of.mantle_shrubs),
+            (0.0, of.mantle_shrubs),
+            (0.5 * m, of.mantle_shrubs),
+            (m, 0.25 * of.mantle_shrubs),
+            (1.5 * m, of.open_shrubs),
+        ],
+        StandLayer::Saplings => vec![
+            (-1.5 * m, 1.0),
+            (-0.5 * m, of.mantle_saplings),
+            (0.3 * m, of.mantle_saplings),
+            (1.2 * m, of.open_saplings),
+        ],
+    };
+    // Without a mantle, its places are one.
+    let mut points: Vec<(f64, f64)> = points;
+    points.dedup_by(|b, a| b.0 <= a.0);
+    Some(EdgeProfile { points })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn meadows(change: impl Fn(&mut config::Meadows)) -> config::Meadows {
+        let mut of = config::Meadows {
+            share: 0.4,
+            ..config::Meadows::default()
+        };
+        change(&mut of);
+        of
+    }
+
+    #[test]
+    fn they_have_their_share_and_distances_are_distances() {
+        for seed in 0..4 {
+            let of = meadows(|_| {});
+            let land = Meadows::new(&of, Key::world(seed))
+                .expect("valid")
+                .expect("some");
+            let (mut open, mut near, mut off) = (0, 0, 0);
+            for i in 0..40_000 {
+                let p = DVec2::new(f64::from(i % 200), f64::from(i / 200)) * 23.0;
+                let depth_m = land.depth_m(p);
+                open += i32::from(depth_m > 0.0);
+                // Over 10 m across an edge, depth changes by 10 m, give or take its bays.
+                if depth_m.abs() < 3.0 {
+                    near += 1;
+                    let across = land.field.sample(p).gradient.normalize_or_zero();
+                    let step = land.depth_m(p + 5.0 * across) - land.depth_m(p - 5.0 * across);
+                    off += i32::from(!(4.0..16.0).contains(&step));
+                }
+            }
+            let share = f64::from(open) / 40_000.0;
+            assert!((share - 0.4).abs() < 0.06, "{share}");
+            assert!(near > 300 && off * 5 < near, "{off} of {near}");
+        }
+    }
+
+    #[test]
+    fn a_meadow_is_kept_beyond_its_fringe() {
+        let of = meadows(|of| of.kept = 0.9);
+        let land = Meadows::new(&of, Key::world(1))
+            .expect("valid")
+            .expect("some");
+        for i in 0..10_000 {
+            let p = DVec2::new(f64::from(i % 100), f64::from(i / 100)) * 5.0;
+            let (depth_m, kept) = (land.depth_m(p), land.kept(p));
+            assert!((0.0..=0.9).contains(&kept));
+            assert!(depth_m > 0.0 || kept == 0.0);
+            assert!(depth_m < 2.0 * of.mantle_m + 2.0 || kept == 0.9);
+        }
+    }
+
+    #[test]
+    fn no_trees_stand_in_the_open() {
+        for mantle_m in [0.0, 6.0] {
+            let of = meadows(|of| of.mantle_m = mantle_m);
+            for layer in StandLayer::ALL {
+                let points = at_edges(layer, &of).expect("edges").points;
+                assert!(points.is_sorted_by(|a, b| a.0 < b.0), "{points:?}");
+            }
+            let trees = at_edges(StandLayer::Trees, &of).expect("edges").points;
+            assert_eq!(trees.last().map(|point| point.1), Some(0.0));
+        }
+        assert_eq!(
+            at_edges(StandLayer::Trees, &config::Meadows::default()),
+            None
+        );
+    }
+}

@@ -1,0 +1,209 @@
+//! How wet, sunny and deep the ground of a place is, from its relief.
+
+use nemoral_scene::Surface;
+use nemoral_scene::glam::DVec2;
+
+/// The radii of the rings on which the ground around a place is looked at, metres.
+const RINGS_M: [f64; 2] = [10.0, 26.0];
+/// The greatest distance from a place at which the ground is looked at, metres.
+pub const CONDITIONS_REACH_M: f64 = RINGS_M[1];
+
+/// How much the ground around rises on average, over the ring's radius, where a hollow is half as
+/// wet as it can be. These are standard deviations over hills like those of the default terrain.
+const HOLLOW: [f64; 2] = [0.022, 0.036];
+/// The slope at which water runs off as readily as it gathers in such a hollow.
+const RUN_OFF: f64 = 0.45;
+
+/// Depth of soil over which its production falls by e: 1 / 0.023 cm (Heimsath et al. 1997, "The
+/// soil production function and landscape equilibrium", Nature 388, doi 10.1038/41056).
+const PRODUCTION_M: f64 = 0.435;
+/// Production of bare rock over the diffusivity of soil, 1/m: 77 m in a million years over 50 cm² a
+/// year (same source). Where the ground is more convex than that, rock is bare.
+const BARE_CONVEXITY: f64 = 0.0154;
+/// The slope on which no soil stays (Roering, Kirchner and Dietrich 1999, doi
+/// 10.1029/1998WR900090).
+const CRITICAL_SLOPE: f64 = 1.25;
+/// The deepest soil that roots tell from deeper, metres.
+const DEEPEST_M: f64 = 1.6;
+
+/// The ground of a place, as plants find it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GroundConditions {
+    /// From −1, a dry crest, over 0, as most of the ground, to 1, a soaked hollow.
+    pub wetness: f64,
+    /// Sun on the slope, −1..=1: the sine of its steepness, times the cosine of its direction to
+    /// the south-west. 0 on level ground and on slopes to the south-east and north-west.
+    pub exposure: f64,
+    /// Depth of the soil over rock, metres, 0..=1.6.
+    pub soil_m: f64,
+}
+
+impl GroundConditions {
+    /// As most of the ground: moderately moist, level, with half a metre of soil.
+    pub const NEUTRAL: Self = Self {
+        wetness: 0.0,
+        exposure: 0.0,
+        soil_m: 0.5,
+    };
+
+    /// The conditions at a world position, from the ground within [`CONDITIONS_REACH_M`] of it.
+    ///
+    /// Wetness is what a topographic wetness index measures, ln(catchment / slope) (Beven and
+    /// Kirkby 1979), without a catchment, which reaches any distance: water gathers where the
+    /// ground around is higher, at two scales, and runs off slopes. Exposure is the term of a
+    /// slope's direction in the heat load of McCune and Keon (2002), which is greatest to the
+    /// south-west. Soil is as deep as where its production, which falls with depth, equals what
+    /// creeps away: h = h₀ ln(P₀ / (−K ∇²z)), with a K that grows towards a critical slope.
+    pub fn at(ground: &dyn Surface, world_m: DVec2) -> Self {
+        let here = ground.sample(world_m).height_m;
+        let [near, far] = RINGS_M.map(|radius_m| ring(ground, world_m, here, radius_m));
+        let (rises_m, slope) = ([near.0, far.0], near.1);
+        let steepness = slope.length();
+        let gathers: f64 = (0..2)
+            .map(|i| rises_m[i] / (RINGS_M[i] * HOLLOW[i]))
+            .sum::<f64>()
+            / 2.0;
+        let wet = gathers - steepness * steepness / (RUN_OFF * RUN_OFF);
+        let to_south_west = -slope.dot(DVec2::NEG_ONE) * std::f64::consts::FRAC_1_SQRT_2;
+        // On a ring, the mean rise is a quarter of the Laplacian times the radius squared.
+        let convexity = -4.0 * rises_m[0] / (RINGS_M[0] * RINGS_M[0]);
+        Self {
+            wetness: wet / libm::sqrt(1.0 + wet * wet),
+            exposure: to_south_west / libm::sqrt(1.0 + steepness * steepness),
+            soil_m: soil_m(convexity, steepness),
+        }
+    }
+
+    /// A mean of four, such as those at the corners of a cell; the weights add up to 1.
+    #[must_use]
+    pub fn mean(of: [Self; 4], weights: [f64; 4]) -> Self {
+        let sum = |value: fn(&Self) -> f64| {
+            of.iter()
+                .zip(weights)
+                .map(|(one, weight)| weight * value(one))
+                .sum()
+        };
+        Self {
+            wetness: sum(|c| c.wetness),
+            exposure: sum(|c| c.exposure),
+            soil_m: sum(|c| c.soil_m),
+        }
+    }
+}
+
+/// The directions on a ring.
+const WAYS: [DVec2; 8] = {
+    const D: f64 = std::f64::consts::FRAC_1_SQRT_2;
+    [
+        DVec2::new(1.0, 0.0),
+        DVec2::new(D, D),
+        DVec2::new(0.0, 1.0),
+        DVec2::new(-D, D),
+        DVec2::new(-1.0, 0.0),
+        DVec2::new(-D, -D),
+        DVec2::new(0.0, -1.0),
+        DVec2::new(D, -D),
+    ]
+};
+
+/// How much the ground rises on average from a place to a ring around it, metres, and the slope of
+/// the plane of least squares through the ring.
+fn ring(ground: &dyn Surface, middle_m: DVec2, here_m: f64, radius_m: f64) -> (f64, DVec2) {
+    let (mut rise_m, mut around) = (0.0, DVec2::ZERO);
+    for way in WAYS {
+        let above_m = ground.height_m(middle_m + radius_m * way) - here_m;
+        rise_m += above_m;
+        around += above_m * way;
+    }
+    let count = WAYS.len() as f64;
+    (rise_m / count, around * (2.0 / (count * radius_m)))
+}
+
+/// Depth of the soil where production and creep are in balance.
+fn soil_m(convexity: f64, slope: f64) -> f64 {
+    let steep = slope / CRITICAL_SLOPE;
+    let stays = (1.0 - steep * steep).max(0.0);
+    // In hollows soil only gathers; there it is as deep as it gets, but on steep slopes.
+    let least = BARE_CONVEXITY * libm::exp(-DEEPEST_M / PRODUCTION_M);
+    let ratio = BARE_CONVEXITY * stays / convexity.max(least);
+    if ratio <= 1.0 {
+        0.0
+    } else {
+        PRODUCTION_M * libm::log(ratio)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nemoral_scene::{FlatSurface, SurfaceSample};
+
+    /// A paraboloid of this curvature along both axes.
+    struct Bowl(f64);
+
+    impl Surface for Bowl {
+        fn sample(&self, p: DVec2) -> SurfaceSample {
+            SurfaceSample {
+                height_m: 0.5 * self.0 * p.length_squared(),
+                gradient: self.0 * p,
+            }
+        }
+    }
+
+    fn plane(x: f64, y: f64) -> GroundConditions {
+        let ground = FlatSurface {
+            height_m: 3.0,
+            gradient: DVec2::new(x, y),
+        };
+        GroundConditions::at(&ground, DVec2::new(40.0, -7.0))
+    }
+
+    #[test]
+    fn hollows_are_wet_and_crests_are_dry() {
+        let at = |bend| GroundConditions::at(&Bowl(bend), DVec2::ZERO).wetness;
+        assert!(at(0.01) > 0.7, "{}", at(0.01));
+        assert!(at(-0.01) < -0.7);
+        assert!((-1e-9..1e-9).contains(&at(0.0)));
+        let mut before = -1.0;
+        for i in -20..=20 {
+            let wetness = at(f64::from(i) * 1e-3);
+            assert!(wetness > before && wetness < 1.0);
+            before = wetness;
+        }
+        // Water runs off slopes.
+        assert!(plane(0.3, 0.0).wetness < -0.3);
+        assert!(plane(0.6, 0.0).wetness < plane(0.3, 0.0).wetness);
+    }
+
+    #[test]
+    fn the_sun_is_in_the_south_west() {
+        // Slopes that fall to the south-west, north-east and south-east.
+        let south_west = plane(0.4, 0.4).exposure;
+        assert!((south_west - 0.4 * 2.0_f64.sqrt() / 1.32_f64.sqrt()).abs() < 1e-12);
+        assert!((plane(-0.4, -0.4).exposure + south_west).abs() < 1e-12);
+        assert!(plane(-0.4, 0.4).exposure.abs() < 1e-12);
+        assert_eq!(plane(0.0, 0.0).exposure, 0.0);
+    }
+
+    #[test]
+    fn soil_is_what_the_balance_leaves() {
+        let soil = |bend| GroundConditions::at(&Bowl(bend), DVec2::ZERO).soil_m;
+        // A bowl of curvature c has a Laplacian of 2c.
+        for convexity in [0.002_f64, 0.006, 0.012] {
+            let expected = PRODUCTION_M * (BARE_CONVEXITY / convexity).ln();
+            assert!((soil(-0.5 * convexity) - expected).abs() < 1e-9);
+        }
+        assert_eq!(soil(-0.01), 0.0);
+        assert!((soil(0.01) - DEEPEST_M).abs() < 1e-9);
+        assert!(plane(0.9, 0.0).soil_m < plane(0.3, 0.0).soil_m);
+        assert_eq!(plane(1.3, 0.0).soil_m, 0.0);
+    }
+
+    #[test]
+    fn the_mean_of_corners_is_between_them() {
+        let [a, b] = [plane(0.1, 0.0), plane(0.5, 0.4)];
+        let mean = GroundConditions::mean([a, b, a, b], [0.25; 4]);
+        assert!((mean.wetness - 0.5 * (a.wetness + b.wetness)).abs() < 1e-12);
+        assert!((mean.soil_m - 0.5 * (a.soil_m + b.soil_m)).abs() < 1e-12);
+    }
+}
