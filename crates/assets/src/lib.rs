@@ -26,7 +26,7 @@ struct ReadmeDoctests;
 
 pub use ambient_occlusion::with_ambient_occlusion;
 pub use library::{
-    AssetParams, Climbers, CommunityTiles, Deadwood, Library, LogAsset, MeasuredTree, PlantAsset,
+    AssetParams, Climbers, CommunityTiles, Deadwood, Library, LitterParams, LitterPatches, LogAsset, MeasuredTree, PlantAsset,
     SingleTree, StandParams, StandSpecies, StemMoss, TreeAsset, TreeClimbers,
 };
 pub use materials::{GroundMaterials, TrailMaterials};
@@ -34,7 +34,7 @@ pub use nemoral_scene::ParamError;
 pub use serialize::DeserializeError;
 pub use tree::{
     Allometry, BarkKind, BarkLayer, BarkLook, BranchLevel, CrownForm, DeadBranches, FoliageCard,
-    FoliageForm, GrownTree, GrowthParams, LeafKind, LeafLook, SizeClass, Species, SpeciesError,
-    StemForm, Taper, TreeMaterials, TreeSize, TreeStructure, WoodNode, grow, grow_snag,
+    FoliageForm, FruitLook, GrownTree, GrowthParams, LeafKind, LeafLook, ShedBark, ShedLook,
+    SizeClass, Species, SpeciesError, StemForm, Taper, TreeMaterials, TreeSize, TreeStructure, WoodNode, grow, grow_snag,
     grow_with_structure,
 };
