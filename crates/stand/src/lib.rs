@@ -14,6 +14,8 @@
 //! - [`Communities`]: swards and thickets that close over the ground, by light, moisture and slope.
 //! - [`Seedlings`]: the chance of a tree seedling.
 //! - [`LowPlant`]: a patch or seedling as one of several shapes on the slope of its ground.
+//! - [`Litter`]: where what the trees shed lies, and how deep; [`GroundPlane`]: the plane that a patch
+//!   of it is laid on.
 //! - [`fallen_stems`] and [`settle`]: where stems lie; [`LyingStem`]: how gravity lays one on the
 //!   ground.
 //! - [`SceneObjects`]: what has an id in a chunk, numbered and stood on the ground; [`StandLayer`]
@@ -26,8 +28,10 @@ mod error;
 mod fallen_stems;
 mod field;
 mod floor_composition;
+mod ground_plane;
 mod instance_variation;
 mod layer;
+mod litter;
 mod low_plants;
 mod lying;
 mod scene_objects;
@@ -47,7 +51,9 @@ pub use floor_composition::{FLOOR_FIELD, FloorComposition, FloorCover};
 pub use instance_variation::{
     InstanceVariation, Variation, VariationPattern, grown_scale, sapling_scale,
 };
+pub use ground_plane::GroundPlane;
 pub use layer::StandLayer;
+pub use litter::{Litter, LitterSite, LitterSurface};
 pub use low_plants::{LOW_PLANT_VARIATION, LowPlant};
 pub use lying::{LyingPose, LyingStem, Rest, roll_rad};
 pub use scene_objects::{

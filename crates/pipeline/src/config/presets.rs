@@ -1,6 +1,6 @@
 //! Named requests.
 
-use super::{Config, Deadwood, Sward, Thickets, TrailKinds, Water, stands};
+use super::{Config, Deadwood, Litter, Sward, Thickets, TrailKinds, Water, stands};
 
 /// A named request.
 #[derive(Clone, Copy, Debug)]
@@ -134,6 +134,7 @@ fn paper(config: &mut Config, trees: f64) {
     config.chunks.delete_radius_m = 200.0;
     config.camera.edge_samples = 1;
     config.water = Water::none();
+    config.litter = Litter::none();
     one_kind_of_way(config);
 }
 
@@ -146,6 +147,7 @@ fn one_kind_of_way(config: &mut Config) {
 fn demo(config: &mut Config) {
     one_kind_of_way(config);
     config.water = Water::none();
+    config.litter = Litter::none();
     config.deadwood = Deadwood {
         volume_m3_ha: 0.0,
         thrown_per_ha: 0.0,

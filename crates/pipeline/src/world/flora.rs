@@ -12,6 +12,7 @@ use nemoral_stand::{
 };
 
 use super::closed_vegetation::ClosedVegetation;
+use super::litter::{GroundHeights, LitterLayer, LitterPatch, Stems};
 use super::patch::Patch;
 
 use super::ground::{ChunkGround, TerrainField};
@@ -52,12 +53,15 @@ pub struct Flora {
     brash: (GroundCover, [f64; 2]),
     /// What closes over the ground; `None` if nothing does.
     closed: Option<ClosedVegetation>,
+    /// What the trees shed; `None` without litter in relief.
+    litter: Option<LitterLayer>,
 }
 
 /// The undergrowth that a config wants.
 #[derive(Clone, Debug)]
 pub(crate) struct FloraRecipe {
     undergrowth: config::Undergrowth,
+    litter: config::Litter,
     deadwood: config::Deadwood,
     skid_brash: f64,
     chunk_size_m: f64,
@@ -67,6 +71,7 @@ impl FloraRecipe {
     pub(crate) fn new(config: &Config) -> Self {
         Self {
             undergrowth: config.undergrowth.clone(),
+            litter: config.litter.clone(),
             deadwood: config.deadwood.clone(),
             skid_brash: skid_brash(&config.trails),
             chunk_size_m: config.chunks.size_m,
@@ -78,11 +83,13 @@ impl Encode for FloraRecipe {
     fn encode(&self, encoder: &mut dyn Encoder) {
         let Self {
             undergrowth,
+            litter,
             deadwood,
             skid_brash,
             chunk_size_m,
         } = self;
         encoder.field("undergrowth", undergrowth);
+        encoder.field("litter", litter);
         encoder.field("branches", &deadwood.branches);
         encoder.field("brash", &deadwood.brash);
         encoder.field("skid_brash", skid_brash);
@@ -95,6 +102,7 @@ impl Flora {
     pub(crate) fn new(recipe: &FloraRecipe, world: Key) -> Result<Self, Error> {
         let FloraRecipe {
             undergrowth: p,
+            litter,
             deadwood,
             skid_brash,
             chunk_size_m,
@@ -135,6 +143,7 @@ impl Flora {
                 [deadwood.brash, skid_brash.max(deadwood.brash)],
             ),
             closed: ClosedVegetation::new(p, chunk_size_m, world)?,
+            litter: LitterLayer::new(litter, &p.floor, chunk_size_m, world)?,
             grid: GroundCover::new(grid, key).map_err(Error::of_stage)?,
             undergrowth: Undergrowth {
                 params: UndergrowthParams {
@@ -182,7 +191,9 @@ impl Flora {
                 variant,
             }
         });
-        let mut patches: Vec<Patch> = patches.collect();
+        // Where litter lies in relief, twigs and leaves are part of it.
+        let is_left = |patch: &Patch| self.litter.is_none() || patch.kind != PatchKind::Litter;
+        let mut patches: Vec<Patch> = patches.filter(is_left).collect();
         if let Some(closed) = &self.closed {
             closed.lay(at, ground, sky, &mut patches);
         }
@@ -215,6 +226,29 @@ impl Flora {
             });
         }
         patches
+    }
+
+    /// Whether there is litter in relief.
+    pub(crate) fn has_litter(&self) -> bool {
+        self.litter.is_some()
+    }
+
+    /// The litter of a chunk; none where grass or a thicket hides the ground.
+    pub(crate) fn litter(
+        &self,
+        at: ChunkCoord,
+        (ground, mesh): (&ChunkGround, &GroundHeights<'_>),
+        sky: &SkyViewFactor,
+        stems: &Stems,
+    ) -> Vec<LitterPatch> {
+        let Some(litter) = &self.litter else {
+            return Vec::new();
+        };
+        let is_hidden = |p: DVec2| {
+            let closed = self.closed.as_ref();
+            closed.is_some_and(|c| c.at(p, ground, sky).is_some())
+        };
+        litter.lay(at, (ground, mesh), sky, stems, &is_hidden)
     }
 }
 
