@@ -10,8 +10,8 @@ use nemoral_scene::{
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    Climbers, CommunityTiles, Deadwood, GroundMaterials, Library, LitterPatches, LogAsset, PlantAsset, SizeClass,
-    TreeAsset, TreeClimbers, TreeSize,
+    Climbers, CommunityTiles, Deadwood, GroundMaterials, Library, LitterPatches, LogAsset,
+    PlantAsset, SizeClass, TreeAsset, TreeClimbers, TreeSize,
 };
 
 /// Why bytes are not those of a [`Library`].

@@ -118,10 +118,8 @@ fn leaves_lie_on_the_mesh_of_the_ground() {
                     // The lowest corner of each card, above the mesh.
                     let gap = |corner: Vec3| {
                         let p = instance.position_m + instance.linear * corner;
-                        let hit = mesh.closest_surface(&Ray::new(
-                            p + Vec3::Z * 2.0,
-                            Vec3::NEG_Z,
-                        ))?;
+                        let hit =
+                            mesh.closest_surface(&Ray::new(p + Vec3::Z * 2.0, Vec3::NEG_Z))?;
                         Some(hit.distance_m - 2.0)
                     };
                     let corners = card.corners().into_iter().filter_map(gap);
@@ -211,9 +209,17 @@ fn it_is_thin_on_trails_and_deep_at_stems_and_in_hollows() {
         mean(&at_stems),
         mean(&elsewhere)
     );
-    assert!(on.1 > 500 && at_stems.len() > 50, "{} {}", on.1, at_stems.len());
+    assert!(
+        on.1 > 500 && at_stems.len() > 50,
+        "{} {}",
+        on.1,
+        at_stems.len()
+    );
     // The trails of a beech stand are covered with leaves: three times `litter.on_trails`.
-    assert!(on_trail < 0.45 * beside && on_trail > 0.0, "{on_trail} {beside}");
+    assert!(
+        on_trail < 0.45 * beside && on_trail > 0.0,
+        "{on_trail} {beside}"
+    );
     assert!(mean(&at_stems) > mean(&elsewhere) + 0.15);
     assert!(hollow > crest + 0.15);
 }
@@ -257,7 +263,13 @@ fn chunks_agree_whatever_is_asked_first() {
     let at = ChunkCoord::new(1, -1);
     let alone = World::new("oak-mixed", &settings).litter(at);
     let world = World::new("oak-mixed", &settings);
-    for before in at.square(1).filter(|c| *c != at).collect::<Vec<_>>().iter().rev() {
+    for before in at
+        .square(1)
+        .filter(|c| *c != at)
+        .collect::<Vec<_>>()
+        .iter()
+        .rev()
+    {
         world.litter(*before);
     }
     assert_eq!(alone, world.litter(at));
@@ -265,7 +277,10 @@ fn chunks_agree_whatever_is_asked_first() {
     assert!(alone.len() > 500);
     for patch in &alone {
         let beyond = at.distance_m(patch.at.position_m, 50.0);
-        assert!(beyond == 0.0 || (!patch.is_wide && beyond < 0.6), "{beyond}");
+        assert!(
+            beyond == 0.0 || (!patch.is_wide && beyond < 0.6),
+            "{beyond}"
+        );
     }
     // No two patches are in the same place, across borders either.
     let mut all: Vec<DVec2> = at

@@ -32,7 +32,10 @@ pub(super) fn images(species: &Species, cards: Key) -> Vec<Vec<CardImage>> {
         let mut rng = key.item(variant as u64).rng();
         let mut drawing = shed::draw(look, &shed, &mut rng);
         drawing.tint(shed::TINTS[variant]);
-        drawing.slices(shed::slices(look), linear(shed.albedo) * shed::TINTS[variant])
+        drawing.slices(
+            shed::slices(look),
+            linear(shed.albedo) * shed::TINTS[variant],
+        )
     };
     (0..shed::VARIANTS).into_par_iter().map(image).collect()
 }

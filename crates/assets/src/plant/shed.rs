@@ -240,13 +240,7 @@ fn strip(
 }
 
 /// A cone, nut or capsule.
-fn fruit(
-    shape: &mut Shape,
-    at: Vec2,
-    of: &FruitLook,
-    material: MaterialId,
-    rng: &mut impl Draw,
-) {
+fn fruit(shape: &mut Shape, at: Vec2, of: &FruitLook, material: MaterialId, rng: &mut impl Draw) {
     let [least, most] = of.length_m.map(|l| l as f32);
     let [slim, thick] = of.width_ratio.map(|r| r as f32);
     let length = least + (most - least) * rng.unit_f32();

@@ -102,7 +102,10 @@ mod tests {
         assert!(species.check().is_ok());
         let shed = species.shed.as_mut().expect("it sheds bark");
         shed.bark.as_mut().expect("it sheds bark").length_m = [0.5, 0.1];
-        let said = species.check().expect_err("the least is the most").to_string();
+        let said = species
+            .check()
+            .expect_err("the least is the most")
+            .to_string();
         assert!(said.contains("eucalyptus.shed.bark.length_m"), "{said}");
         species.shed = None;
         assert!(species.check().is_ok() && species.shed_look().leaves_per_m2 > 1.0);

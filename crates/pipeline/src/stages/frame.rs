@@ -80,7 +80,7 @@ impl Stage<Forest> for SceneStage {
     );
     type Output = FrameScene;
     const ID: &'static str = "frame.scene";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         self.0.fingerprint(hasher);

@@ -20,7 +20,7 @@ impl Stage<Forest> for FloraStage {
     type Inputs = ();
     type Output = Flora;
     const ID: &'static str = "world.flora";
-    const VERSION: u32 = 4;
+    const VERSION: u32 = 5;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         InputFiles::default().encode(hasher, &self.0);
@@ -44,7 +44,7 @@ impl Stage<Forest> for UndergrowthStage {
     );
     type Output = Vec<Patch>;
     const ID: &'static str = "chunk.undergrowth";
-    const VERSION: u32 = 6;
+    const VERSION: u32 = 7;
 
     fn fingerprint(&self, _: &mut Hasher) {}
 

@@ -142,11 +142,7 @@ pub(crate) struct GroundHeights<'a> {
 
 impl<'a> GroundHeights<'a> {
     /// The ground is the first of a chunk's instances.
-    pub(crate) fn new(
-        geometry: &ObjectGeometry,
-        ground: &'a ChunkGround,
-        origin_m: DVec2,
-    ) -> Self {
+    pub(crate) fn new(geometry: &ObjectGeometry, ground: &'a ChunkGround, origin_m: DVec2) -> Self {
         let first = geometry.0.instances().first();
         let shapes = first.map(|(instance, shape)| (instance.place(), Arc::clone(shape)));
         let group = Arc::new(Group::build(shapes.into_iter().collect()));
@@ -261,8 +257,8 @@ impl LitterLayer {
         let size = usize::from(!is_wide);
         let radius_m = RADII_M[size] * of.scale;
         let edge_m = ground.trail_edge_m(p);
-        let is_dry = ground.is_clear_of_water(p, radius_m)
-            && ground.puddle_edge_m(p) > radius_m + PUDDLE_M;
+        let is_dry =
+            ground.is_clear_of_water(p, radius_m) && ground.puddle_edge_m(p) > radius_m + PUDDLE_M;
         // Narrow ones may lie on trails and across their edges.
         if !is_dry || (is_wide && edge_m < radius_m) {
             return Found::NoRoom;
