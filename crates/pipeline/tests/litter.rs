@@ -293,3 +293,23 @@ fn chunks_agree_whatever_is_asked_first() {
     all.dedup();
     assert_eq!(all.len(), count);
 }
+
+#[test]
+fn the_start_stays_within_its_instances() {
+    let count = |settings: &[&str]| {
+        let world = World::new("default", settings);
+        let scene = world.runner().get(world.forest.scene, 0).expect("a scene");
+        let groups = scene.groups.iter();
+        groups.map(|(_, group)| group.instances().len()).sum::<usize>()
+    };
+    let (with, without) = (count(&[]), count(&["litter.cover=0"]));
+    println!("{with} instances in view with litter, {without} without");
+    assert!(with < 45_000, "{with}");
+}
+
+#[test]
+fn value_stability() {
+    let patches = BEECH.litter(ChunkCoord::new(0, 0));
+    let patch = patches[100];
+    println!("{patch:?} of {}", patches.len());
+}

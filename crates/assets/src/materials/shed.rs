@@ -21,7 +21,8 @@ pub(crate) struct ShedMaterials {
     /// needles, which are one piece each.
     pub(crate) leaves: Vec<Vec<FoliageCard>>,
     pub(crate) twig: MaterialId,
-    pub(crate) bark: MaterialId,
+    /// Bark of the upper stem, and of its foot.
+    pub(crate) barks: [MaterialId; 2],
 }
 
 /// The images of a species' litter, each in its pieces.
@@ -87,7 +88,10 @@ impl ShedMaterials {
         Self {
             leaves,
             twig: of_wood("twig", tree.branch, Semantic::FallenTwig),
-            bark: of_wood("bark", tree.upper, Semantic::FallenBark),
+            barks: [
+                of_wood("bark.upper", tree.upper, Semantic::FallenBark),
+                of_wood("bark.lower", tree.stem, Semantic::FallenBark),
+            ],
         }
     }
 }

@@ -24,6 +24,10 @@ const PILE_M: f32 = 0.026;
 const BENT: f64 = 0.45;
 /// Twigs on a square metre.
 const TWIGS_PER_M2: f32 = 2.6;
+/// The share of pieces of bark that are from the foot of a stem, or show their inner side.
+const LOWER_BARK: f64 = 0.6;
+/// Leaves longer than this lie flatter, metres.
+const LONG_LEAF_M: f32 = 0.1;
 /// Stones over 5 cm on a square metre.
 const STONES_PER_M2: f32 = 0.22;
 
@@ -89,7 +93,8 @@ pub(crate) fn litter(plan: &LitterPlan<'_>, key: Key) -> Shape {
     }
     if let Some(of) = look.bark {
         for _ in 0..count(of.per_m2 as f32 * wood, rng) {
-            strip(&mut shape, plan.radius_m, &of, materials.bark, rng);
+            let bark = materials.barks[usize::from(rng.chance(LOWER_BARK))];
+            strip(&mut shape, plan.radius_m, &of, bark, rng);
         }
     }
     if let Some(of) = look.fruit {
@@ -138,9 +143,10 @@ fn leaf(shape: &mut Shape, [foot, tip]: [&FoliageCard; 2], at: Vec3, rng: &mut i
     let (sin, cos) = (libm::sinf(roll), libm::cosf(roll));
     let across = level * cos + Vec3::Z * sin;
     let up = Vec3::Z * cos - level * sin;
-    let tilt = rng.normal() as f32 * 0.16;
+    let flat = (LONG_LEAF_M / (foot.height_m + tip.height_m)).min(1.0);
+    let tilt = rng.normal() as f32 * 0.16 * flat;
     let bend = if rng.chance(BENT) {
-        rng.range_f32(-0.95, 0.95)
+        rng.range_f32(-0.95, 0.95) * flat
     } else {
         0.0
     };
