@@ -159,6 +159,12 @@ fn value_stability() {
     let of = &LIBRARY.shed[0].wide[6].prototype;
     let card = of.cards()[10];
     assert_eq!((of.cards().len(), of.mesh().positions.len()), (435, 1222));
-    assert_eq!(card.corner.to_array(), [0.529_275_06, 0.261_144_1, 0.007_781_269]);
-    assert_eq!(card.edge_v.to_array(), [0.014_364_313, 0.036_260_117, 0.023_218_554]);
+    assert_eq!(
+        card.corner.to_array(),
+        [0.529_275_06, 0.261_144_1, 0.007_781_269]
+    );
+    assert_eq!(
+        card.edge_v.to_array(),
+        [0.014_364_313, 0.036_260_117, 0.023_218_554]
+    );
 }

@@ -300,7 +300,9 @@ fn the_start_stays_within_its_instances() {
         let world = World::new("default", settings);
         let scene = world.runner().get(world.forest.scene, 0).expect("a scene");
         let groups = scene.groups.iter();
-        groups.map(|(_, group)| group.instances().len()).sum::<usize>()
+        groups
+            .map(|(_, group)| group.instances().len())
+            .sum::<usize>()
     };
     let (with, without) = (count(&[]), count(&["litter.cover=0"]));
     println!("{with} instances in view with litter, {without} without");

@@ -48,10 +48,10 @@ pub use error::Error;
 pub use fallen_stems::{FallenStem, StemKind, StemScale, fallen_stems, mean_volume_m3, settle};
 pub use field::{Field, FieldParams};
 pub use floor_composition::{FLOOR_FIELD, FloorComposition, FloorCover};
+pub use ground_plane::GroundPlane;
 pub use instance_variation::{
     InstanceVariation, Variation, VariationPattern, grown_scale, sapling_scale,
 };
-pub use ground_plane::GroundPlane;
 pub use layer::StandLayer;
 pub use litter::{Litter, LitterSite, LitterSurface};
 pub use low_plants::{LOW_PLANT_VARIATION, LowPlant};

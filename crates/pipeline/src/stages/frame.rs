@@ -93,7 +93,10 @@ impl Stage<Forest> for SceneStage {
         (pose, objects, undergrowth, litter, sky_view): Values<'_, Self>,
     ) -> Result<FrameScene, Error> {
         let place_m = pose.world_from_body().translation_m.truncate();
-        (self.0).gather((pose.chunk, place_m), (objects, undergrowth, litter, sky_view))
+        (self.0).gather(
+            (pose.chunk, place_m),
+            (objects, undergrowth, litter, sky_view),
+        )
     }
 }
 
