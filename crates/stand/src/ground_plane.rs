@@ -75,8 +75,9 @@ mod tests {
     proptest! {
         #[test]
         fn a_plane_is_found_and_a_bowl_is_met_half_way(
-            x in -1e4..1e4, y in -1e4..1e4, z in -50.0..50.0, gx in -1.0..1.0, gy in -1.0..1.0,
-            bend in -0.3..0.3, radius_m in 0.1..3.0,
+            x in -1e4_f64..1e4, y in -1e4_f64..1e4, z in -50.0_f64..50.0,
+            gx in -1.0_f64..1.0, gy in -1.0_f64..1.0,
+            bend in -0.3_f64..0.3, radius_m in 0.1_f64..3.0,
         ) {
             let (middle, gradient) = (DVec2::new(x, y), DVec2::new(gx, gy));
             let plane = |p: DVec2| z + gradient.dot(p - middle);
@@ -92,7 +93,7 @@ mod tests {
 
         #[test]
         fn no_place_that_was_looked_at_is_missed_farther(
-            tilt in -0.5..0.5, step in -0.2..0.2, radius_m in 0.2..1.5,
+            tilt in -0.5_f64..0.5, step in -0.2_f64..0.2, radius_m in 0.2..1.5,
         ) {
             // A step through the disc.
             let ground = |p: DVec2| tilt * p.x + if p.y > 0.1 { step } else { 0.0 };

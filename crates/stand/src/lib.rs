@@ -14,8 +14,8 @@
 //! - [`Communities`]: swards and thickets that close over the ground, by light, moisture and slope.
 //! - [`Seedlings`]: the chance of a tree seedling.
 //! - [`LowPlant`]: a patch or seedling as one of several shapes on the slope of its ground.
-//! - [`Litter`]: where what the trees shed lies, and how deep; [`GroundPlane`]: the plane that a patch
-//!   of it is laid on.
+//! - [`Litter`]: where what the trees shed lies, and how deep; [`GroundPlane`]: the plane that a
+//!   patch of it is laid on.
 //! - [`fallen_stems`] and [`settle`]: where stems lie; [`LyingStem`]: how gravity lays one on the
 //!   ground.
 //! - [`SceneObjects`]: what has an id in a chunk, numbered and stood on the ground; [`StandLayer`]
