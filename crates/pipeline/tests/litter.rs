@@ -313,5 +313,12 @@ fn the_start_stays_within_its_instances() {
 fn value_stability() {
     let patches = BEECH.litter(ChunkCoord::new(0, 0));
     let patch = patches[100];
-    println!("{patch:?} of {}", patches.len());
+    assert_eq!(
+        (patches.len(), patch.species, patch.is_wide),
+        (1212, 1, true)
+    );
+    let place = DVec2::new(29.139_150_514_042_434, 3.427_144_496_580_197);
+    assert_eq!(patch.at.position_m, place);
+    assert_eq!(patch.depth, 0.133_438_787_673_936_3);
+    assert_eq!(patch.plane.height_m, 14.568_036_079_406_738);
 }

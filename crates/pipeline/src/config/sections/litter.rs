@@ -10,7 +10,7 @@ section! {
     /// forest floor is a flat picture, with a few patches of twigs (`undergrowth.litter`).
     Litter at "litter" {
         /// Share of the ground under closed crowns that it lies on; 0 for none.
-        cover: f64 = 0.9, Real(0.0, 1.0), "our choice: litter covers most of a closed stand's floor";
+        cover: f64 = 0.9, Real(0.0, 1.0), "our choice: most of a closed stand's floor";
         /// The same share on trails, relative to that beside them: three times as much on trails of
         /// leaves or needles.
         on_trails: f64 = 0.12, Real(0.0, 1.0), "our choice: trodden, driven over, swept aside";
