@@ -72,6 +72,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             runner
                 .get(forest.undergrowth_geometry, at)
                 .expect("grown before");
+            runner
+                .get(forest.litter_geometry, at)
+                .expect("grown before");
         });
         let scan = grown.first_scan()?;
         let scan_s = best(&|| drop(scan()));

@@ -63,6 +63,8 @@ fn chunk(c: &mut Criterion) {
         f.undergrowth_geometry,
         at,
     );
+    node(c, &grown, "chunk.litter", f.litter, at);
+    node(c, &grown, "chunk.litter_geometry", f.litter_geometry, at);
 }
 
 fn node<T: Send + Sync + 'static>(

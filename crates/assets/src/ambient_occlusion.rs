@@ -37,6 +37,13 @@ impl OcclusionParams {
         directions: 26,
         among_leaves: None,
     };
+    /// For patches of litter, which are as thin as a few leaves.
+    pub(crate) const LITTER: Self = Self {
+        cell_m: 0.01,
+        reach_m: 0.15,
+        directions: 26,
+        among_leaves: None,
+    };
     pub(crate) const SHRUB: Self = Self {
         cell_m: 0.04,
         reach_m: 0.6,

@@ -26,15 +26,16 @@ struct ReadmeDoctests;
 
 pub use ambient_occlusion::with_ambient_occlusion;
 pub use library::{
-    AssetParams, Climbers, CommunityTiles, Deadwood, Library, LogAsset, MeasuredTree, PlantAsset,
-    SingleTree, StandParams, StandSpecies, StemMoss, TreeAsset, TreeClimbers,
+    AssetParams, Climbers, CommunityTiles, Deadwood, Library, LitterParams, LitterPatches,
+    LogAsset, MeasuredTree, PlantAsset, SingleTree, StandParams, StandSpecies, StemMoss, TreeAsset,
+    TreeClimbers,
 };
 pub use materials::{GroundMaterials, TrailMaterials};
 pub use nemoral_scene::ParamError;
 pub use serialize::DeserializeError;
 pub use tree::{
     Allometry, BarkKind, BarkLayer, BarkLook, BranchLevel, CrownForm, DeadBranches, FoliageCard,
-    FoliageForm, GrownTree, GrowthParams, LeafKind, LeafLook, SizeClass, Species, SpeciesError,
-    StemForm, Taper, TreeMaterials, TreeSize, TreeStructure, WoodNode, grow, grow_snag,
-    grow_with_structure,
+    FoliageForm, FruitLook, GrownTree, GrowthParams, LeafKind, LeafLook, ShedBark, ShedLook,
+    SizeClass, Species, SpeciesError, StemForm, Taper, TreeMaterials, TreeSize, TreeStructure,
+    WoodNode, grow, grow_snag, grow_with_structure,
 };

@@ -3,6 +3,7 @@
 mod climbers;
 mod communities;
 mod deadwood;
+mod litter;
 mod plants;
 mod single_tree;
 
@@ -15,6 +16,7 @@ use rayon::prelude::*;
 pub use self::climbers::{Climbers, StemMoss, TreeClimbers};
 pub use self::communities::CommunityTiles;
 pub use self::deadwood::{Deadwood, LogAsset};
+pub use self::litter::{LitterParams, LitterPatches};
 use self::plants::PlantGrower;
 pub use self::single_tree::SingleTree;
 use crate::ambient_occlusion::{self, MaskCoverage, OcclusionParams};
@@ -52,6 +54,8 @@ pub struct AssetParams {
     pub trail_surfaces: Vec<TrailSurfaceKind>,
     /// Whether roots across trails and beds of stones beside them are made.
     pub wayside: bool,
+    /// What litter is made of what the trees shed; `None` for none.
+    pub litter: Option<LitterParams>,
     /// Wood of at least this radius is a limb, thinner wood a branch; metres, 0.01..=0.2.
     pub trunk_radius_m: f64,
     /// How thick the trees of a stand are.
@@ -152,6 +156,8 @@ pub struct Library {
     pub seedlings: Vec<PlantAsset>,
     /// Patches of fallen twigs, cones and leaves.
     pub litter: Vec<PlantAsset>,
+    /// Patches of what each species sheds; empty if that was not asked for.
+    pub shed: Vec<LitterPatches>,
     /// Tufts for trails: grass, trodden grass, plantain, clover.
     pub trail_tufts: Vec<PlantAsset>,
     /// Loose stones for trails.
@@ -192,6 +198,7 @@ impl Default for AssetParams {
             communities: Vec::new(),
             trail_surfaces: TrailSurfaceKind::ALL.to_vec(),
             wayside: false,
+            litter: None,
             trunk_radius_m: 0.04,
             stand: StandParams::default(),
             measured: Vec::new(),
@@ -257,6 +264,9 @@ impl AssetParams {
             let allowed = "the index of a species";
             return Err(ParamError::new(field, self.measured[i].species, allowed));
         }
+        if let Some(litter) = &self.litter {
+            litter.check(self.species.len())?;
+        }
         let stand = &self.stand;
         ParamError::check_within("stand.shape", stand.shape, 1.0, 6.0)?;
         ParamError::check_within("stand.dbh_min_m", stand.dbh_min_m, 0.07, 0.5)?;
@@ -277,6 +287,7 @@ impl Library {
             communities: &params.communities,
             trail_surfaces: &params.trail_surfaces,
             wayside: params.wayside,
+            litter: params.litter.is_some(),
             seedlings: params.seedlings_per_species > 0,
             deadwood: params.deadwood,
             climbers: params.climbers.is_some(),
@@ -322,6 +333,9 @@ impl Library {
             ferns: plants.ferns(),
             seedlings: plants.seedlings(params.seedlings_per_species),
             litter: plants.litter(),
+            shed: (params.litter.as_ref())
+                .map(|of| plants.litter_patches(of))
+                .unwrap_or_default(),
             trail_tufts: plants.trail_tufts(),
             trail_stones: plants.trail_stones(),
             trail_roots: (materials.surface_root)

@@ -10,8 +10,8 @@ use nemoral_scene::{
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    Climbers, CommunityTiles, Deadwood, GroundMaterials, Library, LogAsset, PlantAsset, SizeClass,
-    TreeAsset, TreeClimbers, TreeSize,
+    Climbers, CommunityTiles, Deadwood, GroundMaterials, Library, LitterPatches, LogAsset,
+    PlantAsset, SizeClass, TreeAsset, TreeClimbers, TreeSize,
 };
 
 /// Why bytes are not those of a [`Library`].
@@ -52,6 +52,8 @@ struct StoredLibrary<'a> {
     logs: [Vec<StoredLog<'a>>; 2],
     /// Ivy and moss of each tree, and of each snag.
     climbers: [Vec<[Vec<StoredShape<'a>>; 2]>; 2],
+    /// Wide and narrow patches of what each species sheds.
+    shed: Vec<[Vec<StoredPlant<'a>>; 2]>,
     /// Wide and narrow tiles of each community.
     communities: [[Vec<StoredPlant<'a>>; 2]; PlantCommunity::ALL.len()],
     ground: Cow<'a, GroundMaterials>,
@@ -169,6 +171,9 @@ impl Library {
                 .map(|trees| trees.iter().map(stored_climbers).collect()),
             logs: [&self.deadwood.logs, &self.deadwood.thrown]
                 .map(|logs| logs.iter().map(StoredLog::of).collect()),
+            shed: (self.shed.iter())
+                .map(|of| [&of.wide, &of.narrow].map(|p| p.iter().map(StoredPlant::of).collect()))
+                .collect(),
             communities: (self.communities.each_ref()).map(|tiles| {
                 [&tiles.wide, &tiles.narrow].map(|t| t.iter().map(StoredPlant::of).collect())
             }),
@@ -242,6 +247,17 @@ impl Library {
             });
             trees.collect::<Result<Vec<_>, DeserializeError>>()
         });
+        let restored = |plants: Vec<StoredPlant<'_>>| {
+            let plants = plants.into_iter().map(|plant| plant.restore(&materials));
+            plants.collect::<Result<Vec<_>, _>>()
+        };
+        let shed = stored.shed.into_iter().map(|[wide, narrow]| {
+            Ok(LitterPatches {
+                wide: restored(wide)?,
+                narrow: restored(narrow)?,
+            })
+        });
+        let shed = shed.collect::<Result<Vec<_>, DeserializeError>>()?;
         let mut communities: [CommunityTiles; PlantCommunity::ALL.len()] = Default::default();
         for (tiles, stored) in communities.iter_mut().zip(stored.communities) {
             let [wide, narrow] = stored.map(|plants| {
@@ -269,6 +285,7 @@ impl Library {
             ferns: ferns?,
             seedlings: seedlings?,
             litter: litter?,
+            shed,
             trail_tufts: trail_tufts?,
             trail_stones: trail_stones?,
             trail_roots: trail_roots?,

@@ -8,6 +8,7 @@ use crate::config::Chunks;
 use crate::plan::{At, Stage, Store};
 use crate::stages::annotations::UncoveredGeometryStage;
 use crate::stages::balance::ChoiceStage;
+use crate::stages::litter::{LitterGeometryStage, LitterStage};
 use crate::stages::object_geometry::ObjectGeometryStage;
 use crate::stages::sky_view_factor::SkyViewStage;
 use crate::stages::undergrowth::{SeedlingStage, UndergrowthStage};
@@ -88,6 +89,9 @@ impl ChunkManager {
                 let limit = match stage {
                     UndergrowthGeometryStage::ID | UndergrowthStage::ID | SeedlingStage::ID => {
                         c.undergrowth_radius_m + spare
+                    }
+                    LitterGeometryStage::ID | LitterStage::ID => {
+                        c.litter_radius_m.min(c.undergrowth_radius_m) + spare
                     }
                     ObjectGeometryStage::ID | UncoveredGeometryStage::ID | SkyViewStage::ID => {
                         c.delete_radius_m

@@ -18,6 +18,7 @@ use crate::stages::balance::{ChoiceStage, ChosenPoseStage, PilotStage};
 use crate::stages::deadwood::{DeadwoodStage, FallenStemStage};
 use crate::stages::frame::{ImageStage, PoseStage, ScanStage, SceneStage};
 use crate::stages::ground::{ChunkGroundStage, GroundStage};
+use crate::stages::litter::{LitterGeometryStage, LitterStage};
 use crate::stages::object_geometry::ObjectGeometryStage;
 use crate::stages::placement::{PlacementStage, RockPhaseStage, RockStage, WoodyStage};
 use crate::stages::scene_objects::SceneObjectStage;
@@ -29,13 +30,14 @@ use crate::stages::undergrowth_geometry::UndergrowthGeometryStage;
 use crate::world::assets::WorldAssets;
 use crate::world::balance::{BalanceChoice, BalanceRecipe, Pilot};
 use crate::world::cameras::{CameraRecipe, CameraRig};
-use crate::world::chunk_geometry::{ObjectGeometry, UndergrowthGeometry};
+use crate::world::chunk_geometry::{LitterGeometry, ObjectGeometry, UndergrowthGeometry};
 use crate::world::deadwood::LogRecipe;
 use crate::world::flora::FloraRecipe;
 use crate::world::ground::{ChunkGround, GroundModel};
 use crate::world::ground_mesh::GroundMeshRecipe;
 use crate::world::ground_recipe::GroundRecipe;
 use crate::world::lidars::{LidarRecipe, LidarRig};
+use crate::world::litter::LitterPatch;
 use crate::world::models::ModelRecipe;
 use crate::world::patch::Patch;
 use crate::world::placement::PlacementRecipe;
@@ -82,10 +84,14 @@ pub struct ForestPlan {
     pub undergrowth: Node<ChunkCoord, Vec<Patch>>,
     /// Chunk: its tree seedlings.
     pub seedlings: Node<ChunkCoord, Vec<CoverPoint>>,
+    /// Chunk: what its trees shed.
+    pub litter: Node<ChunkCoord, Vec<LitterPatch>>,
     /// Chunk: geometry of ground and objects.
     pub object_geometry: Node<ChunkCoord, ObjectGeometry>,
     /// Chunk: geometry of low plants.
     pub undergrowth_geometry: Node<ChunkCoord, UndergrowthGeometry>,
+    /// Chunk: geometry of litter.
+    pub litter_geometry: Node<ChunkCoord, LitterGeometry>,
     /// World: the weights by which frames are chosen; `None` if the robot drives.
     pub balance_pilot: Option<Node<(), Pilot>>,
     /// Frame: where it is taken; `None` if the robot drives.
@@ -233,6 +239,21 @@ impl ForestPlan {
                 objects,
             ),
         );
+        let litter = plan.add(
+            LitterStage { chunk_size_m },
+            (
+                flora.global(),
+                assets.global(),
+                ground,
+                sky_view_factor,
+                object_geometry,
+                objects.anywhere(),
+            ),
+        );
+        let litter_geometry = plan.add(
+            LitterGeometryStage { chunk_size_m },
+            (assets.global(), litter),
+        );
 
         let (ground_there, objects_there) = (ground.anywhere(), objects.anywhere());
         let pictures_s = pictures_s(config);
@@ -295,6 +316,7 @@ impl ForestPlan {
                 pose,
                 object_geometry.anywhere(),
                 undergrowth_geometry.anywhere(),
+                litter_geometry.anywhere(),
                 sky_view_factor.anywhere(),
             ),
         );
@@ -346,6 +368,8 @@ impl ForestPlan {
             seedlings,
             object_geometry,
             undergrowth_geometry,
+            litter,
+            litter_geometry,
             balance_pilot: chosen.map(|(pilot, _, _)| pilot),
             balance_choice: chosen.map(|(_, choice, _)| choice),
             pose,

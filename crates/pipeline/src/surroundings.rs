@@ -50,10 +50,12 @@ impl ForestPlan {
         let mut reach = VisibleReach::new(&self.chunks, is_lit);
         reach.visible_radius_m = reach.visible_radius_m.min(reach_m);
         reach.undergrowth_radius_m = reach.undergrowth_radius_m.min(reach_m);
+        reach.litter_radius_m = reach.litter_radius_m.min(reach_m);
         let around = ChunkCoord::containing(place_m, reach.chunk_size_m);
         let chunks = (
             runner.demand(self.object_geometry),
             runner.demand(self.undergrowth_geometry),
+            runner.demand(self.litter_geometry),
             runner.demand(self.sky_view_factor),
         );
         reach.gather((around, place_m), chunks)

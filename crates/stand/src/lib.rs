@@ -16,6 +16,8 @@
 //!   [`Surface`](nemoral_scene::Surface).
 //! - [`Seedlings`]: the chance of a tree seedling.
 //! - [`LowPlant`]: a patch or seedling as one of several shapes on the slope of its ground.
+//! - [`Litter`]: where what the trees shed lies, and how deep; [`GroundPlane`]: the plane that a
+//!   patch of it is laid on.
 //! - [`fallen_stems`] and [`settle`]: where stems lie; [`LyingStem`]: how gravity lays one on the
 //!   ground.
 //! - [`SceneObjects`]: what has an id in a chunk, numbered and stood on the ground; [`StandLayer`]
@@ -29,8 +31,10 @@ mod fallen_stems;
 mod field;
 mod floor_composition;
 mod ground_conditions;
+mod ground_plane;
 mod instance_variation;
 mod layer;
+mod litter;
 mod low_plants;
 mod lying;
 mod scene_objects;
@@ -48,10 +52,12 @@ pub use fallen_stems::{FallenStem, StemKind, StemScale, fallen_stems, mean_volum
 pub use field::{Field, FieldParams};
 pub use floor_composition::{FLOOR_FIELD, FloorComposition, FloorCover};
 pub use ground_conditions::{CONDITIONS_REACH_M, GroundConditions};
+pub use ground_plane::GroundPlane;
 pub use instance_variation::{
     InstanceVariation, Variation, VariationPattern, grown_scale, sapling_scale,
 };
 pub use layer::StandLayer;
+pub use litter::{Litter, LitterSite, LitterSurface};
 pub use low_plants::{LOW_PLANT_VARIATION, LowPlant};
 pub use lying::{LyingPose, LyingStem, Rest, roll_rad};
 pub use scene_objects::{

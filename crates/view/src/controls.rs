@@ -231,6 +231,7 @@ fn plant(config: &mut Config, stand: &Config) {
     config.terrain = stand.terrain.clone();
     config.trails = stand.trails.clone();
     config.placement = stand.placement.clone();
+    config.litter = stand.litter.clone();
     config.undergrowth = stand.undergrowth.clone();
     config.deadwood = stand.deadwood.clone();
     config.climbers = stand.climbers.clone();

@@ -52,7 +52,7 @@ pub(crate) fn draw(look: &LeafLook, rng: &mut impl Rng) -> CardDrawing {
 /// A leaf on its stalk.
 pub(super) struct Stalked {
     stalk: Stroke,
-    leaf: Leaf,
+    pub(super) leaf: Leaf,
     /// 0 behind the others, in shade; 1 before them.
     front: f32,
 }

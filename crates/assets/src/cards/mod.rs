@@ -5,5 +5,6 @@ pub(crate) mod card_raster;
 pub(crate) mod climbers;
 pub(crate) mod foliage;
 pub(crate) mod seedlings;
+pub(crate) mod shed;
 pub(crate) mod sward;
 pub(crate) mod understory;

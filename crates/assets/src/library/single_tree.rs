@@ -45,6 +45,7 @@ impl SingleTree {
             communities: &[],
             trail_surfaces: &TrailSurfaceKind::ALL,
             wayside: false,
+            litter: false,
         };
         let materials = WorldMaterials::bake(std::slice::from_ref(species), wanted, key);
         let params = AssetParams::default();

@@ -7,6 +7,7 @@ mod foliage;
 mod ground;
 pub(crate) mod optics;
 mod seedling;
+mod shed;
 mod solid;
 mod trees;
 
@@ -30,6 +31,7 @@ pub(crate) use self::communities::{CommunityMaterials, Hue};
 pub(crate) use self::deadwood::{DeadwoodMaterials, LogMaterials, RootPlateMaterials};
 pub use self::ground::{GroundMaterials, TrailMaterials};
 pub(crate) use self::seedling::SeedlingMaterials;
+pub(crate) use self::shed::ShedMaterials;
 pub(crate) use self::solid::StumpMaterials;
 
 const TEXTURES: Domain = Domain::new("assets.textures");
@@ -62,6 +64,10 @@ pub(crate) struct WorldMaterials {
     /// Bark of roots across trails, if they were asked for.
     pub(crate) surface_root: Option<MaterialId>,
     pub(crate) cone: MaterialId,
+    /// The materials of what each species sheds; empty if that was not asked for.
+    pub(crate) shed: Vec<ShedMaterials>,
+    /// Cones, nuts and capsules, if they were asked for.
+    pub(crate) fruit: Option<MaterialId>,
     pub(crate) gorse: Vec<FoliageCard>,
     pub(crate) heather: Vec<FoliageCard>,
     pub(crate) bramble: Vec<FoliageCard>,
@@ -86,6 +92,7 @@ pub(crate) struct Wanted<'a> {
     pub(crate) communities: &'a [PlantCommunity],
     pub(crate) trail_surfaces: &'a [TrailSurfaceKind],
     pub(crate) wayside: bool,
+    pub(crate) litter: bool,
 }
 
 /// Images of seedlings, textures of deadwood, images of climbers and of closed vegetation.
@@ -107,6 +114,7 @@ impl WorldMaterials {
             communities,
             trail_surfaces,
             wayside,
+            litter,
         } = wanted;
         let textures = key.domain(TEXTURES);
         let cards = key.domain(CARDS);
@@ -151,7 +159,27 @@ impl WorldMaterials {
                 ..bark
             }));
         }
+        if litter {
+            all.shed(species, cards);
+        }
         all
+    }
+
+    /// Adds what each species sheds, after all other materials.
+    fn shed(&mut self, species: &[Species], cards: Key) {
+        let images: Vec<_> = (species.par_iter())
+            .map(|s| shed::images(s, cards))
+            .collect();
+        for ((species, tree), images) in species.iter().zip(&self.trees).zip(images) {
+            let of = ShedMaterials::register(&mut self.library, species, tree, images);
+            self.shed.push(of);
+        }
+        let cone = self.library.get(self.cone).clone();
+        self.fruit = Some(self.library.add(Material {
+            name: "fallen.fruit".to_owned(),
+            semantic: Semantic::FallenBark,
+            ..cone
+        }));
     }
 
     fn register(
@@ -278,6 +306,8 @@ impl WorldMaterials {
             fallen_twig,
             surface_root: None,
             cone,
+            shed: Vec::new(),
+            fruit: None,
             gorse,
             heather,
             bramble,

@@ -3,6 +3,7 @@
 use std::f32::consts::TAU;
 
 use glam::{Vec2, Vec3};
+use nemoral_scene::MaterialId;
 use nemoral_seed::{Draw, Rng};
 
 use super::shape::{Shape, around};
@@ -16,7 +17,7 @@ const PATCH_M: f32 = 0.8;
 pub(crate) fn litter(variant: u32, materials: &WorldMaterials, rng: &mut impl Rng) -> Shape {
     let mut shape = Shape::default();
     for at in scatter(7 + rng.below(9), PATCH_M - 0.25, 0.08, rng) {
-        twig(&mut shape, at, materials, rng);
+        twig(&mut shape, at, materials.fallen_twig, rng);
     }
     // Cones lie where pines stand: in every other patch.
     let cones = if variant.is_multiple_of(2) {
@@ -34,19 +35,19 @@ pub(crate) fn litter(variant: u32, materials: &WorldMaterials, rng: &mut impl Rn
 }
 
 /// A crooked twig with a fork or two, resting on the ground.
-fn twig(shape: &mut Shape, at: Vec2, materials: &WorldMaterials, rng: &mut impl Rng) {
+pub(super) fn twig(shape: &mut Shape, at: Vec2, material: MaterialId, rng: &mut impl Rng) {
     let length = 0.12 + 0.40 * rng.unit_f32() * rng.unit_f32();
     let radius = rng.range_f32(0.0016, 0.0055) * (0.6 + 1.2 * length);
     let mut heading = rng.range_f32(0.0, TAU);
     let line = crooked(at.extend(radius), &mut heading, length, 5, rng);
     let radii: Vec<f32> = (0..5).map(|i| radius * (1.0 - 0.16 * i as f32)).collect();
-    shape.tube(&line, &radii, 5, materials.fallen_twig);
+    shape.tube(&line, &radii, 5, material);
     for _ in 0..rng.below(3) {
         let from = 1 + rng.below(3) as usize;
         let mut turn = heading + if rng.chance(0.5) { 0.7 } else { -0.7 };
         let side = crooked(line[from], &mut turn, 0.45 * length, 3, rng);
         let r = radii[from] * 0.7;
-        shape.tube(&side, &[r, 0.75 * r, 0.5 * r], 4, materials.fallen_twig);
+        shape.tube(&side, &[r, 0.75 * r, 0.5 * r], 4, material);
     }
 }
 
@@ -71,40 +72,74 @@ fn crooked(
         .collect()
 }
 
-/// A pine cone of 9-16 cm on its side: an egg of whorled scales.
+/// A pine cone of 9-16 cm on its side.
 fn cone(shape: &mut Shape, at: Vec2, materials: &WorldMaterials, rng: &mut impl Rng) {
     let length = rng.range_f32(0.09, 0.16);
     let thick = length * rng.range_f32(0.20, 0.27);
-    let heading = rng.range_f32(0.0, TAU);
-    let axis = (around(heading) + Vec3::Z * rng.range_f32(-0.1, 0.2)).normalize_or(Vec3::X);
-    let side = axis.cross(Vec3::Z).normalize_or(Vec3::Y);
-    let up = side.cross(axis);
-    let centre = at.extend(0.75 * thick);
-    let open = rng.range_f32(0.12, 0.32);
-    let (rings, sides) = (10_u32, 10_u32);
-    // Broadest a third up; scales step in and out in turn.
-    let point = |ring: u32, k: u32| {
-        let t = ring as f32 / rings as f32;
-        let egg = (6.75 * t * (1.0 - t) * (1.0 - t)).max(0.0).sqrt();
-        let scale = if (ring + k).is_multiple_of(2) {
-            1.0 + open
-        } else {
-            1.0 - open
-        };
-        let c = around(TAU * (k % sides) as f32 / sides as f32);
-        centre + axis * length * (t - 0.4) + (side * c.x + up * c.y) * thick * egg * scale
+    let egg = Egg {
+        length,
+        thick,
+        heading: rng.range_f32(0.0, TAU),
+        rise: rng.range_f32(-0.1, 0.2),
+        open: rng.range_f32(0.12, 0.32),
+        rings: 10,
+        sides: 10,
     };
-    for ring in 0..rings {
-        for k in 0..sides {
-            let corners = [(ring, k), (ring, k + 1), (ring + 1, k + 1), (ring + 1, k)];
-            let p = corners.map(|(r, k)| point(r, k));
-            let normal = (p[3] - p[1]).cross(p[2] - p[0]);
-            let v = [0, 1, 2, 3].map(|i| {
-                let (r, k) = corners[i];
-                shape.push(p[i], normal, Vec2::new(0.02 * k as f32, 0.02 * r as f32))
-            });
-            shape.triangle([v[0], v[2], v[1]], materials.cone);
-            shape.triangle([v[0], v[3], v[2]], materials.cone);
+    egg.lay(shape, at, materials.cone);
+}
+
+/// An egg of whorled scales on its side: a cone, or, without scales, a nut.
+pub(super) struct Egg {
+    pub(super) length: f32,
+    /// Its greatest radius.
+    pub(super) thick: f32,
+    pub(super) heading: f32,
+    /// How much its axis rises.
+    pub(super) rise: f32,
+    /// How far scales stand off, as a share of the radius.
+    pub(super) open: f32,
+    pub(super) rings: u32,
+    pub(super) sides: u32,
+}
+
+impl Egg {
+    pub(super) fn lay(&self, shape: &mut Shape, at: Vec2, material: MaterialId) {
+        let Self {
+            length,
+            thick,
+            open,
+            rings,
+            sides,
+            ..
+        } = *self;
+        let axis = (around(self.heading) + Vec3::Z * self.rise).normalize_or(Vec3::X);
+        let side = axis.cross(Vec3::Z).normalize_or(Vec3::Y);
+        let up = side.cross(axis);
+        let centre = at.extend(0.75 * thick);
+        // Broadest a third up; scales step in and out in turn.
+        let point = |ring: u32, k: u32| {
+            let t = ring as f32 / rings as f32;
+            let egg = (6.75 * t * (1.0 - t) * (1.0 - t)).max(0.0).sqrt();
+            let scale = if (ring + k).is_multiple_of(2) {
+                1.0 + open
+            } else {
+                1.0 - open
+            };
+            let c = around(TAU * (k % sides) as f32 / sides as f32);
+            centre + axis * length * (t - 0.4) + (side * c.x + up * c.y) * thick * egg * scale
+        };
+        for ring in 0..rings {
+            for k in 0..sides {
+                let corners = [(ring, k), (ring, k + 1), (ring + 1, k + 1), (ring + 1, k)];
+                let p = corners.map(|(r, k)| point(r, k));
+                let normal = (p[3] - p[1]).cross(p[2] - p[0]);
+                let v = [0, 1, 2, 3].map(|i| {
+                    let (r, k) = corners[i];
+                    shape.push(p[i], normal, Vec2::new(0.02 * k as f32, 0.02 * r as f32))
+                });
+                shape.triangle([v[0], v[2], v[1]], material);
+                shape.triangle([v[0], v[3], v[2]], material);
+            }
         }
     }
 }

@@ -8,6 +8,7 @@ pub(crate) mod rock;
 pub(crate) mod root_plate;
 pub(crate) mod seedling;
 pub(crate) mod shape;
+pub(crate) mod shed;
 pub(crate) mod shrub;
 pub(crate) mod stump;
 pub(crate) mod sward;

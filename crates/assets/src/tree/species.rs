@@ -4,6 +4,7 @@
 use serde::Deserialize;
 
 use super::look::{BarkLook, LeafLook};
+use super::shed::ShedLook;
 use nemoral_scene::ParamError;
 
 /// A species. All lengths in metres and angles in degrees unless said otherwise; diameters inside
@@ -36,6 +37,8 @@ pub struct Species {
     pub leaves: LeafLook,
     /// What the bark looks like.
     pub bark: BarkLook,
+    /// What it sheds, if that differs from what most species shed.
+    pub shed: Option<ShedLook>,
 }
 
 /// Published relations between a tree's diameter d (cm) and its other measures.
@@ -247,7 +250,8 @@ impl Species {
         self.dead.check(&self.name)?;
         self.foliage.check(&self.name)?;
         self.leaves.check(&self.name)?;
-        self.bark.check(&self.name)
+        self.bark.check(&self.name)?;
+        self.shed.map_or(Ok(()), |shed| shed.check(&self.name))
     }
 }
 

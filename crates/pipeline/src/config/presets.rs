@@ -1,6 +1,6 @@
 //! Named requests.
 
-use super::{Config, Deadwood, GroundEffects, Sward, Thickets, TrailKinds, Water, stands};
+use super::{Config, Deadwood, GroundEffects, Litter, Sward, Thickets, TrailKinds, Water, stands};
 
 /// A named request.
 #[derive(Clone, Copy, Debug)]
@@ -141,6 +141,7 @@ fn paper(config: &mut Config, trees: f64) {
     config.camera.edge_samples = 1;
     config.water = Water::none();
     config.undergrowth.ground = GroundEffects::none();
+    config.litter = Litter::none();
     one_kind_of_way(config);
 }
 
@@ -154,6 +155,7 @@ fn demo(config: &mut Config) {
     one_kind_of_way(config);
     config.water = Water::none();
     config.undergrowth.ground = GroundEffects::none();
+    config.litter = Litter::none();
     config.deadwood = Deadwood {
         volume_m3_ha: 0.0,
         thrown_per_ha: 0.0,

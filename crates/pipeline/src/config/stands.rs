@@ -120,6 +120,7 @@ pub(super) fn eucalyptus_plantation(c: &mut Config) {
         c.undergrowth.herbs,
         c.undergrowth.ferns,
     ) = (0.6, 0.3, 0.4);
+    c.litter.wood = 1.4;
     c.undergrowth.floor = floor(0.95, 0.0, 0.05);
     c.undergrowth.sward = sward(0.22, [0.6, 0.2, 0.3, 1.0, 0.4]);
     c.undergrowth.thickets = thickets([0.12, 0.12, 0.10, 0.0, 0.01]);
@@ -192,6 +193,7 @@ pub(super) fn beech(c: &mut Config) {
         c.undergrowth.herbs,
         c.undergrowth.ferns,
     ) = (0.3, 0.7, 0.2);
+    c.litter.leaves = 1.3;
     c.undergrowth.floor = floor(0.96, 0.0, 0.04);
     c.undergrowth.sward = sward(0.30, [0.8, 0.5, 0.5, 0.1, 0.4]);
     c.undergrowth.thickets = thickets([0.20, 0.08, 0.0, 0.04, 0.06]);
@@ -257,6 +259,7 @@ pub(super) fn boreal_birch_pine(c: &mut Config) {
         c.undergrowth.herbs,
         c.undergrowth.ferns,
     ) = (0.5, 0.6, 0.15);
+    c.litter.leaves = 0.7;
     c.undergrowth.floor = floor(0.12, 0.28, 0.6);
     c.undergrowth.sward = sward(0.12, [0.4, 0.3, 0.8, 0.3, 0.3]);
     c.undergrowth.thickets = thickets([0.0, 0.05, 0.18, 0.45, 0.0]);

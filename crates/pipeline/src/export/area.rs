@@ -63,7 +63,10 @@ impl Recorder {
             let offset_m = (origin_m - middle_m).as_vec2().extend(0.0);
             let objects = runner.get(self.forest().object_geometry, chunk)?;
             let low_plants = runner.get(self.forest().undergrowth_geometry, chunk)?;
-            let groups = std::iter::once(&objects.0).chain(&low_plants.0);
+            let litter = runner.get(self.forest().litter_geometry, chunk)?;
+            let groups = std::iter::once(&objects.0)
+                .chain(&low_plants.0)
+                .chain(&litter.0);
             for (instance, _) in groups.flat_map(|group| group.instances()) {
                 let foot_m = origin_m + instance.position_m.truncate().as_dvec2();
                 if is_ground(&instance.prototype, materials) {

@@ -11,7 +11,7 @@ use nemoral_stand::SkyViewFactor;
 
 use crate::plan::{Demand, Hasher};
 use crate::pool::in_pool;
-use crate::world::chunk_geometry::{ObjectGeometry, UndergrowthGeometry};
+use crate::world::chunk_geometry::{LitterGeometry, ObjectGeometry, UndergrowthGeometry};
 use crate::{Error, config};
 
 /// Everything that is visible at a frame, around the corner of the robot's chunk.
@@ -81,6 +81,8 @@ pub(crate) struct VisibleReach {
     pub(crate) visible_radius_m: f64,
     /// The distance to which undergrowth is visible, metres.
     pub(crate) undergrowth_radius_m: f64,
+    /// The distance to which litter is visible, metres.
+    pub(crate) litter_radius_m: f64,
     /// Whether it is asked how bright things are. Lasers bring their own light: where there is no
     /// camera, nobody needs the sky view factor, which is most of what a chunk costs.
     pub(crate) is_lit: bool,
@@ -92,6 +94,7 @@ impl VisibleReach {
             chunk_size_m: chunks.size_m,
             visible_radius_m: chunks.visible_radius_m,
             undergrowth_radius_m: chunks.undergrowth_radius_m,
+            litter_radius_m: chunks.litter_radius_m.min(chunks.undergrowth_radius_m),
             is_lit,
         }
     }
@@ -101,15 +104,14 @@ impl VisibleReach {
             chunk_size_m,
             visible_radius_m,
             undergrowth_radius_m,
+            litter_radius_m,
             is_lit,
         } = self;
         hasher.write_f64(*chunk_size_m);
         hasher.write_f64(*visible_radius_m);
         hasher.write_f64(*undergrowth_radius_m);
-        // A lit scene has the key that it had before there were others.
-        if !is_lit {
-            hasher.write_u64(u64::from(*is_lit));
-        }
+        hasher.write_f64(*litter_radius_m);
+        hasher.write_u64(u64::from(*is_lit));
     }
 
     /// The scene that is visible from a place, around the corner of a chunk. If it is not lit, the
@@ -117,26 +119,31 @@ impl VisibleReach {
     pub(crate) fn gather(
         &self,
         (around, place_m): (ChunkCoord, DVec2),
-        (objects, undergrowth, sky_view): (
+        (objects, undergrowth, litter, sky_view): (
             Demand<'_, ObjectGeometry>,
             Demand<'_, UndergrowthGeometry>,
+            Demand<'_, LitterGeometry>,
             Demand<'_, SkyViewFactor>,
         ),
     ) -> Result<FrameScene, Error> {
-        if !self.is_lit {
-            return self.gather_unlit((around, place_m), (objects, undergrowth));
-        }
         let size = self.chunk_size_m;
-        let groups = self.groups(place_m, (objects, undergrowth))?;
-        let visible = visible_chunks(place_m, self.visible_radius_m, size);
-        let sky_view = visible.iter().copied().zip(sky_view.all(&visible)?);
-        let sky_view = sky_view.collect();
+        let mut groups = self.groups(place_m, (objects, undergrowth))?;
+        let near = visible_chunks(place_m, self.litter_radius_m, size);
+        let litter = near.iter().zip(litter.all(&near)?);
+        groups.extend(
+            litter.filter_map(|(chunk, litter)| Some((*chunk, Arc::clone(litter.0.as_ref()?)))),
+        );
+        let mut light = BTreeMap::new();
+        if self.is_lit {
+            let visible = visible_chunks(place_m, self.visible_radius_m, size);
+            light.extend(visible.iter().copied().zip(sky_view.all(&visible)?));
+        }
         let groups = groups.into_iter();
-        Ok(in_pool(|| FrameScene::new(around, size, groups, sky_view)))
+        Ok(in_pool(|| FrameScene::new(around, size, groups, light)))
     }
 
     /// The same for rays that ask what is where, and not how bright it is: the sky view factor is 1
-    /// everywhere.
+    /// everywhere, and the ground is without its litter.
     pub(crate) fn gather_unlit(
         &self,
         (around, place_m): (ChunkCoord, DVec2),

@@ -13,7 +13,7 @@ use crate::recording::pose::FramePose;
 use crate::recording::scene::{FrameScene, VisibleReach};
 use crate::world::assets::WorldAssets;
 use crate::world::cameras::CameraRig;
-use crate::world::chunk_geometry::{ObjectGeometry, UndergrowthGeometry};
+use crate::world::chunk_geometry::{LitterGeometry, ObjectGeometry, UndergrowthGeometry};
 use crate::world::ground::ChunkGround;
 use crate::world::lidars::LidarRig;
 use crate::world::trajectory::{RobotTrajectory, Surroundings};
@@ -75,11 +75,12 @@ impl Stage<Forest> for SceneStage {
         Node<u64, FramePose>,
         AnyChunk<ObjectGeometry>,
         AnyChunk<UndergrowthGeometry>,
+        AnyChunk<LitterGeometry>,
         AnyChunk<SkyViewFactor>,
     );
     type Output = FrameScene;
     const ID: &'static str = "frame.scene";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         self.0.fingerprint(hasher);
@@ -89,10 +90,13 @@ impl Stage<Forest> for SceneStage {
         &self,
         _: u64,
         _: Key,
-        (pose, objects, undergrowth, sky_view): Values<'_, Self>,
+        (pose, objects, undergrowth, litter, sky_view): Values<'_, Self>,
     ) -> Result<FrameScene, Error> {
         let place_m = pose.world_from_body().translation_m.truncate();
-        (self.0).gather((pose.chunk, place_m), (objects, undergrowth, sky_view))
+        (self.0).gather(
+            (pose.chunk, place_m),
+            (objects, undergrowth, litter, sky_view),
+        )
     }
 }
 

@@ -20,7 +20,7 @@ impl Stage<Forest> for FloraStage {
     type Inputs = ();
     type Output = Flora;
     const ID: &'static str = "world.flora";
-    const VERSION: u32 = 4;
+    const VERSION: u32 = 5;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         InputFiles::default().encode(hasher, &self.0);

@@ -45,6 +45,8 @@ pub struct WorldAssets {
     pub seedling_weights: Vec<f64>,
     /// Of `library.litter`.
     pub litter: Vec<Arc<Blas>>,
+    /// Of `library.shed`: wide patches and narrow ones.
+    pub shed: Vec<[Vec<Arc<Blas>>; 2]>,
     /// Of `library.trail_tufts`.
     pub trail_tufts: Vec<Arc<Blas>>,
     /// Of `library.trail_stones`.
@@ -190,6 +192,9 @@ impl WorldAssets {
             seedlings: plants(&library.seedlings),
             seedling_weights,
             litter: plants(&library.litter),
+            shed: (library.shed.iter())
+                .map(|of| [plants(&of.wide), plants(&of.narrow)])
+                .collect(),
             trail_tufts: plants(&library.trail_tufts),
             trail_stones: plants(&library.trail_stones),
             trail_roots: plants(&library.trail_roots),
@@ -298,6 +303,16 @@ impl WorldAssets {
     pub(crate) fn share_of(&self, species: &str) -> f64 {
         let found = self.shares.iter().find(|(name, _)| name == species);
         found.map_or(0.0, |(_, share)| *share)
+    }
+
+    /// The number of the species of a tree among [`shares`](Self::shares); `None` for what is not
+    /// a tree, and for trees of the user's models.
+    pub(crate) fn species_of(&self, object: &SceneObject) -> Option<usize> {
+        if object.kind != ObjectKind::Tree {
+            return None;
+        }
+        let species = &self.standing[object.asset].tree.species;
+        self.shares.iter().position(|(name, _)| name == species)
     }
 
     /// The asset of a log.

@@ -15,6 +15,10 @@ pub struct ObjectGeometry(pub Arc<Group>);
 #[derive(Debug)]
 pub struct UndergrowthGeometry(pub Option<Arc<Group>>);
 
+/// A chunk's litter; `None` where none lies.
+#[derive(Debug)]
+pub struct LitterGeometry(pub Option<Arc<Group>>);
+
 impl ObjectGeometry {
     pub(crate) fn new(instances: Vec<(InstancePlace, Arc<Blas>)>) -> Self {
         Self(Arc::new(in_pool(|| Group::build(instances))))
@@ -23,7 +27,18 @@ impl ObjectGeometry {
 
 impl UndergrowthGeometry {
     pub(crate) fn new(instances: Vec<(InstancePlace, Arc<Blas>)>) -> Self {
-        let is_bare = instances.is_empty();
-        Self((!is_bare).then(|| Arc::new(in_pool(|| Group::build(instances)))))
+        Self(group(instances))
     }
+}
+
+impl LitterGeometry {
+    pub(crate) fn new(instances: Vec<(InstancePlace, Arc<Blas>)>) -> Self {
+        Self(group(instances))
+    }
+}
+
+/// The group of some instances, if there are any.
+fn group(instances: Vec<(InstancePlace, Arc<Blas>)>) -> Option<Arc<Group>> {
+    let is_bare = instances.is_empty();
+    (!is_bare).then(|| Arc::new(in_pool(|| Group::build(instances))))
 }

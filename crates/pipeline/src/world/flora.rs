@@ -12,6 +12,7 @@ use nemoral_stand::{
 };
 
 use super::closed_vegetation::ClosedVegetation;
+use super::litter::{GroundHeights, LitterLayer, LitterPatch, Stems};
 use super::outcrops::bareness;
 use super::patch::Patch;
 
@@ -61,12 +62,15 @@ pub struct Flora {
     scree: (GroundCover, f64),
     /// What closes over the ground; `None` if nothing does.
     closed: Option<ClosedVegetation>,
+    /// What the trees shed; `None` without litter in relief.
+    litter: Option<LitterLayer>,
 }
 
 /// The undergrowth that a config wants.
 #[derive(Clone, Debug)]
 pub(crate) struct FloraRecipe {
     undergrowth: config::Undergrowth,
+    litter: config::Litter,
     deadwood: config::Deadwood,
     skid_brash: f64,
     outcrops: f64,
@@ -77,6 +81,7 @@ impl FloraRecipe {
     pub(crate) fn new(config: &Config) -> Self {
         Self {
             undergrowth: config.undergrowth.clone(),
+            litter: config.litter.clone(),
             deadwood: config.deadwood.clone(),
             skid_brash: skid_brash(&config.trails),
             outcrops: config.placement.outcrops,
@@ -89,12 +94,14 @@ impl Encode for FloraRecipe {
     fn encode(&self, encoder: &mut dyn Encoder) {
         let Self {
             undergrowth,
+            litter,
             deadwood,
             skid_brash,
             outcrops,
             chunk_size_m,
         } = self;
         encoder.field("undergrowth", undergrowth);
+        encoder.field("litter", litter);
         encoder.field("branches", &deadwood.branches);
         encoder.field("brash", &deadwood.brash);
         encoder.field("skid_brash", skid_brash);
@@ -108,6 +115,7 @@ impl Flora {
     pub(crate) fn new(recipe: &FloraRecipe, world: Key) -> Result<Self, Error> {
         let FloraRecipe {
             undergrowth: p,
+            litter,
             deadwood,
             skid_brash,
             outcrops,
@@ -153,6 +161,7 @@ impl Flora {
                 *outcrops,
             ),
             closed: ClosedVegetation::new(p, chunk_size_m, world)?,
+            litter: LitterLayer::new(litter, &p.floor, chunk_size_m, world)?,
             grid: GroundCover::new(grid, key).map_err(Error::of_stage)?,
             undergrowth: Undergrowth {
                 params: UndergrowthParams {
@@ -186,7 +195,7 @@ impl Flora {
                 sky_view: sky.at(p.extend(ground.height_m(p) + 0.3)),
                 wetness: conditions.wetness,
                 soil_m: conditions.soil_m,
-                litter: litter(ground, p),
+                litter: share_of_fall(ground, p),
             }
         };
         let chance = |p: DVec2| self.undergrowth.chance(p, &site(p));
@@ -207,7 +216,9 @@ impl Flora {
                 variant,
             }
         });
-        let mut patches: Vec<Patch> = patches.collect();
+        // Where litter lies in relief, twigs and leaves are part of it.
+        let is_left = |patch: &Patch| self.litter.is_none() || patch.kind != PatchKind::Litter;
+        let mut patches: Vec<Patch> = patches.filter(is_left).collect();
         if let Some(closed) = &self.closed {
             closed.lay(at, ground, sky, &mut patches);
         }
@@ -228,7 +239,7 @@ impl Flora {
         let (branches, chance) = &self.branches;
         if *chance > 0.0 {
             lay(branches, PatchKind::Branch, &beside, &|p| {
-                *chance * litter(ground, p)
+                *chance * share_of_fall(ground, p)
             });
         }
         let (scree, share) = &self.scree;
@@ -249,10 +260,33 @@ impl Flora {
         }
         patches
     }
+
+    /// Whether there is litter in relief.
+    pub(crate) fn has_litter(&self) -> bool {
+        self.litter.is_some()
+    }
+
+    /// The litter of a chunk; none where grass or a thicket hides the ground.
+    pub(crate) fn litter(
+        &self,
+        at: ChunkCoord,
+        (ground, mesh): (&ChunkGround, &GroundHeights<'_>),
+        sky: &SkyViewFactor,
+        stems: &Stems,
+    ) -> Vec<LitterPatch> {
+        let Some(litter) = &self.litter else {
+            return Vec::new();
+        };
+        let is_hidden = |p: DVec2| {
+            let closed = self.closed.as_ref();
+            closed.is_some_and(|c| c.at(p, ground, sky).is_some())
+        };
+        litter.lay(at, (ground, mesh), sky, stems, &is_hidden)
+    }
 }
 
 /// How much falls from trees at a place, 0..=1: nothing far out in a meadow.
-fn litter(ground: &ChunkGround, p: DVec2) -> f64 {
+pub(super) fn share_of_fall(ground: &ChunkGround, p: DVec2) -> f64 {
     (1.0 - ground.open_m(p) / CROWN_M).clamp(0.0, 1.0)
 }
 

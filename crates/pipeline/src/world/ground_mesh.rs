@@ -58,10 +58,7 @@ impl GroundMeshRecipe {
         ground: &ChunkGround,
     ) -> Result<(InstancePlace, Arc<Blas>), Error> {
         let library = &assets.library;
-        let floor = FloorComposition::new(
-            self.floor,
-            TerrainField::new(FLOOR_FIELD, world.domain(FLOOR))?,
-        );
+        let floor = floor_composition(self.floor, world)?;
         let beds = assets.water.as_ref();
         let mud = beds.map_or(library.ground.bare_soil, |beds| beds.mud);
         let material = |p: DVec2, inside: bool| {
@@ -96,6 +93,15 @@ impl Encode for GroundMeshRecipe {
         encoder.field("tolerance_m", tolerance_m);
         encoder.field("floor", floor);
     }
+}
+
+/// The covers of a world's forest floor with these shares, in the order of the library's floors.
+pub(crate) fn floor_composition(
+    shares: [f64; 3],
+    world: Key,
+) -> Result<FloorComposition<TerrainField>, Error> {
+    let field = TerrainField::new(FLOOR_FIELD, world.domain(FLOOR))?;
+    Ok(FloorComposition::new(shares, field))
 }
 
 /// How far beyond the water its banks are bare and wet at the most, metres.

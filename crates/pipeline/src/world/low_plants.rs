@@ -104,7 +104,7 @@ impl LowPlants<'_> {
 }
 
 /// Weights of `count` variants of which those near `variant`, 0..1, are frequent.
-fn near(variant: f64, count: usize) -> Vec<f64> {
+pub(crate) fn near(variant: f64, count: usize) -> Vec<f64> {
     let weight = |i: usize| {
         let off = (i as f64 + 0.5) / count as f64 - variant;
         libm::exp(-off * off / (2.0 * VARIANT_SPREAD * VARIANT_SPREAD))

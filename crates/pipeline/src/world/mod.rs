@@ -14,6 +14,7 @@ pub mod ground;
 pub(crate) mod ground_mesh;
 pub(crate) mod ground_recipe;
 pub mod lidars;
+pub mod litter;
 pub(crate) mod low_plants;
 pub(crate) mod meadows;
 pub(crate) mod models;

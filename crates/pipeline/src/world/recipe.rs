@@ -1,6 +1,6 @@
 //! The library, as a config describes it.
 
-use nemoral_assets::{AssetParams, Species, StandParams, StandSpecies, StemMoss};
+use nemoral_assets::{AssetParams, LitterParams, Species, StandParams, StandSpecies, StemMoss};
 use nemoral_scene::glam::Vec3;
 use nemoral_scene::{PlantCommunity, TrailSurfaceKind};
 use nemoral_seed::Key;
@@ -24,6 +24,8 @@ pub(crate) struct Recipe {
     communities: Vec<PlantCommunity>,
     trail_surfaces: Vec<TrailSurfaceKind>,
     wayside: bool,
+    /// The amounts of leaves, of wood and of stones in litter; `None` without litter.
+    litter: Option<[f64; 3]>,
     /// Its materials do not change what is grown.
     water: bool,
     /// The trees of a stem map; their places do not matter here.
@@ -42,6 +44,7 @@ impl Encode for Recipe {
             communities,
             trail_surfaces,
             wayside,
+            litter,
             water: _,
             site,
             inputs: _,
@@ -98,6 +101,8 @@ impl Encode for Recipe {
         let trail_surfaces: Vec<&str> = trail_surfaces.iter().map(|k| k.name()).collect();
         encoder.field("trail_surfaces", &trail_surfaces.join(" "));
         encoder.field("wayside", wayside);
+        // Without litter, no leaves.
+        encoder.field("litter", &litter.unwrap_or([0.0; 3]));
         // Without climbers, no moss of any height.
         encoder.field("climbers", &climbers.unwrap_or([-1.0, 0.0]));
         encoder.field("stems", &site.stems.path);
@@ -144,6 +149,10 @@ impl Recipe {
             wayside: has_wayside(&config.trails)
                 || config.water.springs_per_km2 > 0.0
                 || config.placement.outcrops > 0.0,
+            litter: {
+                let of = &config.litter;
+                of.is_any().then_some([of.leaves, of.wood, of.stones])
+            },
             water: config.water.is_any(),
             site: config.site.clone(),
             inputs: inputs.clone(),
@@ -254,6 +263,15 @@ impl Recipe {
             };
             params.species = species.iter().map(of).collect();
         }
+        params.litter = self.litter.map(|[leaves, wood, stones]| {
+            let share = |i: usize| species.get(i).map_or(1.0, |(_, share)| *share);
+            LitterParams {
+                shares: (0..params.species.len()).map(share).collect(),
+                leaves,
+                wood,
+                stones,
+            }
+        });
         params
     }
 }

@@ -126,6 +126,9 @@ pub(super) fn grow(shared: &Shared, task: &Task) -> Result<(), Error> {
             runner
                 .demand(world.forest.undergrowth_geometry)
                 .all(&near)?;
+            let has_litter = |c: &&ChunkCoord| distance_m(c) <= chunks.litter_radius_m;
+            let littered: Vec<ChunkCoord> = near.iter().filter(has_litter).copied().collect();
+            runner.demand(world.forest.litter_geometry).all(&littered)?;
             grown += some.len();
             if !report(shared, Stage::Land, grown, total)
                 || lock(&shared.mind).revision != task.revision

@@ -114,6 +114,7 @@ impl World {
                 plan.key(f.assets, ()),
                 plan.key(f.object_geometry, origin),
                 plan.key(f.undergrowth_geometry, origin),
+                plan.key(f.litter_geometry, origin),
                 plan.key(f.sky_view_factor, origin),
             ]
         };

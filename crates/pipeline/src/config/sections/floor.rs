@@ -49,7 +49,7 @@ section! {
         cell_m: f64 = 1.25, Real(0.5, 10.0), "patches are 1-2 m wide";
         /// Share of cells that hold a patch in full light.
         cover: f64 = 0.9, Real(0.0, 1.0), "our choice";
-        /// Patches of fallen twigs per cell.
+        /// Patches of fallen twigs per cell, where there is no `[litter]`.
         litter: f64 = 0.12, Real(0.0, 1.0), "our choice";
         /// Weight of grass among the patches.
         grass: f64 = 0.45, Real(0.0, 100.0), "open forests of the south";

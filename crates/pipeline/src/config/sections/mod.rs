@@ -10,6 +10,7 @@ mod ground;
 mod lidar;
 mod lidar_pattern;
 mod light;
+mod litter;
 mod models;
 mod placement;
 mod robot;
@@ -37,6 +38,7 @@ pub use ground::*;
 pub use lidar::*;
 pub use lidar_pattern::*;
 pub use light::*;
+pub use litter::*;
 pub use models::*;
 pub use placement::*;
 pub use robot::*;
@@ -83,6 +85,8 @@ section! {
         deadwood: Deadwood;
         /// Ivy and moss on trees.
         climbers: Climbers;
+        /// Leaves, twigs and cones on the ground.
+        litter: Litter;
         /// Grass, herbs and ferns.
         undergrowth: Undergrowth;
         /// What is grown.
@@ -138,6 +142,9 @@ section! {
         visible_radius_m: f64 = 300.0, Real(10.0, 600.0), "far enough that haze closes the view";
         /// Undergrowth is visible in chunks that come this near.
         undergrowth_radius_m: f64 = 100.0, Real(0.0, 300.0), "the paper's visible radius, VI";
+        /// Litter in relief is visible in chunks that come this near, if undergrowth is.
+        litter_radius_m: f64 = 50.0, Real(0.0, 300.0),
+            "our choice: seen from a robot, leaves farther off are flatter than a pixel";
         /// Chunks farther than this are deleted; between the radii they are disabled.
         delete_radius_m: f64 = 400.0, Real(10.0, 2000.0), "two chunks beyond the visible radius";
     }
@@ -181,6 +188,7 @@ pub const SECTIONS: &[SectionSpec] = &[
     Regeneration::SPEC,
     Deadwood::SPEC,
     Climbers::SPEC,
+    Litter::SPEC,
     Undergrowth::SPEC,
     Floor::SPEC,
     GroundEffects::SPEC,

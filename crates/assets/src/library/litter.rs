@@ -1,0 +1,93 @@
+//! Grows patches of litter.
+
+use nemoral_scene::ParamError;
+use nemoral_seed::Domain;
+
+use super::PlantAsset;
+use super::plants::PlantGrower;
+use crate::ambient_occlusion::OcclusionParams;
+use crate::plant::shed::{LitterPlan, Shed, litter};
+
+/// Variants of a patch, thin to deep: wide ones, and narrow ones.
+const VARIANTS: [u32; 2] = [12, 8];
+/// Their radii, metres.
+const RADII_M: [f32; 2] = [0.8, 0.42];
+
+/// What litter to make.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LitterParams {
+    /// How much of the stand each species is, one for each; at least 0.
+    pub shares: Vec<f64>,
+    /// Leaves and needles relative to what the species usually shed, 0.1..=2.
+    pub leaves: f64,
+    /// Twigs, bark, cones and nuts relative to the usual, 0..=4.
+    pub wood: f64,
+    /// Stones relative to the usual, 0..=10.
+    pub stones: f64,
+}
+
+impl LitterParams {
+    pub(super) fn check(&self, species: usize) -> Result<(), ParamError> {
+        if self.shares.len() != species {
+            let n = self.shares.len();
+            return Err(ParamError::new("litter.shares", n, "one for each species"));
+        }
+        for (i, &share) in self.shares.iter().enumerate() {
+            ParamError::check_within(format!("litter.shares[{i}]"), share, 0.0, 1e6)?;
+        }
+        ParamError::check_within("litter.leaves", self.leaves, 0.1, 2.0)?;
+        ParamError::check_within("litter.wood", self.wood, 0.0, 4.0)?;
+        ParamError::check_within("litter.stones", self.stones, 0.0, 10.0)
+    }
+}
+
+/// Patches of the litter under a species, thin ones first.
+#[derive(Clone, Debug, Default)]
+pub struct LitterPatches {
+    /// Patches with a radius of 0.8 m.
+    pub wide: Vec<PlantAsset>,
+    /// Patches with a radius of 0.42 m, for borders and uneven ground.
+    pub narrow: Vec<PlantAsset>,
+}
+
+impl PlantGrower<'_> {
+    /// The patches of each species.
+    pub(super) fn litter_patches(&self, params: &LitterParams) -> Vec<LitterPatches> {
+        let Some(fruit) = self.materials.fruit else {
+            return Vec::new();
+        };
+        let of_species = self.species.iter().zip(&self.materials.shed);
+        let stand: Vec<Shed<'_>> = of_species
+            .map(|(species, materials)| Shed {
+                look: species.shed_look(),
+                materials,
+            })
+            .collect();
+        let patches = |own: usize, size: usize| {
+            let name = format!("{}_litter", self.species[own].name);
+            let count = VARIANTS[size];
+            self.collect(Domain::new(&format!("assets.{name}")), count, &|i, key| {
+                let plan = LitterPlan {
+                    radius_m: RADII_M[size],
+                    depth: (i as f32 + 0.5) / count as f32,
+                    amounts: [params.leaves, params.wood, params.stones].map(|a| a as f32),
+                    stand: &stand,
+                    shares: &params.shares,
+                    own,
+                    fruit,
+                    stone: self.materials.stone,
+                };
+                let shape = litter(&plan, key.item(size as u64));
+                let number = i + VARIANTS[0] * size as u32;
+                let (radius_m, occlusion) = (shape.reach_m(), &OcclusionParams::LITTER);
+                self.leafy(&name, number, shape, radius_m, occlusion)
+            })
+        };
+        (0..stand.len())
+            .map(|own| LitterPatches {
+                wide: patches(own, 0),
+                narrow: patches(own, 1),
+            })
+            .collect()
+    }
+}

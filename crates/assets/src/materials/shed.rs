@@ -1,0 +1,97 @@
+//! The materials of what a species sheds.
+
+use std::sync::Arc;
+
+use nemoral_scene::{Material, MaterialId, MaterialLibrary, Semantic};
+use nemoral_seed::{Domain, Key};
+use rayon::prelude::*;
+
+use super::optics;
+use super::solid::solid;
+use crate::cards::card_raster::CardImage;
+use crate::cards::shed;
+use crate::tree::{FoliageCard, Species, TreeMaterials, linear};
+
+const IMAGES: Domain = Domain::new("assets.cards.shed");
+
+/// What the litter of a species is made of.
+#[derive(Clone, Debug)]
+pub(crate) struct ShedMaterials {
+    /// Dead leaves, each as its half at the stalk and its half at the tip; of conifers mats of
+    /// needles, which are one piece each.
+    pub(crate) leaves: Vec<Vec<FoliageCard>>,
+    pub(crate) twig: MaterialId,
+    /// Bark of the upper stem, and of its foot.
+    pub(crate) barks: [MaterialId; 2],
+}
+
+/// The images of a species' litter, each in its pieces.
+pub(super) fn images(species: &Species, cards: Key) -> Vec<Vec<CardImage>> {
+    let (look, shed) = (&species.leaves, species.shed_look());
+    let key = cards.domain(Domain::new(&species.name)).domain(IMAGES);
+    let image = |variant: usize| {
+        let mut rng = key.item(variant as u64).rng();
+        let mut drawing = shed::draw(look, &shed, &mut rng);
+        drawing.tint(shed::TINTS[variant]);
+        drawing.slices(
+            shed::slices(look),
+            linear(shed.albedo) * shed::TINTS[variant],
+        )
+    };
+    (0..shed::VARIANTS).into_par_iter().map(image).collect()
+}
+
+impl ShedMaterials {
+    /// `tree` are the materials of the species' trees, whose bark lies on the ground, too.
+    pub(super) fn register(
+        library: &mut MaterialLibrary,
+        species: &Species,
+        tree: &TreeMaterials,
+        images: Vec<Vec<CardImage>>,
+    ) -> Self {
+        let name = |part: &str| format!("{}.shed.{part}", species.name);
+        let mut number = 0;
+        let mut leaf = |picture: CardImage| {
+            let opaque_fraction = picture.mask.opaque_fraction() as f32;
+            let of_leaf = optics::LITTER_LEAF;
+            let plain = solid(
+                &name(&format!("leaf.{number}")),
+                Semantic::Litter,
+                Arc::new(picture.texture),
+                0.8,
+                of_leaf.laser,
+            );
+            number += 1;
+            FoliageCard {
+                material: library.add(Material {
+                    transmittance: of_leaf.transmittance,
+                    mask: Some(Arc::new(picture.mask)),
+                    ..plain
+                }),
+                width_m: picture.width_m,
+                height_m: picture.height_m,
+                opaque_fraction,
+            }
+        };
+        let leaves = images
+            .into_iter()
+            .map(|pieces| pieces.into_iter().map(&mut leaf).collect())
+            .collect();
+        let mut of_wood = |part: &str, wood, semantic| {
+            let wood = library.get(wood).clone();
+            library.add(Material {
+                name: name(part),
+                semantic,
+                ..wood
+            })
+        };
+        Self {
+            leaves,
+            twig: of_wood("twig", tree.branch, Semantic::FallenTwig),
+            barks: [
+                of_wood("bark.upper", tree.upper, Semantic::FallenBark),
+                of_wood("bark.lower", tree.stem, Semantic::FallenBark),
+            ],
+        }
+    }
+}
