@@ -31,8 +31,8 @@ pub(crate) struct CardImage {
     pub(crate) height_m: f32,
 }
 
-/// Texels along the longer side.
-const LONG_SIDE: usize = 256;
+/// Texels along the longer side of the image of a twig.
+pub(crate) const TWIG_TEXELS: usize = 256;
 
 impl CardDrawing {
     pub(crate) fn leaf(&mut self, leaf: Leaf) {
@@ -56,16 +56,12 @@ impl CardDrawing {
     /// Crops to the content, draws, fills the colours on under the mask, and scales colours so that
     /// the opaque texels' luminance is on average that of `mean` (hues are kept). The drawing is
     /// cut across into `count` images of equal height and width, foot first, so that what is drawn
-    /// can be bent where they meet.
-    pub(crate) fn slices(&self, count: usize, mean: Vec3) -> Vec<CardImage> {
+    /// can be bent where they meet; the longer side of each has `texels`.
+    pub(crate) fn slices(&self, count: usize, texels: usize, mean: Vec3) -> Vec<CardImage> {
         let (half_width, top) = self.extent();
         let size_m = Vec2::new(2.0 * half_width, top / count as f32);
         let side = |ratio: f32| {
-            if ratio > 0.5 {
-                LONG_SIDE
-            } else {
-                LONG_SIDE / 2
-            }
+            if ratio > 0.5 { texels } else { texels / 2 }
         };
         let size = [side(size_m.x / size_m.y), side(size_m.y / size_m.x)];
         let drawn: Vec<_> = (0..count)
@@ -237,7 +233,7 @@ mod tests {
             [0.02; 2],
             Vec3::splat(0.2),
         ));
-        let p = drawing.slices(1, Vec3::splat(0.12)).remove(0);
+        let p = drawing.slices(1, TWIG_TEXELS, Vec3::splat(0.12)).remove(0);
         assert!((p.width_m - 0.16).abs() < 0.003, "{}", p.width_m);
         assert!((p.height_m - 0.205).abs() < 0.003, "{}", p.height_m);
         assert!(p.mask.is_opaque(0.5, 0.0) && p.mask.is_opaque(0.95, 0.49));

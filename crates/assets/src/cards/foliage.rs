@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::{Vec2, Vec3};
 use nemoral_seed::{Draw, Rng};
 
-use super::card_raster::CardDrawing;
+use super::card_raster::{CardDrawing, TWIG_TEXELS};
 use crate::textures::canvas::{Leaf, Outline, Stroke};
 use crate::tree::{LeafKind, LeafLook, linear};
 
@@ -416,7 +416,9 @@ mod tests {
                         _ => 0.0,
                     });
                     let leaf_m2: f64 = leaves.sum();
-                    let image = drawing.slices(1, Vec3::splat(0.1)).swap_remove(0);
+                    let image = drawing
+                        .slices(1, TWIG_TEXELS, Vec3::splat(0.1))
+                        .swap_remove(0);
                     let card = FoliageCard {
                         material: MaterialId(10 + i as u16),
                         width_m: image.width_m,

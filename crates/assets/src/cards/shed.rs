@@ -5,7 +5,7 @@ use std::f32::consts::TAU;
 use glam::{Vec2, Vec3};
 use nemoral_seed::{Draw, Rng};
 
-use super::card_raster::CardDrawing;
+use super::card_raster::{CardDrawing, TWIG_TEXELS};
 use super::foliage::{Painter, heading, varied};
 use crate::textures::canvas::Stroke;
 use crate::tree::{LeafKind, LeafLook, ShedLook};
@@ -31,6 +31,14 @@ pub(crate) fn slices(look: &LeafLook) -> usize {
     match look.kind {
         LeafKind::NeedleTuft | LeafKind::NeedleSpray => 1,
         _ => 2,
+    }
+}
+
+/// Texels along the longer side of a piece: half a millimetre each, or one of a mat.
+pub(crate) fn texels(look: &LeafLook) -> usize {
+    match look.kind {
+        LeafKind::NeedleTuft | LeafKind::NeedleSpray => TWIG_TEXELS,
+        _ => TWIG_TEXELS / 2,
     }
 }
 

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::optics::{self, LeafOptics};
 use super::solid::{laser, solid};
-use crate::cards::card_raster::{CardDrawing, CardImage};
+use crate::cards::card_raster::{CardDrawing, CardImage, TWIG_TEXELS};
 use crate::cards::{foliage, understory};
 use crate::tree::{FoliageCard, LeafLook, linear};
 
@@ -61,7 +61,7 @@ impl CardKind {
                     .domain(Domain::new(self.name))
                     .item(u64::from(variant))
                     .rng();
-                (self.draw)(&mut rng, variant).slices(self.slices, mean)
+                (self.draw)(&mut rng, variant).slices(self.slices, TWIG_TEXELS, mean)
             })
             .collect()
     }
@@ -167,7 +167,9 @@ pub(super) fn leaf_images(look: &LeafLook, key: Key) -> Vec<CardImage> {
     let mean = look.reflectance();
     let image = |variant| {
         let mut rng = key.item(variant).rng();
-        foliage::draw(look, &mut rng).slices(1, mean).swap_remove(0)
+        foliage::draw(look, &mut rng)
+            .slices(1, TWIG_TEXELS, mean)
+            .swap_remove(0)
     };
     (0..LEAF_VARIANTS).into_par_iter().map(image).collect()
 }

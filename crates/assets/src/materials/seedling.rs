@@ -6,7 +6,7 @@ use nemoral_seed::{Domain, Key};
 
 use super::foliage::{LEAVES_IN_SHADE, register_leaves};
 use super::solid::{BarkTextures, laser, solid};
-use crate::cards::card_raster::CardImage;
+use crate::cards::card_raster::{CardImage, TWIG_TEXELS};
 use crate::cards::seedlings;
 use crate::tree::{FoliageCard, LeafLook, Species};
 
@@ -25,7 +25,7 @@ pub(super) fn images(look: &LeafLook, key: Key) -> Vec<CardImage> {
     let image = |variant: usize| {
         let mut rng = key.domain(IMAGES).item(variant as u64).rng();
         let drawing = seedlings::draw(look, variant, &mut rng);
-        drawing.slices(1, mean).swap_remove(0)
+        drawing.slices(1, TWIG_TEXELS, mean).swap_remove(0)
     };
     (0..seedlings::VARIANTS).map(image).collect()
 }

@@ -35,6 +35,7 @@ pub(super) fn images(species: &Species, cards: Key) -> Vec<Vec<CardImage>> {
         drawing.tint(shed::TINTS[variant]);
         drawing.slices(
             shed::slices(look),
+            shed::texels(look),
             linear(shed.albedo) * shed::TINTS[variant],
         )
     };
