@@ -329,8 +329,8 @@ pub(super) fn glade(c: &mut Config) {
     (c.climbers.ivy, c.climbers.moss) = (0.1, 0.4);
 }
 
-/// The edge of an oak wood towards meadows that are cut late: the wood ends in a mantle of brambles,
-/// gorse and young trees, and that in a fringe of nettles and bracken.
+/// The edge of an oak wood towards meadows that are cut late: the wood ends in a mantle of
+/// brambles, gorse and young trees, and that in a fringe of nettles and bracken.
 pub(super) fn meadow_edge(c: &mut Config) {
     oak_mixed(c);
     let a = &mut c.assets;

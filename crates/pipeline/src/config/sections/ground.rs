@@ -39,8 +39,8 @@ section! {
         gully_depth_m: f64 = 0.0, Real(0.0, 100.0), "none: the paper's octaves";
         /// Distance between the largest gullies.
         gully_spacing_m: f64 = 30.0, Real(4.0, 500.0), "our choice";
-        /// How often gullies branch: each generation has half the distance and two fifths of the depth
-        /// of the one before.
+        /// How often gullies branch: each generation has half the distance and two fifths of the
+        /// depth of the one before.
         gully_generations: u32 = 3, Whole(1, 5), "our choice: down to forms of some metres";
         /// Side of a terrain cell away from trails.
         cell_m: f64 = 1.0, Real(0.5, 5.0), "paper, Fig. 3";
