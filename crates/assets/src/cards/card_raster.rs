@@ -116,19 +116,19 @@ impl CardDrawing {
         }
         // Boxes of leaves are larger than needed; a draft finds where the paint ends.
         let low = Vec2::new(-half_width, 0.0);
-        let draft = self.draw([LONG_SIDE; 2], low, Vec2::new(2.0 * half_width, top));
+        let draft = self.draw([TWIG_TEXELS; 2], low, Vec2::new(2.0 * half_width, top));
         let (_, painted) = draft.into_tile();
         let (mut reach, mut rows) = (1, 1);
         for (i, _) in painted.iter().enumerate().filter(|(_, p)| **p) {
-            let (column, row) = (i % LONG_SIDE, i / LONG_SIDE);
+            let (column, row) = (i % TWIG_TEXELS, i / TWIG_TEXELS);
             reach = reach
-                .max(column.abs_diff(LONG_SIDE / 2))
-                .max((column + 1).abs_diff(LONG_SIDE / 2));
+                .max(column.abs_diff(TWIG_TEXELS / 2))
+                .max((column + 1).abs_diff(TWIG_TEXELS / 2));
             rows = rows.max(row + 1);
         }
         (
-            half_width * reach as f32 / (LONG_SIDE / 2) as f32,
-            top * rows as f32 / LONG_SIDE as f32,
+            half_width * reach as f32 / (TWIG_TEXELS / 2) as f32,
+            top * rows as f32 / TWIG_TEXELS as f32,
         )
     }
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::{Vec2, Vec3};
 use nemoral_seed::{Draw, Rng};
 
-use super::card_raster::{CardDrawing, TWIG_TEXELS};
+use super::card_raster::CardDrawing;
 use crate::textures::canvas::{Leaf, Outline, Stroke};
 use crate::tree::{LeafKind, LeafLook, linear};
 
@@ -394,7 +394,7 @@ mod tests {
     use nemoral_seed::{Domain, Key};
 
     use super::*;
-    use crate::cards::card_raster::Mark;
+    use crate::cards::card_raster::{Mark, TWIG_TEXELS};
     use crate::tree::{FoliageCard, GrowthParams, SizeClass, Species, TreeMaterials, grow};
 
     /// The leaf area that is recorded for a broadleaved tree is what is drawn: the sum of the areas
