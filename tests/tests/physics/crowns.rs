@@ -13,11 +13,11 @@ use nemoral_tests::gpu::gpu;
 /// Least number of pixels of a class that is compared.
 const LEAST: usize = 300;
 /// Greatest relative difference of the mean light of a class, at one sample in each pixel's middle.
-/// Oaks and spruces, in the sun and under clouds, were measured to differ by at most 1.0 % (low
-/// plants in the sun, as shadow maps blur the shadows of blades), and by 0.4 % or less for most
-/// classes. Without crowns before the sky, each class but the sky would have at least 5.8 % more
-/// light.
-const MOST: f64 = 0.02;
+/// Oaks and spruces, in the sun and under clouds, were measured to differ by at most 2.8 % (a trail
+/// with leaves and low plants in the sun, as shadow maps blur the shadows of blades), and by 0.4 %
+/// or less for most classes. Without crowns before the sky, each class but the sky would have at
+/// least 5.8 % more light.
+const MOST: f64 = 0.035;
 /// The same at four samples of each pixel. It was measured to be 3.5 % (canopy and shrubs, as a GPU
 /// shades a leaf once per pixel and lets through what its coverage leaves).
 const MOST_OF_FOUR: f64 = 0.05;
@@ -118,6 +118,6 @@ fn is_as_light(also_by_four_samples: bool) {
     let bare = rig.renderer.render(&bare, &view, Key::world(1));
     let apart = differences(&cast, &bare.expect("a picture"));
     println!("without crowns: {apart:?}");
-    let found = apart.iter().filter(|(_, d)| *d > 2.0 * MOST).count();
+    let found = apart.iter().filter(|(_, d)| *d > 1.5 * MOST).count();
     assert!(found >= apart.len() - 1, "{apart:?}");
 }
