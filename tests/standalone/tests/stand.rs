@@ -4,8 +4,8 @@ use nemoral_scene::glam::{DVec2, DVec3, Vec3};
 use nemoral_scene::{ChunkCoord, FlatSurface, Hit, MaterialId, ObjectKind, Ray, RayCaster};
 use nemoral_seed::Key;
 use nemoral_stand::{
-    FloorComposition, FloorCover, InstanceVariation, ObjectSite, ObjectSize, SceneObjects,
-    Seedlings, SkyViewArea, SkyViewFactor, Undergrowth, UndergrowthParams,
+    FloorComposition, FloorCover, InstanceVariation, ObjectSite, ObjectSize, PatchSite,
+    SceneObjects, Seedlings, SkyViewArea, SkyViewFactor, Undergrowth, UndergrowthParams,
 };
 
 /// Crowns at 15 m, east of x = 25 m.
@@ -47,7 +47,7 @@ fn more_grows_in_the_meadow() {
         clumps: even,
         ferns: even,
     };
-    let chance = |p: DVec2| undergrowth.chance(p, light(p));
+    let chance = |p: DVec2| undergrowth.chance(p, &PatchSite::neutral(light(p)));
     assert!(chance(meadow) > 2.0 * chance(forest));
     let seedlings = Seedlings { per_m2: 1.0 };
     assert!(seedlings.chance(true, light(meadow)) > seedlings.chance(true, light(forest)));

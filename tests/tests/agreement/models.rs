@@ -276,6 +276,55 @@ fn logs_of_models_lie_among_the_others() {
 }
 
 #[test]
+fn a_stem_map_names_models() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = |name: &str| folder.path().join(name);
+    let scene = tree_scene("silver_birch", Some(0.18), true, 5).expect("a tree");
+    let glb = to_glb(&scene, GltfParams::default()).expect("a file");
+    nemoral_files::write(&path("birch.glb"), &glb).expect("written");
+    // In the middle of the first chunk; the third and the fourth say less.
+    let stems = "id,x,y,species,dbh_cm,height_m\na,10,10,old_birch,30,15\n\
+                 b,20,10,beech,30,20\nc,10,20,old_birch,27,\nd,20,20,old_birch,,\n";
+    nemoral_files::write(&path("stems.csv"), stems.as_bytes()).expect("written");
+    let file = |name: &str| path(name).display().to_string();
+    let settings = [
+        format!("site.stems.path={}", file("stems.csv")),
+        format!("models.old_birch.file={}", file("birch.glb")),
+        "models.old_birch.share=0".to_owned(),
+        "assets.individuals=1".to_owned(),
+    ];
+    let world = World::new("demo", &settings.each_ref().map(String::as_str));
+    let runner = world.runner(2);
+    let assets = runner.get(world.forest.assets, ()).expect("plants");
+    let objects = runner.get(world.forest.objects, ChunkCoord::new(0, 0));
+    let objects = objects.expect("objects");
+    let trees = objects.0.iter().filter_map(|o| assets.tree_record(o));
+    let mut trees: Vec<TreeRecord> = trees.collect();
+    let others = trees.iter().filter(|t| t.field_id.is_empty());
+    assert_eq!(others.filter(|t| t.species == "old_birch").count(), 0);
+    trees.retain(|t| !t.field_id.is_empty());
+    trees.sort_by(|a, b| a.field_id.cmp(&b.field_id));
+    let row = |t: &TreeRecord| (t.species.clone(), t.position_m.x, t.position_m.y);
+    let birch = |x: f64, y: f64| ("old_birch".to_owned(), x, y);
+    let expected = [
+        birch(10.0, 10.0),
+        ("beech".to_owned(), 20.0, 10.0),
+        birch(10.0, 20.0),
+        birch(20.0, 20.0),
+    ];
+    assert_eq!(trees.iter().map(row).collect::<Vec<_>>(), expected);
+    let sizes: Vec<[f64; 2]> = trees.iter().map(|t| [t.dbh_m, t.height_m]).collect();
+    let [own_dbh_m, own_height_m] = sizes[3];
+    assert!((own_dbh_m / 0.18 - 1.0).abs() < 0.03, "{own_dbh_m}");
+    let near = |a: [f64; 2], b: [f64; 2]| (0..2).all(|k| (a[k] / b[k] - 1.0).abs() < 1e-9);
+    assert!(near(sizes[0], [0.30, 15.0]) && near(sizes[1], [0.30, 20.0]));
+    assert!(
+        near(sizes[2], [0.27, own_height_m * 0.27 / own_dbh_m]),
+        "{sizes:?}"
+    );
+}
+
+#[test]
 fn sensors_agree_on_models() {
     let frames = frames_of(&WORLD);
     println!("{}", assert_agreement(&frames, 40_000, &[1, 3, 4]));

@@ -41,6 +41,15 @@ impl Config {
         of_kind.map(|m| m.share).sum()
     }
 
+    /// The names of the models of trees, which a stem map may name.
+    pub(crate) fn tree_models(&self) -> Vec<String> {
+        let trees = self
+            .models
+            .iter()
+            .filter(|(_, m)| m.kind == ModelKind::Tree);
+        trees.map(|(name, _)| name.clone()).collect()
+    }
+
     /// What is wrong with the models: the key and the message, which starts with it.
     pub(super) fn model_problems(&self, inputs: &InputFiles) -> Vec<(String, String)> {
         let mut out = Vec::new();

@@ -15,9 +15,57 @@ const STRETCH: [f64; 2] = [0.35, 2.8];
 /// Of the height that a dead tree had, so much is left on average ([`nemoral_assets::grow_snag`]).
 const BROKEN: f64 = 0.65;
 
+/// What a stem map says that a tree is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Named {
+    /// The index of a species.
+    Species(usize),
+    /// The index of a user's model among those of trees.
+    Model(usize),
+}
+
+/// A tree of a stem map that is a copy of a user's model.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct ModelStem {
+    /// Its place in the map.
+    pub(crate) number: usize,
+    /// Its line in the file.
+    line: u64,
+    /// The index of the model among those of trees.
+    pub(crate) model: usize,
+    dbh_m: Option<f64>,
+    height_m: Option<f64>,
+}
+
+impl ModelStem {
+    /// How much wider and how much higher the copy is than its model, which has a name, a diameter
+    /// and a height. What the map does not say follows from what it says.
+    pub(crate) fn stretch(
+        &self,
+        name: &str,
+        [dbh_m, height_m]: [f64; 2],
+    ) -> Result<[f64; 2], String> {
+        let [low, high] = STRETCH;
+        let of = |what: &str, told: Option<f64>, own: f64| match told {
+            Some(told) if !(low..=high).contains(&(told / own)) => Err(format!(
+                "line {}: {what} = {told}: must be from {:.2} to {:.2} for a copy of models.{name}",
+                self.line,
+                low * own,
+                high * own
+            )),
+            _ => Ok(told.map(|told| told / own)),
+        };
+        let across = of("dbh_m", self.dbh_m, dbh_m)?;
+        let along = of("height_m", self.height_m, height_m)?;
+        Ok([across.or(along), along.or(across)].map(|stretch| stretch.unwrap_or(1.0)))
+    }
+}
+
 /// A tree of a stem map with everything that was drawn for it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct MeasuredStem {
+    /// Its place in the map.
+    pub(crate) number: usize,
     /// The index of its species.
     pub(crate) species: usize,
     pub(crate) alive: bool,
@@ -32,23 +80,32 @@ pub(crate) struct MeasuredStem {
 /// The trees of a stem map, and the shapes that stand for them.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct MeasuredStems {
-    /// In the file's order.
+    /// Those that are grown, in the file's order.
     pub(crate) stems: Vec<MeasuredStem>,
+    /// Those that are copies of models, in the file's order.
+    pub(crate) models: Vec<ModelStem>,
     /// What the file calls each; empty where it does not say.
     pub(crate) ids: Vec<String>,
     /// Of each species, living ones first.
     pub(crate) shapes: Vec<MeasuredTree>,
 }
 
-/// The species of each stem, as an index; `None` for one that is drawn.
+/// What each stem is: of a species, or else a copy of one of the `models` of trees; `None` for one
+/// whose species is drawn.
 pub(crate) fn species_of(
     stems: &[Stem],
     known: &[Species],
+    models: &[String],
     other: &str,
-) -> Result<Vec<Option<usize>>, String> {
-    let find = |name: &str| known.iter().position(|species| species.is_named(name));
+) -> Result<Vec<Option<Named>>, String> {
+    let find = |name: &str| {
+        let species = known.iter().position(|species| species.is_named(name));
+        species.map(Named::Species)
+    };
+    let copied = |name: &str| models.iter().position(|m| m == name).map(Named::Model);
     let names = || {
-        let names: Vec<&str> = known.iter().map(|s| s.name.as_str()).collect();
+        let names = known.iter().map(|s| &s.name).chain(models);
+        let names: Vec<&str> = names.map(String::as_str).collect();
         names.join(", ")
     };
     let other = match other {
@@ -61,9 +118,11 @@ pub(crate) fn species_of(
             )
         })?),
     };
-    let of_stem = |stem: &Stem| match &stem.species {
+    let of_stem =
+        |stem: &Stem| {
+            match &stem.species {
         None => Ok(None),
-        Some(name) => find(name).or(other).map(Some).ok_or_else(|| {
+        Some(name) => find(name).or_else(|| copied(name)).or(other).map(Some).ok_or_else(|| {
             let name: String = name.chars().take(40).collect();
             format!(
                 "line {}: species = {name:?}: must be one of {}, or their scientific names; \
@@ -72,14 +131,15 @@ pub(crate) fn species_of(
                 names()
             )
         }),
-    };
+    }
+        };
     stems.iter().map(of_stem).collect()
 }
 
 /// Draws what a stem map does not say, and chooses the shapes that are grown. `of_stem` are the
 /// species of [`species_of`] as indices into `species`, with their shares.
 pub(crate) fn measure(
-    (stems, of_stem): (&[Stem], &[Option<usize>]),
+    (stems, of_stem): (&[Stem], &[Option<Named>]),
     species: &[(Species, f64)],
     stand: &config::Assets,
     shapes: u32,
@@ -94,10 +154,24 @@ pub(crate) fn measure(
     };
     for (i, (stem, known)) in stems.iter().zip(of_stem).enumerate() {
         let key = key.item(i as u64);
-        let index = known.or_else(|| key.rng().weighted(&shares)).unwrap_or(0);
+        let index = match *known {
+            Some(Named::Species(index)) => index,
+            Some(Named::Model(model)) => {
+                all.models.push(ModelStem {
+                    number: i,
+                    line: stem.line,
+                    model,
+                    dbh_m: stem.dbh_m,
+                    height_m: stem.height_m,
+                });
+                continue;
+            }
+            None => key.rng().weighted(&shares).unwrap_or(0),
+        };
         let sized = size(stem, &species[index].0, stand, key);
         let (dbh_m, height_m, growth) = sized.map_err(|e| format!("line {}: {e}", stem.line))?;
         all.stems.push(MeasuredStem {
+            number: i,
             species: index,
             alive: stem.is_alive,
             dbh_m,
@@ -226,7 +300,7 @@ mod tests {
     fn measured(table: &str, shapes: u32) -> Result<MeasuredStems, String> {
         let stems = read_stem_map(table.as_bytes()).expect("a stem map");
         let known = [Species::beech(), Species::english_oak()];
-        let of_stem = species_of(&stems, &known, "")?;
+        let of_stem = species_of(&stems, &known, &["old_oak".to_owned()], "")?;
         let shares = known.map(|species| (species, 0.5));
         let stand = Config::default().assets;
         measure((&stems, &of_stem), &shares, &stand, shapes, Key::world(7))
@@ -299,16 +373,38 @@ mod tests {
             "{message}"
         );
         let message = refused("beach,30,20");
-        for part in ["line 3", "\"beach\"", "beech, english_oak", "other_species"] {
+        for part in [
+            "line 3",
+            "\"beach\"",
+            "beech, english_oak, old_oak",
+            "other_species",
+        ] {
             assert!(message.contains(part), "{message}");
         }
+    }
+
+    #[test]
+    fn models_are_stretched_to_what_is_known_of_their_copies() {
+        let table = "x,y,species,dbh_cm,height_m\n0,0,old_oak,80,18\n1,0,beech,30,20\n\
+                     2,0,old_oak,20,\n3,0,old_oak,,\n4,0,old_oak,300,\n";
+        let all = measured(table, 24).expect("a plot");
+        assert_eq!((all.stems.len(), all.stems[0].number), (1, 1));
+        let numbers: Vec<usize> = all.models.iter().map(|m| m.number).collect();
+        assert_eq!(numbers, [0, 2, 3, 4]);
+        let stretch = |i: usize| all.models[i].stretch("old_oak", [0.4, 12.0]);
+        assert_eq!(stretch(0), Ok([2.0, 1.5]));
+        assert_eq!(stretch(1), Ok([0.5, 0.5]));
+        assert_eq!(stretch(2), Ok([1.0, 1.0]));
+        let message = stretch(3).expect_err("too thick");
+        let expected = "line 6: dbh_m = 3: must be from 0.14 to 1.12 for a copy of models.old_oak";
+        assert_eq!(message, expected);
     }
 
     #[test]
     fn a_long_name_is_cut() {
         let name = "beech and ".repeat(1000);
         let stems = read_stem_map(b"x,y\n0,0\n").expect("a stem map");
-        let error = species_of(&stems, &[Species::beech()], &name).expect_err("no species");
+        let error = species_of(&stems, &[Species::beech()], &[], &name).expect_err("no species");
         assert!(error.len() < 300 && error.contains('…'), "{error}");
     }
 

@@ -6,7 +6,7 @@ mod plot;
 mod problems;
 mod species;
 
-pub(crate) use measured::{MeasuredStem, MeasuredStems};
+pub(crate) use measured::{MeasuredStem, MeasuredStems, ModelStem};
 pub(crate) use plot::{PLOT_LAYER, Plot};
 pub(crate) use problems::problems;
 pub(crate) use species::SiteSpecies;

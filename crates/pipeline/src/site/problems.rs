@@ -1,9 +1,10 @@
 //! What is wrong with the files of a site, and with what a config asks for beside them.
 
+use nemoral_import::ModelKind;
 use nemoral_scene::ObjectId;
 use nemoral_seed::Key;
 
-use super::{Plot, SiteSpecies};
+use super::{MeasuredStems, Plot, SiteSpecies};
 use crate::InputFiles;
 use crate::config::{Config, OBJECTS_OF_A_CHUNK_MAX, height_map, lines_m, posts, stems_of};
 
@@ -51,15 +52,28 @@ fn stems_problem(config: &Config, inputs: &InputFiles) -> Option<String> {
     }
     // Species and sizes are looked at, too.
     let assets = &config.assets;
+    let tree_models = config.tree_models();
     let of_site = SiteSpecies {
         assets,
         site,
+        tree_models: &tree_models,
         inputs,
     };
     // That of the plants, as in the stages.
     let seed = assets.own_seed().unwrap_or(config.seed);
     let sized = |species: Vec<_>| of_site.measured(&species, Key::world(seed));
-    if let Err(e) = of_site.all().and_then(sized) {
+    let fit = |measured: MeasuredStems| {
+        let misfit = (measured.models.iter()).find_map(|stem| {
+            let name = &tree_models[stem.model];
+            let file = inputs.get(&config.models[name].file)?;
+            // What is wrong with a model itself is said of the model.
+            let model = file.model(ModelKind::Tree).ok()?;
+            let own = [model.tree?.dbh_m, model.extent.height_m];
+            stem.stretch(name, own).err()
+        });
+        misfit.map_or(Ok(()), |e| Err(of_site.of_stems(&e)))
+    };
+    if let Err(e) = of_site.all().and_then(sized).and_then(fit) {
         return Some(e.to_string());
     }
     let plot = Plot::new(site, inputs, assets.dbh_mean_m, config.chunks.size_m);

@@ -4,7 +4,7 @@ use nemoral_assets::Species;
 use nemoral_import::Stem;
 use nemoral_seed::Key;
 
-use super::measured::{MeasuredStems, measure, species_of};
+use super::measured::{MeasuredStems, Named, measure, species_of};
 use crate::config::{Assets, Site, stems_of};
 use crate::{Error, InputFiles};
 
@@ -13,6 +13,8 @@ use crate::{Error, InputFiles};
 pub(crate) struct SiteSpecies<'a> {
     pub(crate) assets: &'a Assets,
     pub(crate) site: &'a Site,
+    /// The names of the user's models of trees.
+    pub(crate) tree_models: &'a [String],
     pub(crate) inputs: &'a InputFiles,
 }
 
@@ -26,7 +28,11 @@ impl SiteSpecies<'_> {
         };
         let is_without = all.is_empty();
         let mut counts = vec![0_usize; known.len()];
-        of_stem.iter().flatten().for_each(|&i| counts[i] += 1);
+        for named in of_stem.iter().flatten() {
+            if let Named::Species(i) = *named {
+                counts[i] += 1;
+            }
+        }
         for (species, count) in known.into_iter().zip(counts) {
             let is_there = all.iter().any(|(s, _)| s.name == species.name);
             if count > 0 && !is_there {
@@ -46,9 +52,9 @@ impl SiteSpecies<'_> {
         Ok(all)
     }
 
-    /// The stem map, the species that it may name, and which of these each stem is.
+    /// The stem map, the species that it may name, and what each stem is.
     #[expect(clippy::type_complexity, reason = "three results of one reading")]
-    fn stem_map(&self) -> Result<Option<(Vec<Stem>, Vec<Species>, Vec<Option<usize>>)>, Error> {
+    fn stem_map(&self) -> Result<Option<(Vec<Stem>, Vec<Species>, Vec<Option<Named>>)>, Error> {
         let Some(stems) = stems_of(self.site, self.inputs)? else {
             return Ok(None);
         };
@@ -56,7 +62,8 @@ impl SiteSpecies<'_> {
         if !self.assets.own_species.is_empty() {
             known.push(self.own_species()?);
         }
-        let of_stem = species_of(&stems, &known, &self.site.stems.other_species);
+        let other = &self.site.stems.other_species;
+        let of_stem = species_of(&stems, &known, self.tree_models, other);
         let of_stem = of_stem.map_err(|e| self.of_stems(&e))?;
         Ok(Some((stems, known, of_stem)))
     }
@@ -72,14 +79,18 @@ impl SiteSpecies<'_> {
             return Ok(MeasuredStems::default());
         };
         let index = |i: usize| species.iter().position(|(s, _)| s.name == known[i].name);
-        let of_stem: Vec<_> = of_stem.into_iter().map(|i| i.and_then(index)).collect();
+        let place = |named: Named| match named {
+            Named::Species(i) => index(i).map(Named::Species),
+            model @ Named::Model(_) => Some(model),
+        };
+        let of_stem: Vec<_> = of_stem.into_iter().map(|i| i.and_then(place)).collect();
         let shapes = self.site.stems.shapes;
         measure((&stems, &of_stem), species, self.assets, shapes, key)
             .map_err(|e| self.of_stems(&e))
     }
 
     /// An error in the stem map.
-    fn of_stems(&self, message: &str) -> Error {
+    pub(crate) fn of_stems(&self, message: &str) -> Error {
         Error::request(format!("{}: {message}", self.site.stems.path))
     }
 

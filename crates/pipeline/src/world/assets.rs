@@ -15,7 +15,7 @@ use super::models::{ModelRecipe, WorldModels};
 use super::recipe::Recipe;
 use super::water::WaterMaterials;
 use crate::Error;
-use crate::site::{MeasuredStem, MeasuredStems};
+use crate::site::{MeasuredStem, MeasuredStems, ModelStem};
 
 /// The library and, in the same order, each shape's acceleration structure.
 #[derive(Debug)]
@@ -171,7 +171,13 @@ impl WorldAssets {
         }
         let measured = {
             let first = [of_stand[0], library.trees.len() + of_stand[1]];
-            objects_of(&stems, &species, first, &standing)
+            let mut objects = objects_of(&stems, &species, first, &standing);
+            for stem in &stems.models {
+                let copy = copy_of(stem, &models, &standing).map_err(|e| recipe.of_stems(&e))?;
+                objects.push(copy);
+            }
+            objects.sort_unstable_by_key(|object| object.size.number);
+            objects
         };
         let build = |prototypes: Vec<&Arc<Prototype>>| -> Vec<Arc<Blas>> {
             prototypes
@@ -411,7 +417,7 @@ impl WorldAssets {
     }
 }
 
-/// The trees of a stem map as objects. `first` are the places of their first living and their first
+/// The trees of a stem map that are grown, as objects. `first` are the places of their first living and their first
 /// dead shape among the standing trees.
 fn objects_of(
     measured: &MeasuredStems,
@@ -428,7 +434,7 @@ fn objects_of(
             *next - 1
         })
         .collect();
-    let object = |(number, stem): (usize, &MeasuredStem)| {
+    let object = |stem: &MeasuredStem| {
         let asset = assets[stem.shape];
         let tree = &standing[asset].tree;
         let along = stem.height_m / tree.size.height_m;
@@ -443,7 +449,7 @@ fn objects_of(
         MeasuredObject {
             asset,
             size: MeasuredSize {
-                number: number as u32,
+                number: stem.number as u32,
                 dbh_m: stem.dbh_m,
                 height_m: stem.height_m,
                 across,
@@ -452,7 +458,30 @@ fn objects_of(
             radius_m: tree.radius_m * across,
         }
     };
-    measured.stems.iter().enumerate().map(object).collect()
+    measured.stems.iter().map(object).collect()
+}
+
+/// A tree of a stem map that is a copy of a model.
+fn copy_of(
+    stem: &ModelStem,
+    models: &WorldModels,
+    standing: &[Standing],
+) -> Result<MeasuredObject, String> {
+    let mut trees = models.trees();
+    let (name, asset) = trees.nth(stem.model).ok_or("the model is not there")?;
+    let tree = &standing[asset].tree;
+    let [across, along] = stem.stretch(name, [tree.size.dbh_m, tree.size.height_m])?;
+    Ok(MeasuredObject {
+        asset,
+        size: MeasuredSize {
+            number: stem.number as u32,
+            dbh_m: tree.size.dbh_m * across,
+            height_m: tree.size.height_m * along,
+            across,
+            along,
+        },
+        radius_m: tree.radius_m * across,
+    })
 }
 
 /// The height at which diameters are measured, metres.

@@ -34,6 +34,7 @@ pub(crate) struct WorldModels {
 /// Where a model is in the library, how often it stands, and how large.
 #[derive(Clone, Debug)]
 struct PlacedModel {
+    name: String,
     kind: ObjectKind,
     /// Its index among the library's assets of its kind.
     asset: usize,
@@ -144,6 +145,7 @@ impl ModelRecipe {
                 }
             };
             added.placed.push(PlacedModel {
+                name: name.clone(),
                 kind,
                 asset,
                 share: wanted.share,
@@ -190,6 +192,12 @@ fn tree(species: String, shape: Arc<Prototype>, of: &TreeMeasures, height_m: f64
 }
 
 impl WorldModels {
+    /// The name and the index among the library's trees of each model of a tree.
+    pub(crate) fn trees(&self) -> impl Iterator<Item = (&str, usize)> {
+        let trees = self.placed.iter().filter(|m| m.kind == ObjectKind::Tree);
+        trees.map(|model| (model.name.as_str(), model.asset))
+    }
+
     fn find(&self, kind: ObjectKind, asset: usize) -> Option<&PlacedModel> {
         let mut placed = self.placed.iter();
         placed.find(|model| model.kind == kind && model.asset == asset)
@@ -268,6 +276,7 @@ mod tests {
     #[test]
     fn models_have_their_shares() {
         let model = |asset, share| PlacedModel {
+            name: String::new(),
             kind: ObjectKind::Rock,
             asset,
             share,

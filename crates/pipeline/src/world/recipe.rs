@@ -30,6 +30,8 @@ pub(crate) struct Recipe {
     water: bool,
     /// The trees of a stem map; their places do not matter here.
     site: config::Site,
+    /// The models that it may name.
+    tree_models: Vec<String>,
     inputs: InputFiles,
 }
 
@@ -47,6 +49,7 @@ impl Encode for Recipe {
             litter,
             water: _,
             site,
+            tree_models,
             inputs: _,
         } = self;
         let config::Assets {
@@ -108,6 +111,10 @@ impl Encode for Recipe {
         encoder.field("stems", &site.stems.path);
         encoder.field("other_species", &site.stems.other_species);
         encoder.field("shapes", &site.stems.shapes);
+        // Without a stem map, models do not change what is grown.
+        if !site.stems.path.is_empty() && !tree_models.is_empty() {
+            encoder.field("tree_models", &tree_models.join(" "));
+        }
     }
 }
 
@@ -155,6 +162,7 @@ impl Recipe {
             },
             water: config.water.is_any(),
             site: config.site.clone(),
+            tree_models: config.tree_models(),
             inputs: inputs.clone(),
         }
     }
@@ -187,10 +195,16 @@ impl Recipe {
         self.of_site().measured(species, key)
     }
 
+    /// An error in the stem map.
+    pub(crate) fn of_stems(&self, message: &str) -> Error {
+        self.of_site().of_stems(message)
+    }
+
     fn of_site(&self) -> SiteSpecies<'_> {
         SiteSpecies {
             assets: &self.assets,
             site: &self.site,
+            tree_models: &self.tree_models,
             inputs: &self.inputs,
         }
     }
