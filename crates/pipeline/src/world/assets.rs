@@ -417,8 +417,8 @@ impl WorldAssets {
     }
 }
 
-/// The trees of a stem map that are grown, as objects. `first` are the places of their first living and their first
-/// dead shape among the standing trees.
+/// The trees of a stem map that are grown, as objects. `first` are the places of their first living
+/// and their first dead shape among the standing trees.
 fn objects_of(
     measured: &MeasuredStems,
     species: &[(Species, f64)],
