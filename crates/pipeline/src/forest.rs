@@ -7,7 +7,7 @@ use nemoral_scene::{Annotations, ChunkCoord, LidarPoint};
 use nemoral_seed::Key;
 use nemoral_stand::{FallenStem, SceneObjects, SkyViewFactor};
 
-use crate::config::{Chunks, Config};
+use crate::config::Config;
 use crate::plan::{Node, Plan};
 use crate::recording::annotations::AnnotationRecipe;
 use crate::recording::pose::{FramePose, pictures_s};
@@ -53,7 +53,7 @@ pub struct ForestPlan {
     plan: Plan,
     backend: Backend,
     world: Key,
-    pub(crate) chunks: Chunks,
+    pub(crate) reach: VisibleReach,
     /// World: the ground's terrain and trails.
     pub ground_model: Node<(), GroundModel>,
     /// World: the library of grown plants.
@@ -309,9 +309,9 @@ impl ForestPlan {
                 ),
             ),
         };
-        let is_lit = config.all_cameras().next().is_some();
+        let reach = VisibleReach::new(config);
         let scene = plan.add(
-            SceneStage(VisibleReach::new(&config.chunks, is_lit)),
+            SceneStage(reach),
             (
                 pose,
                 object_geometry.anywhere(),
@@ -350,7 +350,7 @@ impl ForestPlan {
             plan,
             backend,
             world: world_key,
-            chunks: config.chunks.clone(),
+            reach,
             ground_model,
             library,
             assets,

@@ -21,7 +21,7 @@ impl ForestPlan {
         place_m: DVec2,
         heading_deg: f64,
     ) -> Result<RigidTransform, Error> {
-        let chunk = ChunkCoord::containing(place_m, self.chunks.size_m);
+        let chunk = ChunkCoord::containing(place_m, self.reach.chunk_size_m);
         let stance = Stance::Level {
             position_m: place_m,
             forward: forward(heading_deg),
@@ -47,10 +47,10 @@ impl ForestPlan {
         reach_m: f64,
         is_lit: bool,
     ) -> Result<FrameScene, Error> {
-        let mut reach = VisibleReach::new(&self.chunks, is_lit);
-        reach.visible_radius_m = reach.visible_radius_m.min(reach_m);
-        reach.undergrowth_radius_m = reach.undergrowth_radius_m.min(reach_m);
-        reach.litter_radius_m = reach.litter_radius_m.min(reach_m);
+        let reach = VisibleReach {
+            is_lit,
+            ..self.reach.within(reach_m)
+        };
         let around = ChunkCoord::containing(place_m, reach.chunk_size_m);
         let chunks = (
             runner.demand(self.object_geometry),

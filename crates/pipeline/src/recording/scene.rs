@@ -9,10 +9,11 @@ use nemoral_scene::glam::{DVec2, DVec3, Vec3};
 use nemoral_scene::{ChunkCoord, InstancedScene, PlacedGroup, RayCaster};
 use nemoral_stand::SkyViewFactor;
 
+use crate::Error;
+use crate::config::Config;
 use crate::plan::{Demand, Hasher};
 use crate::pool::in_pool;
 use crate::world::chunk_geometry::{LitterGeometry, ObjectGeometry, UndergrowthGeometry};
-use crate::{Error, config};
 
 /// Everything that is visible at a frame, around the corner of the robot's chunk.
 pub struct FrameScene {
@@ -81,21 +82,35 @@ pub(crate) struct VisibleReach {
     pub(crate) visible_radius_m: f64,
     /// The distance to which undergrowth is visible, metres.
     pub(crate) undergrowth_radius_m: f64,
-    /// The distance to which litter is visible, metres.
-    pub(crate) litter_radius_m: f64,
+    /// The distance to which litter is visible, metres; `None` where there is none, so that nobody
+    /// asks for the light by which it would lie.
+    pub(crate) litter_radius_m: Option<f64>,
     /// Whether it is asked how bright things are. Lasers bring their own light: where there is no
     /// camera, nobody needs the sky view factor, which is most of what a chunk costs.
     pub(crate) is_lit: bool,
 }
 
 impl VisibleReach {
-    pub(crate) fn new(chunks: &config::Chunks, is_lit: bool) -> Self {
+    /// That of the frames of a config.
+    pub(crate) fn new(config: &Config) -> Self {
+        let chunks = &config.chunks;
+        let litter_radius_m = chunks.litter_radius_m.min(chunks.undergrowth_radius_m);
         Self {
             chunk_size_m: chunks.size_m,
             visible_radius_m: chunks.visible_radius_m,
             undergrowth_radius_m: chunks.undergrowth_radius_m,
-            litter_radius_m: chunks.litter_radius_m.min(chunks.undergrowth_radius_m),
-            is_lit,
+            litter_radius_m: config.litter.is_any().then_some(litter_radius_m),
+            is_lit: config.all_cameras().next().is_some(),
+        }
+    }
+
+    /// The same, as far as `reach_m` only.
+    pub(crate) fn within(self, reach_m: f64) -> Self {
+        Self {
+            visible_radius_m: self.visible_radius_m.min(reach_m),
+            undergrowth_radius_m: self.undergrowth_radius_m.min(reach_m),
+            litter_radius_m: self.litter_radius_m.map(|radius_m| radius_m.min(reach_m)),
+            ..self
         }
     }
 
@@ -110,7 +125,7 @@ impl VisibleReach {
         hasher.write_f64(*chunk_size_m);
         hasher.write_f64(*visible_radius_m);
         hasher.write_f64(*undergrowth_radius_m);
-        hasher.write_f64(*litter_radius_m);
+        hasher.write_f64(litter_radius_m.unwrap_or(-1.0));
         hasher.write_u64(u64::from(*is_lit));
     }
 
@@ -128,11 +143,13 @@ impl VisibleReach {
     ) -> Result<FrameScene, Error> {
         let size = self.chunk_size_m;
         let mut groups = self.groups(place_m, (objects, undergrowth))?;
-        let near = visible_chunks(place_m, self.litter_radius_m, size);
-        let litter = near.iter().zip(litter.all(&near)?);
-        groups.extend(
-            litter.filter_map(|(chunk, litter)| Some((*chunk, Arc::clone(litter.0.as_ref()?)))),
-        );
+        if let Some(radius_m) = self.litter_radius_m {
+            let near = visible_chunks(place_m, radius_m, size);
+            let litter = near.iter().zip(litter.all(&near)?);
+            groups.extend(
+                litter.filter_map(|(chunk, litter)| Some((*chunk, Arc::clone(litter.0.as_ref()?)))),
+            );
+        }
         let mut light = BTreeMap::new();
         if self.is_lit {
             let visible = visible_chunks(place_m, self.visible_radius_m, size);

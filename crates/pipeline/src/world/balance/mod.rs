@@ -90,7 +90,7 @@ impl BalanceRecipe {
             balance: config.balance.clone(),
             ontology: config.output.ontology.clone(),
             clearance_m: config.robot.clearance_m,
-            reach: VisibleReach::new(&config.chunks, false),
+            reach: VisibleReach::new(config),
             sensors: Box::new(config.clone()),
             inputs: inputs.clone(),
         })
