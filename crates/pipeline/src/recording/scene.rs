@@ -82,11 +82,10 @@ pub(crate) struct VisibleReach {
     pub(crate) visible_radius_m: f64,
     /// The distance to which undergrowth is visible, metres.
     pub(crate) undergrowth_radius_m: f64,
-    /// The distance to which litter is visible, metres; `None` where there is none, so that nobody
-    /// asks for the light by which it would lie.
+    /// The distance to which litter is visible, metres; `None` where there is none.
     pub(crate) litter_radius_m: Option<f64>,
     /// Whether it is asked how bright things are. Lasers bring their own light: where there is no
-    /// camera, nobody needs the sky view factor, which is most of what a chunk costs.
+    /// camera, nobody needs the sky view factor of far chunks, which is most of what these cost.
     pub(crate) is_lit: bool,
 }
 
