@@ -2,8 +2,8 @@
 
     pip install ./python torch && python benches/python/stream.py [FRAMES]
 
-A network trains on the points of `medium` (LiDAR alone, 50,000 pulses, worlds of 32 frames) that one
-worker makes: shared layers of 64, 128 and 256 for each point and a maximum over the scan, as in
+A network trains on the points of `medium` (LiDAR alone, 50,000 pulses, worlds of 32 frames), which
+one worker makes: shared layers of 64, 128 and 256 for each point and a maximum over the scan, as in
 PointNet's segmentation (Qi et al. 2017), on 16,384 points a step. Then pictures of 160 x 90 with
 2,000 pulses are only counted, against the number of workers.
 """

@@ -2,56 +2,40 @@
 //! these are grassy.
 #![allow(clippy::print_stdout, reason = "what was measured, for --nocapture")]
 
-use nemoral_pipeline::ForestPlan;
-use nemoral_pipeline::config::{Config, Layers};
-use nemoral_pipeline::plan::{Runner, Store};
+mod common;
+
+use common::World;
 use nemoral_pipeline::world::patch::Patch;
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, PlantCommunity, TrailSurfaceKind};
 use nemoral_stand::PatchKind;
 
-struct World {
-    forest: ForestPlan,
-    store: Store,
+/// A world of few plants.
+fn world(preset: &str, settings: &[&str]) -> World {
+    World::new(
+        preset,
+        &[
+            &["assets.individuals=1", "trails.spawn_probability=0.1"],
+            settings,
+        ]
+        .concat(),
+    )
 }
 
-impl World {
-    fn new(preset: &str, settings: &[&str]) -> Self {
-        let few = ["assets.individuals=1", "trails.spawn_probability=0.1"];
-        let layers = Layers {
-            preset: Some(preset.to_owned()),
-            file: None,
-            settings: few
-                .iter()
-                .chain(settings)
-                .map(|s| (*s).to_owned())
-                .collect(),
-        };
-        let config: Config = layers.load().unwrap_or_else(|e| panic!("{e}"));
-        let forest = ForestPlan::new(&config).unwrap_or_else(|e| panic!("{e}"));
-        let store = Store::unlimited();
-        Self { forest, store }
-    }
-
-    fn runner(&self) -> Runner<'_> {
-        Runner::new(self.forest.plan(), &self.store, 2)
-    }
-
-    /// Calls with the patches of nine chunks, each with its distance from the edge of a trail and
-    /// the surface of that trail.
-    fn each(&self, mut f: impl FnMut(&Patch, f64, Option<TrailSurfaceKind>)) {
-        let runner = self.runner();
-        for i in 0..9 {
-            let at = ChunkCoord::new(i % 3, i / 3);
-            let ground = runner.get(self.forest.ground, at).expect("ground");
-            for patch in runner
-                .get(self.forest.undergrowth, at)
-                .expect("patches")
-                .iter()
-            {
-                let p = patch.point.position_m;
-                f(patch, ground.trail_edge_m(p), ground.trail_kind(p));
-            }
+/// Calls with the patches of nine chunks, each with its distance from the edge of a trail and
+/// the surface of that trail.
+fn each(world: &World, mut f: impl FnMut(&Patch, f64, Option<TrailSurfaceKind>)) {
+    let runner = world.runner();
+    for i in 0..9 {
+        let at = ChunkCoord::new(i % 3, i / 3);
+        let ground = runner.get(world.forest.ground, at).expect("ground");
+        for patch in runner
+            .get(world.forest.undergrowth, at)
+            .expect("patches")
+            .iter()
+        {
+            let p = patch.point.position_m;
+            f(patch, ground.trail_edge_m(p), ground.trail_kind(p));
         }
     }
 }
@@ -60,9 +44,9 @@ const CHUNKS_M2: f64 = 9.0 * 2500.0;
 
 #[test]
 fn a_glade_is_under_grass_and_its_trails_too() {
-    let world = World::new("glade", &[]);
+    let world = world("glade", &[]);
     let (mut wide, mut on_trail, mut trail_cells) = (0, 0, 0);
-    world.each(|patch, edge_m, surface| match patch.kind {
+    each(&world, |patch, edge_m, surface| match patch.kind {
         PatchKind::Closed(community) => {
             assert!(edge_m > 0.8, "{community:?} {edge_m} m from a trail");
             wide += i32::from(community.is_grass());
@@ -96,9 +80,9 @@ fn a_glade_is_under_grass_and_its_trails_too() {
 
 #[test]
 fn other_surfaces_stay_free_and_thickets_take_their_share() {
-    let world = World::new("rank-clearing", &[]);
+    let world = world("rank-clearing", &[]);
     let mut counts = [0; PlantCommunity::ALL.len()];
-    world.each(|patch, edge_m, _| match patch.kind {
+    each(&world, |patch, edge_m, _| match patch.kind {
         PatchKind::Closed(community) => counts[community.index()] += 1,
         PatchKind::ClosedBorder(_) => assert!(edge_m > 0.0, "{edge_m}"),
         _ => {}
@@ -113,7 +97,7 @@ fn other_surfaces_stay_free_and_thickets_take_their_share() {
 fn there_is_less_in_the_dark_and_nothing_without_being_asked_for() {
     let closed = |preset, settings: &[&str]| {
         let mut count = 0;
-        World::new(preset, settings).each(|patch, _, _| {
+        each(&world(preset, settings), |patch, _, _| {
             let is_closed = matches!(
                 patch.kind,
                 PatchKind::Closed(_) | PatchKind::ClosedBorder(_)
@@ -133,7 +117,7 @@ fn there_is_less_in_the_dark_and_nothing_without_being_asked_for() {
 
 #[test]
 fn the_paper_medium_preset_stays_within_its_instances() {
-    let world = World::new("medium", &["trails.spawn_probability=0.012"]);
+    let world = world("medium", &["trails.spawn_probability=0.012"]);
     let scene = world.runner().get(world.forest.scene, 0).expect("a scene");
     let counts = scene
         .groups

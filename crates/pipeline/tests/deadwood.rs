@@ -1,43 +1,16 @@
 //! Deadwood: as much as was asked for, of the stages that were asked for, lying on the ground.
 #![allow(clippy::print_stdout, reason = "what was measured, for --nocapture")]
 
+mod common;
+
 use std::sync::LazyLock;
 
+use common::{World, config};
 use nemoral_assets::LogAsset;
-use nemoral_pipeline::ForestPlan;
-use nemoral_pipeline::config::{Config, Layers};
-use nemoral_pipeline::plan::{Runner, Store};
 use nemoral_pipeline::world::assets::WorldAssets;
 use nemoral_scene::glam::DVec3;
 use nemoral_scene::{ChunkCoord, DeadwoodRecord, ObjectKind, Surface};
 use nemoral_stand::SceneObject;
-
-/// A world with its own store.
-struct World {
-    forest: ForestPlan,
-    store: Store,
-}
-
-impl World {
-    fn new(preset: &str, settings: &[&str]) -> Self {
-        let forest = ForestPlan::new(&config(preset, settings)).unwrap_or_else(|e| panic!("{e}"));
-        let store = Store::unlimited();
-        Self { forest, store }
-    }
-
-    fn runner(&self, threads: usize) -> Runner<'_> {
-        Runner::new(self.forest.plan(), &self.store, threads)
-    }
-}
-
-fn config(preset: &str, settings: &[&str]) -> Config {
-    let layers = Layers {
-        preset: Some(preset.to_owned()),
-        file: None,
-        settings: settings.iter().map(|s| (*s).to_owned()).collect(),
-    };
-    layers.load().unwrap_or_else(|e| panic!("{e}"))
-}
 
 const FEW: &str = "assets.individuals=1";
 
@@ -58,7 +31,7 @@ fn each(
     kind: ObjectKind,
     mut f: impl FnMut(ChunkCoord, &SceneObject, &WorldAssets),
 ) {
-    let runner = world.runner(2);
+    let runner = world.runner();
     let assets = runner.get(world.forest.assets, ()).expect("assets");
     for at in square(side) {
         let objects = runner.get(world.forest.objects, at).expect("objects");
@@ -156,7 +129,7 @@ fn heights(object: &SceneObject, log: &LogAsset, ground: &impl Surface) -> Vec<[
 
 #[test]
 fn logs_lie_on_the_ground() {
-    let runner = OAKS.runner(2);
+    let runner = OAKS.runner();
     let mut all = 0;
     each(&OAKS, 6, ObjectKind::Log, |at, object, assets| {
         let ground = runner.get(OAKS.forest.ground, at).expect("ground");
@@ -188,7 +161,7 @@ fn logs_lie_on_the_ground() {
 
 #[test]
 fn logs_keep_clear_of_trails_and_trees() {
-    let runner = OAKS.runner(2);
+    let runner = OAKS.runner();
     each(&OAKS, 6, ObjectKind::Log, |at, object, assets| {
         let ground = runner.get(OAKS.forest.ground, at).expect("ground");
         let log = asset(assets, object);
@@ -211,7 +184,7 @@ fn logs_keep_clear_of_trails_and_trees() {
             "deadwood.across_trails=true",
         ],
     );
-    let runner = across.runner(2);
+    let runner = across.runner();
     let mut on_trails = 0;
     each(&across, 6, ObjectKind::Log, |at, object, _| {
         let ground = runner.get(across.forest.ground, at).expect("ground");
@@ -222,7 +195,7 @@ fn logs_keep_clear_of_trails_and_trees() {
 
 #[test]
 fn a_thrown_tree_has_its_plate_and_its_pit() {
-    let runner = OAKS.runner(2);
+    let runner = OAKS.runner();
     let mut all = 0;
     each(&OAKS, 8, ObjectKind::RootPlate, |at, plate, assets| {
         let ground = runner.get(OAKS.forest.ground, at).expect("ground");
@@ -252,7 +225,7 @@ fn a_thrown_tree_has_its_plate_and_its_pit() {
 fn the_order_of_chunks_does_not_matter() {
     let of = |chunks: &[ChunkCoord], threads: usize| {
         let world = World::new("oak-mixed", &[FEW]);
-        let runner = world.runner(threads);
+        let runner = world.runner_of(threads);
         let mut texts: Vec<(ChunkCoord, String)> = Vec::new();
         for &at in chunks {
             let objects = runner.get(world.forest.objects, at).expect("objects");

@@ -1,45 +1,25 @@
 //! Litter in relief: how much of it lies where, that it lies on the ground, and that chunks agree.
 #![allow(clippy::print_stdout, reason = "what was measured, for --nocapture")]
 
+mod common;
+
 use std::sync::{Arc, LazyLock};
 
-use nemoral_pipeline::ForestPlan;
-use nemoral_pipeline::config::{Config, Layers};
-use nemoral_pipeline::plan::{Runner, Store};
+use common::{World, config};
 use nemoral_pipeline::world::litter::LitterPatch;
 use nemoral_raycast::RayScene;
 use nemoral_scene::glam::{DVec2, Vec3};
 use nemoral_scene::{ChunkCoord, ObjectKind, Ray, RayCaster, Surface};
 
-struct World {
-    forest: ForestPlan,
-    store: Store,
+/// A world of few plants.
+fn world(preset: &str, settings: &[&str]) -> World {
+    World::new(preset, &[&["assets.individuals=1"], settings].concat())
 }
 
-impl World {
-    fn new(preset: &str, settings: &[&str]) -> Self {
-        let few = ["assets.individuals=1"];
-        let layers = Layers {
-            preset: Some(preset.to_owned()),
-            file: None,
-            settings: (few.iter().chain(settings))
-                .map(|s| (*s).to_owned())
-                .collect(),
-        };
-        let config: Config = layers.load().unwrap_or_else(|e| panic!("{e}"));
-        let forest = ForestPlan::new(&config).unwrap_or_else(|e| panic!("{e}"));
-        let store = Store::unlimited();
-        Self { forest, store }
-    }
-
-    fn runner(&self) -> Runner<'_> {
-        Runner::new(self.forest.plan(), &self.store, 2)
-    }
-
-    fn litter(&self, at: ChunkCoord) -> Vec<LitterPatch> {
-        let patches = self.runner().get(self.forest.litter, at);
-        patches.expect("litter").to_vec()
-    }
+/// The litter of a chunk.
+fn litter(world: &World, at: ChunkCoord) -> Vec<LitterPatch> {
+    let patches = world.runner().get(world.forest.litter, at);
+    patches.expect("litter").to_vec()
 }
 
 /// The area of a patch on the map, m².
@@ -53,7 +33,7 @@ fn chunks() -> impl Iterator<Item = ChunkCoord> {
 }
 
 static BEECH: LazyLock<World> = LazyLock::new(|| {
-    World::new(
+    world(
         "beech",
         &["litter.cover=1.0", "trails.spawn_probability=0.05"],
     )
@@ -63,8 +43,8 @@ static BEECH: LazyLock<World> = LazyLock::new(|| {
 fn as_much_lies_as_was_asked_for() {
     let area = |cover: &str| {
         let cover = format!("litter.cover={cover}");
-        let world = World::new("demo", &[&cover]);
-        let patches = world.litter(ChunkCoord::new(0, 0));
+        let world = world("demo", &[&cover]);
+        let patches = litter(&world, ChunkCoord::new(0, 0));
         patches.iter().map(area_m2).sum::<f64>()
     };
     let whole = area("1");
@@ -78,15 +58,11 @@ fn as_much_lies_as_was_asked_for() {
 #[test]
 fn presets_of_the_paper_and_the_demo_have_none() {
     for preset in ["low", "medium", "high", "demo"] {
-        let layers = Layers {
-            preset: Some(preset.to_owned()),
-            ..Layers::default()
-        };
-        let config = layers.load().unwrap_or_else(|e| panic!("{e}"));
+        let config = config(preset, &[]);
         assert!(!config.litter.is_any(), "{preset}");
     }
-    let world = World::new("demo", &[]);
-    assert!(world.litter(ChunkCoord::new(0, 0)).is_empty());
+    let world = world("demo", &[]);
+    assert!(litter(&world, ChunkCoord::new(0, 0)).is_empty());
     let assets = world.runner().get(world.forest.assets, ()).expect("assets");
     assert!(assets.shed.is_empty() && assets.library.shed.is_empty());
 }
@@ -97,7 +73,7 @@ fn leaves_lie_on_the_mesh_of_the_ground() {
         ("beech", &[][..]),
         ("eucalyptus-plantation", &["terrain.max_height_m=90"][..]),
     ] {
-        let world = World::new(preset, settings);
+        let world = world(preset, settings);
         let runner = world.runner();
         let (mut gaps, mut ids) = (Vec::new(), 0);
         let mut square = 0.0;
@@ -167,7 +143,7 @@ fn it_is_thin_on_trails_and_deep_at_stems_and_in_hollows() {
             on.1 += i32::from(edge_m < 0.0);
             off.1 += i32::from(edge_m > 1.0);
         }
-        for patch in BEECH.litter(at) {
+        for patch in litter(&BEECH, at) {
             let p = patch.at.position_m;
             let edge_m = ground.trail_edge_m(p);
             if edge_m < 0.0 {
@@ -232,7 +208,7 @@ fn none_lies_in_water() {
         "water.puddles=1",
         "trails.spawn_probability=0.05",
     ];
-    let world = World::new("stream-valley", &settings);
+    let world = world("stream-valley", &settings);
     let runner = world.runner();
     let (mut count, mut near) = (0, 0);
     for at in chunks() {
@@ -261,8 +237,8 @@ fn none_lies_in_water() {
 fn chunks_agree_whatever_is_asked_first() {
     let settings = ["trails.spawn_probability=0.05"];
     let at = ChunkCoord::new(1, -1);
-    let alone = World::new("beech", &settings).litter(at);
-    let world = World::new("beech", &settings);
+    let alone = litter(&world("beech", &settings), at);
+    let world = world("beech", &settings);
     for before in at
         .square(1)
         .filter(|c| *c != at)
@@ -270,9 +246,9 @@ fn chunks_agree_whatever_is_asked_first() {
         .iter()
         .rev()
     {
-        world.litter(*before);
+        litter(&world, *before);
     }
-    assert_eq!(alone, world.litter(at));
+    assert_eq!(alone, litter(&world, at));
     // Each patch is of one chunk, and a little more than a narrow one's distance may be beyond.
     assert!(alone.len() > 500);
     for patch in &alone {
@@ -285,7 +261,7 @@ fn chunks_agree_whatever_is_asked_first() {
     // No two patches are in the same place, across borders either.
     let mut all: Vec<DVec2> = at
         .square(1)
-        .flat_map(|c| world.litter(c))
+        .flat_map(|c| litter(&world, c))
         .map(|patch| patch.at.position_m)
         .collect();
     let count = all.len();
@@ -298,7 +274,7 @@ fn chunks_agree_whatever_is_asked_first() {
 #[ignore = "half a minute: .ci/full runs it"]
 fn it_adds_few_instances() {
     let count = |settings: &[&str]| {
-        let world = World::new("beech", settings);
+        let world = world("beech", settings);
         let scene = world.runner().get(world.forest.scene, 0).expect("a scene");
         let groups = scene.groups.iter();
         groups
@@ -318,7 +294,7 @@ fn it_adds_few_instances() {
 
 #[test]
 fn value_stability() {
-    let patches = BEECH.litter(ChunkCoord::new(0, 0));
+    let patches = litter(&BEECH, ChunkCoord::new(0, 0));
     let patch = patches[100];
     assert_eq!(
         (patches.len(), patch.species, patch.is_wide),

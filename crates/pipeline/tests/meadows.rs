@@ -2,48 +2,33 @@
 //! mantle closes its edge, grass covers what is kept, moss is where it is wet.
 #![allow(clippy::print_stdout, reason = "what was measured, for --nocapture")]
 
-use nemoral_pipeline::ForestPlan;
-use nemoral_pipeline::config::{Config, Layers};
-use nemoral_pipeline::plan::{Runner, Store};
+mod common;
+
+use common::World;
 use nemoral_pipeline::world::ground::ChunkGround;
 use nemoral_placement::Site;
 use nemoral_scene::ChunkCoord;
 use nemoral_scene::glam::DVec2;
 use nemoral_stand::PatchKind;
 
-struct World {
-    forest: ForestPlan,
-    store: Store,
+/// A world of few plants.
+fn world(preset: &str, settings: &[&str]) -> World {
+    World::new(
+        preset,
+        &[
+            &["assets.individuals=1", "trails.spawn_probability=0"],
+            settings,
+        ]
+        .concat(),
+    )
 }
 
-impl World {
-    fn new(preset: &str, settings: &[&str]) -> Self {
-        let few = ["assets.individuals=1", "trails.spawn_probability=0"];
-        let layers = Layers {
-            preset: Some(preset.to_owned()),
-            file: None,
-            settings: few
-                .iter()
-                .chain(settings)
-                .map(|s| (*s).to_owned())
-                .collect(),
-        };
-        let config: Config = layers.load().unwrap_or_else(|e| panic!("{e}"));
-        let forest = ForestPlan::new(&config).unwrap_or_else(|e| panic!("{e}"));
-        let store = Store::unlimited();
-        Self { forest, store }
-    }
-
-    fn runner(&self) -> Runner<'_> {
-        Runner::new(self.forest.plan(), &self.store, 2)
-    }
-
-    fn each_chunk(&self, side: i32, mut f: impl FnMut(ChunkCoord, &ChunkGround)) {
-        let runner = self.runner();
-        for i in 0..side * side {
-            let at = ChunkCoord::new(i % side, i / side);
-            f(at, &runner.get(self.forest.ground, at).expect("ground"));
-        }
+/// Calls with the ground of each chunk of a square.
+fn each_chunk(world: &World, side: i32, mut f: impl FnMut(ChunkCoord, &ChunkGround)) {
+    let runner = world.runner();
+    for i in 0..side * side {
+        let at = ChunkCoord::new(i % side, i / side);
+        f(at, &runner.get(world.forest.ground, at).expect("ground"));
     }
 }
 
@@ -67,12 +52,12 @@ impl Strips {
 
 #[test]
 fn a_wood_ends_in_a_mantle_and_its_meadow_is_grass() {
-    let world = World::new("meadow-edge", &[]);
+    let world = world("meadow-edge", &[]);
     let runner = world.runner();
     let mut areas = Strips::default();
     let mut found: [Strips; 4] = Default::default();
     let [mut grass, mut thickets, mut others] = [(); 3].map(|()| Strips::default());
-    world.each_chunk(9, |at, ground| {
+    each_chunk(&world, 9, |at, ground| {
         for i in 0..25 * 25 {
             let p = DVec2::new(f64::from(i % 25) + 0.5, f64::from(i / 25) + 0.5) * 2.0;
             areas.add(ground.open_m(at.origin_m(50.0) + p), 4.0);
@@ -124,11 +109,11 @@ fn a_wood_ends_in_a_mantle_and_its_meadow_is_grass() {
 
 #[test]
 fn a_clearing_is_overgrown_among_stumps() {
-    let world = World::new("rank-clearing", &[]);
+    let world = world("rank-clearing", &[]);
     let runner = world.runner();
     let mut areas = [0.0; 2];
     let mut found = [[0.0; 2]; 4];
-    world.each_chunk(8, |at, ground| {
+    each_chunk(&world, 8, |at, ground| {
         let side = |p: DVec2| match ground.open_m(p) {
             open_m if open_m > 6.0 => Some(1),
             open_m if open_m < -6.0 => Some(0),
@@ -163,7 +148,7 @@ fn plants_follow_the_lie_of_the_ground() {
         "terrain.max_height_m=40",
         "water.puddles=0",
     ];
-    let world = World::new("oak-mixed", &hills);
+    let world = world("oak-mixed", &hills);
     let runner = world.runner();
     // Of single patches: how many are ferns or herbs, and how many grass, where it is wet or dry.
     let mut counts = [[0.0; 2]; 2];

@@ -2,39 +2,14 @@
 //! agree.
 #![allow(clippy::print_stdout, reason = "what was measured, for --nocapture")]
 
+mod common;
+
 use std::sync::LazyLock;
 
-use nemoral_pipeline::ForestPlan;
-use nemoral_pipeline::config::{Config, Layers, Preset};
-use nemoral_pipeline::plan::{Runner, Store};
+use common::World;
+use nemoral_pipeline::config::Preset;
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, ObjectKind, Semantic, Surface};
-
-struct World {
-    forest: ForestPlan,
-    store: Store,
-}
-
-impl World {
-    fn new(preset: &str, settings: &[&str]) -> Self {
-        let forest = ForestPlan::new(&config(preset, settings)).unwrap_or_else(|e| panic!("{e}"));
-        let store = Store::unlimited();
-        Self { forest, store }
-    }
-
-    fn runner(&self) -> Runner<'_> {
-        Runner::new(self.forest.plan(), &self.store, 2)
-    }
-}
-
-fn config(preset: &str, settings: &[&str]) -> Config {
-    let layers = Layers {
-        preset: Some(preset.to_owned()),
-        file: None,
-        settings: settings.iter().map(|s| (*s).to_owned()).collect(),
-    };
-    layers.load().unwrap_or_else(|e| panic!("{e}"))
-}
 
 /// Streams, ponds and trails in most chunks.
 static VALLEY: LazyLock<World> = LazyLock::new(|| {
