@@ -102,7 +102,7 @@ fn a_wood_ends_in_a_mantle_and_its_meadow_is_grass() {
             .chain(&saplings[10..])
             .all(|n| *n == 0.0)
     );
-    // It is grass, and nothing of the wood grows or lies there.
+    // It is grass, and there are no thickets.
     let far = |of: &Strips| of.0[10..].iter().sum::<f64>();
     assert!(far(&grass) > 100.0 && far(&thickets) == 0.0);
 }

@@ -33,15 +33,21 @@ impl ResolvedHit for SurfaceHit {
         } = nearest.found()?;
         let instance = (groups[rank.group as usize].1).instance_ref(rank.group, primitive.part);
         let (shape, surface) = instance.blas.shape_at(rank.primitive, primitive)?;
-        let [u, v] = shape.edges();
-        let normal = instance.pose.normal_to_group(u.cross(v)).try_normalize();
         Some(Self {
             distance_m: nearest.t(),
-            geometric_normal: normal.unwrap_or(DVec3::Z).as_vec3(),
+            geometric_normal: geometric_normal(&shape, instance.pose).as_vec3(),
             material: surface.material,
             object: rank.object,
         })
     }
+}
+
+/// Unit normal of a primitive of an instance, in its group, on the side from which its corners are
+/// counterclockwise; up for one without any area.
+pub(crate) fn geometric_normal(shape: &Shape, pose: &Pose) -> DVec3 {
+    let [u, v] = shape.edges();
+    let normal = pose.normal_to_group(u.cross(v)).try_normalize();
+    normal.unwrap_or(DVec3::Z)
 }
 
 /// The hit at the intersection of a ray with a primitive of an instance.
@@ -106,9 +112,9 @@ fn shaded_hit(
         }
         (None, card_uv(), card_uv_area())
     };
-    let normal_to_scene = |n: DVec3| pose.normal_to_group(n).try_normalize();
-    let geometric = normal_to_scene(edge_u.cross(edge_v)).unwrap_or(DVec3::Z);
-    let shading = vertex_normal.and_then(normal_to_scene).unwrap_or(geometric);
+    let geometric = geometric_normal(&shape, pose);
+    let to_group = |n: DVec3| pose.normal_to_group(n).try_normalize();
+    let shading = vertex_normal.and_then(to_group).unwrap_or(geometric);
     let side = if shading.dot(geometric) < 0.0 {
         -1.0
     } else {

@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 use nemoral_scene::ObjectId;
 
 use crate::group::Group;
-use crate::hit::ResolvedHit;
+use crate::hit::{ResolvedHit, geometric_normal};
 use crate::nearest::{Nearest, PrimitiveHit};
 
 /// A primitive of a [`Prototype`](nemoral_scene::Prototype), by its number there.
@@ -49,8 +49,6 @@ impl ResolvedHit for HitRecord {
         let blas = instance.blas;
         // What was cast is still in the cache; the mesh is not.
         let (shape, _) = blas.shape_at(rank.primitive, stored)?;
-        let [u, v] = shape.edges();
-        let normal = instance.pose.normal_to_group(u.cross(v)).try_normalize();
         let mesh = blas.prototype().mesh();
         let triangles = mesh.triangles.len() as u32;
         let (primitive, place) = if let Some(quad) = blas.quad(rank.primitive) {
@@ -70,7 +68,7 @@ impl ResolvedHit for HitRecord {
             instance: rank.instance,
             primitive,
             place,
-            geometric_normal: normal.unwrap_or(DVec3::Z).as_vec3(),
+            geometric_normal: geometric_normal(&shape, instance.pose).as_vec3(),
         })
     }
 }

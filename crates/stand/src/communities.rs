@@ -40,10 +40,10 @@ pub struct Site {
     pub moisture: f64,
     /// Rise over run.
     pub slope: f64,
-    /// Sun on the slope, as [`GroundConditions::exposure`](crate::GroundConditions); 0 for level
+    /// Sun on the slope, as [`GroundConditions::heat_load`](crate::GroundConditions); 0 for level
     /// ground.
-    pub exposure: f64,
-    /// Depth of the soil, metres; 0.5 as most of the ground.
+    pub heat_load: f64,
+    /// Depth of the soil, metres, 0 and more; 0.5 where it has no effect.
     pub soil_m: f64,
     /// The share of a meadow's grass, 0..=1: at 1 there is grass alone, without gaps.
     pub meadow: f64,
@@ -203,8 +203,8 @@ fn suitability(community: Option<PlantCommunity>, site: &Site) -> f64 {
         _ => ramp(-0.06, 0.16, site.soil_m),
     };
     let by_sun = match community {
-        Some(PlantCommunity::Bilberry) => 1.0 - 0.8 * ramp(0.06, 0.28, site.exposure),
-        Some(PlantCommunity::Heath) => 1.0 - 0.6 * ramp(0.06, 0.28, -site.exposure),
+        Some(PlantCommunity::Bilberry) => 1.0 - 0.8 * ramp(0.06, 0.28, site.heat_load),
+        Some(PlantCommunity::Heath) => 1.0 - 0.6 * ramp(0.06, 0.28, -site.heat_load),
         _ => 1.0,
     };
     let by_slope = 1.0 - ramp(0.75, 1.1, site.slope);
@@ -266,7 +266,7 @@ mod tests {
         sky_view: 0.6,
         moisture: 0.5,
         slope: 0.1,
-        exposure: 0.0,
+        heat_load: 0.0,
         soil_m: 0.5,
         meadow: 0.0,
         fringe: 0.0,
@@ -361,11 +361,11 @@ mod tests {
             thickets: [0.0, 0.2, 0.2, 0.2, 0.2],
             ..NONE
         };
-        let at = |soil_m, exposure| {
+        let at = |soil_m, heat_load| {
             let site = Site {
                 moisture: 0.55,
                 soil_m,
-                exposure,
+                heat_load,
                 ..OPEN
             };
             count(&params, &site)

@@ -8,8 +8,8 @@ const RINGS_M: [f64; 2] = [10.0, 26.0];
 /// The greatest distance from a place at which the ground is looked at, metres.
 pub const CONDITIONS_REACH_M: f64 = RINGS_M[1];
 
-/// How much the ground around rises on average, over the ring's radius, where a hollow is half as
-/// wet as it can be. These are standard deviations over hills like those of the default terrain.
+/// How much the ground around rises on average, over the ring's radius, where a hollow's
+/// wetness is 0.7. These are standard deviations over hills like those of the default terrain.
 const HOLLOW: [f64; 2] = [0.022, 0.036];
 /// The slope at which water runs off as readily as it gathers in such a hollow.
 const RUN_OFF: f64 = 0.45;
@@ -31,18 +31,19 @@ const DEEPEST_M: f64 = 1.6;
 pub struct GroundConditions {
     /// From −1, a dry crest, over 0, as most of the ground, to 1, a soaked hollow.
     pub wetness: f64,
-    /// Sun on the slope, −1..=1: the sine of its steepness, times the cosine of its direction to
-    /// the south-west. 0 on level ground and on slopes to the south-east and north-west.
-    pub exposure: f64,
+    /// Heat load by the sun, as in the northern hemisphere, −1..=1: the sine of the slope's
+    /// steepness, times the cosine of its direction to the south-west. 0 on level ground and on
+    /// slopes to the south-east and north-west.
+    pub heat_load: f64,
     /// Depth of the soil over rock, metres, 0..=1.6.
     pub soil_m: f64,
 }
 
 impl GroundConditions {
-    /// As most of the ground: moderately moist, level, with half a metre of soil.
+    /// Moderately moist, level, with half a metre of soil: ground without any effect.
     pub const NEUTRAL: Self = Self {
         wetness: 0.0,
-        exposure: 0.0,
+        heat_load: 0.0,
         soil_m: 0.5,
     };
 
@@ -50,7 +51,7 @@ impl GroundConditions {
     ///
     /// Wetness is what a topographic wetness index measures, ln(catchment / slope) (Beven and
     /// Kirkby 1979), without a catchment, which reaches any distance: water gathers where the
-    /// ground around is higher, at two scales, and runs off slopes. Exposure is the term of a
+    /// ground around is higher, at two scales, and runs off slopes. Heat load is the term of a
     /// slope's direction in the heat load of McCune and Keon (2002), which is greatest to the
     /// south-west. Soil is as deep as where its production, which falls with depth, equals what
     /// creeps away: h = h₀ ln(P₀ / (−K ∇²z)), with a K that grows towards a critical slope.
@@ -69,7 +70,7 @@ impl GroundConditions {
         let convexity = -4.0 * rises_m[0] / (RINGS_M[0] * RINGS_M[0]);
         Self {
             wetness: wet / libm::sqrt(1.0 + wet * wet),
-            exposure: to_south_west / libm::sqrt(1.0 + steepness * steepness),
+            heat_load: to_south_west / libm::sqrt(1.0 + steepness * steepness),
             soil_m: soil_m(convexity, steepness),
         }
     }
@@ -85,7 +86,7 @@ impl GroundConditions {
         };
         Self {
             wetness: sum(|c| c.wetness),
-            exposure: sum(|c| c.exposure),
+            heat_load: sum(|c| c.heat_load),
             soil_m: sum(|c| c.soil_m),
         }
     }
@@ -178,11 +179,11 @@ mod tests {
     #[test]
     fn the_sun_is_in_the_south_west() {
         // Slopes that fall to the south-west, north-east and south-east.
-        let south_west = plane(0.4, 0.4).exposure;
+        let south_west = plane(0.4, 0.4).heat_load;
         assert!((south_west - 0.4 * 2.0_f64.sqrt() / 1.32_f64.sqrt()).abs() < 1e-12);
-        assert!((plane(-0.4, -0.4).exposure + south_west).abs() < 1e-12);
-        assert!(plane(-0.4, 0.4).exposure.abs() < 1e-12);
-        assert_eq!(plane(0.0, 0.0).exposure, 0.0);
+        assert!((plane(-0.4, -0.4).heat_load + south_west).abs() < 1e-12);
+        assert!(plane(-0.4, 0.4).heat_load.abs() < 1e-12);
+        assert_eq!(plane(0.0, 0.0).heat_load, 0.0);
     }
 
     #[test]

@@ -86,7 +86,7 @@ pub struct PatchSite {
     pub sky_view: f32,
     /// From −1, dry, over 0, as most of the ground, to 1, wet.
     pub wetness: f64,
-    /// Depth of the soil, metres; 0.5 as most of the ground.
+    /// Depth of the soil, metres, 0 and more; 0.5 where it has no effect.
     pub soil_m: f64,
     /// The share of what falls from trees that there is, 0..=1; 0 in the open.
     pub litter: f64,

@@ -174,17 +174,20 @@ fn a_fresh_plan_for_each_frame_is_the_same() {
     assert_same(&made, &known.frames[1..=1], "a fresh plan and store");
 }
 
-/// Gullies, meadows, and all that follows the lie of the ground.
-const STEERED: [&str; 9] = [
+/// Gullies, meadows, outcrops, and all that follows the lie of the ground.
+const STEERED: [&str; 12] = [
     "terrain.gully_depth_m=2",
     "terrain.warp=0.1",
     "terrain.terraces=0.5",
     "undergrowth.ground.wetness=1",
-    "undergrowth.ground.exposure=1",
+    "undergrowth.ground.heat_load=1",
     "undergrowth.ground.soil=1",
     "undergrowth.ground.mud=1",
     "placement.meadows.share=0.4",
     "placement.meadows.scale_m=40",
+    "undergrowth.sward.cover=0.3",
+    "placement.outcrops=1",
+    "terrain.max_height_m=40",
 ];
 
 #[test]

@@ -68,7 +68,7 @@ fn a_floor_that_is_swept_or_overgrown_is_noticed() {
             "undergrowth.thickets.bracken=1",
             // Dry ground does not bear them otherwise.
             "undergrowth.ground.wetness=0",
-            "undergrowth.ground.exposure=0",
+            "undergrowth.ground.heat_load=0",
             "undergrowth.ground.soil=0",
             "deadwood.volume_m3_ha=20",
         ],

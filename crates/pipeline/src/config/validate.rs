@@ -10,7 +10,7 @@ use super::{
     Config, Lidar, LidarPattern, ModelKind, PathTrail, RobotPath, SunPosition, TerrainNoise, WAYS,
     lines_m, sky_image,
 };
-use crate::world::outcrops::most_rocks;
+use crate::world::outcrops::{least_soil_effect, most_rocks};
 use crate::{Error, InputFiles, site};
 
 /// `.label` files number the objects of a chunk from 1 to this.
@@ -53,6 +53,7 @@ impl Config {
         self.asset_problems(&mut out);
         self.undergrowth_problems(&mut out);
         self.sward_problems(&mut out);
+        self.floor_problems(&mut out);
         self.species_file_problems(inputs, &mut out);
         self.light_problems(inputs, &mut out);
         self.sensor_problems(&mut out);
@@ -107,7 +108,7 @@ impl Config {
             let message = format!(
                 ": up to {most:.0} things in a chunk, and .label files number only \
                  {OBJECTS_OF_A_CHUNK_MAX}: lower trees, stumps, shrubs, regeneration.saplings, \
-                 rocks_max or trails.rocks_max"
+                 rocks_max, outcrops, trails.rocks_max, or mantle_* and open_* of meadows"
             );
             out.add("placement", &message);
         }
@@ -299,6 +300,22 @@ impl Config {
                 ": the weights of rank, grazed, tussocks, dry and lodged are all 0, and \
                  undergrowth.sward.cover asks for grass",
             );
+        }
+    }
+
+    /// What is asked for by one key, and made impossible by another.
+    fn floor_problems(&self, out: &mut Problems) {
+        let (p, u) = (&self.placement, &self.undergrowth);
+        if p.meadows.share > 0.0 && p.meadows.kept > 0.0 && u.sward.cover <= 0.0 {
+            let must = "be 0, or undergrowth.sward.cover above 0: a kept meadow is of its grass";
+            out.refuse("placement.meadows.kept", p.meadows.kept, must);
+        }
+        if p.outcrops > 0.0 && u.ground.soil <= least_soil_effect() {
+            let must = format!(
+                "be 0, or undergrowth.ground.soil above {:.1}: rock crops out where soil is thin",
+                least_soil_effect()
+            );
+            out.refuse("placement.outcrops", p.outcrops, &must);
         }
     }
 

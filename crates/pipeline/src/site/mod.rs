@@ -2,7 +2,7 @@
 //! with its files.
 
 mod measured;
-mod plot;
+pub(crate) mod plot;
 mod problems;
 mod species;
 

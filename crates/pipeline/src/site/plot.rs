@@ -43,8 +43,9 @@ pub(crate) struct Place {
 }
 
 impl Plot {
-    /// The plot of a config; `None` without a stem map. Trees without a diameter are taken as wide
-    /// as the mean one until they are drawn.
+    /// The plot of a config; `None` without a stem map. Trees without a diameter, also those that
+    /// are copies of models, are taken as wide as the mean one: the ground is there before they are
+    /// drawn.
     pub(crate) fn new(
         site: &Site,
         inputs: &InputFiles,
@@ -95,7 +96,12 @@ impl Plot {
 
     /// Whether a place is kept free of other trees.
     pub(crate) fn contains(&self, world_m: DVec2) -> bool {
-        self.distance_m(world_m) <= self.margin_m
+        self.from_margin_m(world_m) <= 0.0
+    }
+
+    /// The distance to the area that is kept free of other trees, metres; negative in it.
+    pub(crate) fn from_margin_m(&self, world_m: DVec2) -> f64 {
+        self.distance_m(world_m) - self.margin_m
     }
 
     /// The distance to the area that the trees span, metres; 0 inside.
@@ -141,10 +147,11 @@ fn cell(world_m: DVec2) -> [i64; 2] {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
 
-    fn plot(feet: &[[f64; 2]], margin_m: f64) -> Plot {
+    /// The plot of a stem map of trees with these feet.
+    pub(crate) fn plot(feet: &[[f64; 2]], margin_m: f64) -> Plot {
         let mut table = "x,y,dbh_cm\n".to_owned();
         for [x, y] in feet {
             table += &format!("{},{},40\n", x + 500_000.0, y + 4_000_000.0);

@@ -45,8 +45,8 @@ impl SiteSpecies<'_> {
             }
         }
         if all.is_empty() {
-            let message = "site.stems.path: no tree has a species, and the shares in [assets] are \
-                           all 0";
+            let message = "site.stems.path: no tree has a species of ours, and the shares in \
+                           [assets] are all 0";
             return Err(Error::request(message));
         }
         Ok(all)

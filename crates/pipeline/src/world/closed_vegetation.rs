@@ -209,14 +209,14 @@ fn site(world_m: DVec2, ground: &ChunkGround, sky: &SkyViewFactor) -> Site {
     let hollow_m = around.iter().sum::<f64>() / 4.0 - here.height_m;
     let slope = here.gradient.length();
     let nearest = 0.5 + 0.6 * hollow_m - 0.4 * (slope - 0.15).max(0.0);
-    let conditions = ground.conditions(world_m);
+    let (conditions, open_m) = (ground.conditions(world_m), ground.open_m(world_m));
     Site {
         sky_view: f64::from(sky.at(world_m.extend(here.height_m + 0.3))),
         moisture: (nearest + WIDER * conditions.wetness).clamp(0.0, 1.0),
         slope,
-        exposure: conditions.exposure,
+        heat_load: conditions.heat_load,
         soil_m: conditions.soil_m,
-        meadow: ground.meadow(world_m),
-        fringe: ground.fringe(world_m),
+        meadow: ground.meadow(open_m),
+        fringe: ground.fringe(open_m),
     }
 }

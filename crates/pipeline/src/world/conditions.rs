@@ -19,45 +19,27 @@ const SUN_DRIES: f64 = 0.7;
 
 /// How strongly the conditions of a place steer what covers it.
 #[derive(Clone, Debug)]
-pub(crate) struct ConditionEffects {
-    wetness: f64,
-    exposure: f64,
-    soil: f64,
-    mud: f64,
-}
+pub(crate) struct ConditionEffects(pub(crate) config::GroundEffects);
 
 impl ConditionEffects {
-    pub(crate) fn new(of: &config::GroundEffects) -> Self {
-        let config::GroundEffects {
-            wetness,
-            exposure,
-            soil,
-            mud,
-        } = *of;
-        Self {
-            wetness,
-            exposure,
-            soil,
-            mud,
-        }
-    }
-
     fn is_any(&self) -> bool {
-        self.wetness > 0.0 || self.exposure > 0.0 || self.soil > 0.0
+        self.0.wetness > 0.0 || self.0.heat_load > 0.0 || self.0.soil > 0.0
     }
 
     /// The conditions at a place whose ground has these, `bank_m` from water, as far as they
     /// matter.
     fn of(&self, here: GroundConditions, bank_m: f64) -> GroundConditions {
-        let exposure = (self.exposure * here.exposure).clamp(-1.0, 1.0);
-        let wetness = self.wetness * here.wetness - SUN_DRIES * exposure;
+        let of = &self.0;
+        let heat_load = (of.heat_load * here.heat_load).clamp(-1.0, 1.0);
+        let is_wetted = of.wetness.min(1.0);
+        let wetness = of.wetness * here.wetness - SUN_DRIES * is_wetted * heat_load;
         let wetness = wetness.clamp(-1.0, 1.0);
         let by_water = (1.0 - bank_m / BANK_M).clamp(0.0, 1.0) * BANK_WETNESS;
         let usual_m = GroundConditions::NEUTRAL.soil_m;
         GroundConditions {
-            wetness: wetness + (1.0 - wetness) * by_water * self.wetness.min(1.0),
-            exposure,
-            soil_m: (usual_m + self.soil * (here.soil_m - usual_m)).max(0.0),
+            wetness: wetness + (1.0 - wetness) * by_water * is_wetted,
+            heat_load,
+            soil_m: (usual_m + of.soil * (here.soil_m - usual_m)).max(0.0),
         }
     }
 }
@@ -112,7 +94,7 @@ impl Conditions {
     /// Whether the ground there is bare mud, if it is this wet: `wave`, −1..=1, makes its border
     /// ragged.
     pub(crate) fn is_mud(&self, wetness: f64, wave: f64) -> bool {
-        let mud = self.effects.mud;
+        let mud = self.effects.0.mud;
         mud > 0.0 && wetness + 0.12 * wave > 1.0 - 0.35 * mud
     }
 
@@ -151,7 +133,7 @@ mod tests {
     fn effects(change: impl Fn(&mut config::GroundEffects)) -> ConditionEffects {
         let mut of = config::GroundEffects::default();
         change(&mut of);
-        ConditionEffects::new(&of)
+        ConditionEffects(of)
     }
 
     fn square(x: f64, y: f64) -> (DVec2, DVec2) {
@@ -203,7 +185,7 @@ mod tests {
     #[test]
     fn nothing_steers_without_being_asked_for() {
         let base = Terrain::new(TerrainParams::default(), Key::world(4)).expect("valid");
-        let none = ConditionEffects::new(&config::GroundEffects::none());
+        let none = ConditionEffects(config::GroundEffects::none());
         let here = Conditions::new(&none, square(0.0, 0.0));
         let found = here.at(&base, DVec2::new(3.0, 4.0), 0.1);
         assert_eq!(found, GroundConditions::NEUTRAL);

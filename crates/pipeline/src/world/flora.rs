@@ -315,7 +315,7 @@ pub(crate) fn seedlings(
     let chance = |p: DVec2| {
         let in_cluster = clusters.as_ref().is_some_and(|c| c.contain(p));
         let sky_view = sky.at(p.extend(ground.height_m(p) + 0.3));
-        seedlings.chance(in_cluster, sky_view) * (1.0 - ground.meadow(p))
+        seedlings.chance(in_cluster, sky_view) * (1.0 - ground.meadow(ground.open_m(p)))
     };
     let off_trail = |p: DVec2, verge_m: f64| {
         ground.trail_edge_m(p) > verge_m && ground.is_clear_of_water(p, verge_m)

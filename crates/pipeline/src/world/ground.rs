@@ -162,15 +162,16 @@ impl GroundModel {
             share: water.puddles,
             world,
         });
-        let meadows = Meadows::new(meadows, world)?.map(Arc::new);
-        let effects = ConditionEffects::new(effects);
+        let plot = plot.map(Arc::new);
+        let meadows = Meadows::new(meadows, plot.clone(), world)?.map(Arc::new);
+        let effects = ConditionEffects(effects.clone());
         Ok(Self {
             base,
             trails,
             chunk_size_m,
             water: water_of_beds,
             puddles,
-            plot: plot.map(Arc::new),
+            plot,
             meadows,
             effects,
             thrown: Thrown {
@@ -459,14 +460,14 @@ impl ChunkGround {
         (self.meadows.as_ref()).map_or(f64::NEG_INFINITY, |m| m.depth_m(world_m))
     }
 
-    /// How much of a place is meadow that is kept as grass, 0..=1.
-    pub(crate) fn meadow(&self, world_m: DVec2) -> f64 {
-        self.meadows.as_ref().map_or(0.0, |m| m.kept(world_m))
+    /// How much of a place so far within a meadow is kept as grass, 0..=1.
+    pub(crate) fn meadow(&self, open_m: f64) -> f64 {
+        self.meadows.as_ref().map_or(0.0, |m| m.kept(open_m))
     }
 
-    /// How near the edge of a wood at open land is, 0..=1.
-    pub(crate) fn fringe(&self, world_m: DVec2) -> f64 {
-        self.meadows.as_ref().map_or(0.0, |m| m.fringe(world_m))
+    /// How near a place so far within a meadow is to the edge of the wood, 0..=1.
+    pub(crate) fn fringe(&self, open_m: f64) -> f64 {
+        self.meadows.as_ref().map_or(0.0, |m| m.fringe(open_m))
     }
 
     /// The trees of the stem map, if there is one.

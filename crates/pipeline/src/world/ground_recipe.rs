@@ -84,7 +84,11 @@ impl Encode for GroundRecipe {
         encoder.field("water", water);
         encoder.field("thrown_per_ha", &deadwood.thrown_per_ha);
         encoder.field("across_trails", &deadwood.across_trails);
-        encoder.field("meadows", meadows);
+        // How dense the layers are at their edges belongs to the placement.
+        encoder.field("meadows_share", &meadows.share);
+        encoder.field("meadows_scale_m", &meadows.scale_m);
+        encoder.field("meadows_mantle_m", &meadows.mantle_m);
+        encoder.field("meadows_kept", &meadows.kept);
         encoder.field("effects", effects);
         encoder.field("dbh_mean_m", dbh_mean_m);
         encoder.field("chunk_size_m", chunk_size_m);

@@ -10,6 +10,7 @@ use nemoral_stand::{LOW_PLANT_VARIATION, LowPlant, PatchKind};
 use nemoral_trails::{DressingKind, TrailDressing};
 
 use super::assets::WorldAssets;
+use super::flora::share_of_fall;
 use super::ground::ChunkGround;
 use super::patch::Patch;
 use super::stream_stones::StreamStones;
@@ -71,10 +72,14 @@ impl LowPlants<'_> {
         let is_dry = |d: &TrailDressing| {
             !ground.is_puddle(d.position_m) && ground.is_clear_of_water(d.position_m, 0.3)
         };
+        // There are no roots where there are no trees.
+        let is_rootless = |d: &TrailDressing| {
+            d.kind == DressingKind::Root && share_of_fall(ground, d.position_m) <= 0.0
+        };
         let tufts = self
             .dressing
             .iter()
-            .filter(|d| d.kind != DressingKind::Stone && is_dry(d));
+            .filter(|d| d.kind != DressingKind::Stone && is_dry(d) && !is_rootless(d));
         for (i, d) in tufts.enumerate() {
             let key = world.domain(LOW_PLANT_VARIATION).chunk(at).item(i as u64);
             let tuft = LowPlant {

@@ -1,5 +1,7 @@
 //! Meadows and clearings: where the wood ends.
 
+use std::sync::Arc;
+
 use nemoral_placement::{EdgeProfile, OpenLand};
 use nemoral_scene::Surface;
 use nemoral_scene::glam::DVec2;
@@ -7,6 +9,7 @@ use nemoral_seed::{Domain, Key};
 use nemoral_stand::StandLayer;
 use nemoral_terrain::{Terrain, TerrainParams};
 
+use crate::site::Plot;
 use crate::{Error, config};
 
 const MEADOWS: Domain = Domain::new("pipeline.meadows");
@@ -22,6 +25,8 @@ const LEAST_SLOPE: f64 = 0.2;
 /// Wavelength of the small bays and tongues of an edge, and how far they reach, metres.
 const RAGGED_SCALE_M: f64 = 9.0;
 const RAGGED_M: f64 = 3.0;
+/// The least width of a mantle, metres.
+const LEAST_MANTLE_M: f64 = 0.1;
 
 /// Where meadows are in a world: above a level of smooth noise.
 #[derive(Clone, Debug)]
@@ -32,11 +37,17 @@ pub(crate) struct Meadows {
     ragged: Terrain,
     mantle_m: f64,
     kept: f64,
+    plot: Option<Arc<Plot>>,
 }
 
 impl Meadows {
-    /// The meadows that a config asks for; `None` if there are none.
-    pub(crate) fn new(of: &config::Meadows, world: Key) -> Result<Option<Self>, Error> {
+    /// The meadows that a config asks for, none of which reaches into a stem map; `None` if there
+    /// are none.
+    pub(crate) fn new(
+        of: &config::Meadows,
+        plot: Option<Arc<Plot>>,
+        world: Key,
+    ) -> Result<Option<Self>, Error> {
         if of.share <= 0.0 {
             return Ok(None);
         }
@@ -65,22 +76,23 @@ impl Meadows {
             ragged: noise(2, RAGGED_SCALE_M, RAGGED)?,
             mantle_m: of.mantle_m,
             kept: of.kept,
+            plot,
         }))
     }
 
-    /// How near the edge is, 0..=1: 1 on it, 0 beyond the mantle.
-    pub(crate) fn fringe(&self, world_m: DVec2) -> f64 {
-        (1.3 - self.depth_m(world_m).abs() / (self.mantle_m + 0.5)).clamp(0.0, 1.0)
+    /// How near the edge is at a depth, 0..=1: 1 on it, 0 beyond the mantle.
+    pub(crate) fn fringe(&self, depth_m: f64) -> f64 {
+        (1.3 - depth_m.abs() / (self.mantle_m + 0.5)).clamp(0.0, 1.0)
     }
 
-    /// How much of a place is meadow that is kept as grass, 0..=1.
-    pub(crate) fn kept(&self, world_m: DVec2) -> f64 {
+    /// How much of a place at a depth is meadow that is kept as grass, 0..=1.
+    pub(crate) fn kept(&self, depth_m: f64) -> f64 {
         if self.kept <= 0.0 {
             return 0.0;
         }
         // The fringe of tall herbs in front of the mantle is left when the meadow is mown.
         let fringe_m = 0.5 * self.mantle_m;
-        let inside = (self.depth_m(world_m) - fringe_m) / (0.7 * self.mantle_m + 1.0);
+        let inside = (depth_m - fringe_m) / (0.7 * self.mantle_m + 1.0);
         self.kept * inside.clamp(0.0, 1.0)
     }
 }
@@ -91,7 +103,13 @@ impl OpenLand for Meadows {
         let least = LEAST_SLOPE / self.scale_m;
         let slope = libm::sqrt(here.gradient.length_squared() + least * least);
         let bays_m = 2.0 * RAGGED_M * (self.ragged.height_m(world_m) - 0.5);
-        (here.height_m - self.level) / slope + bays_m
+        let depth_m = (here.height_m - self.level) / slope + bays_m;
+        // Around the trees of a stem map is wood.
+        match &self.plot {
+            Some(plot) if plot.contains(world_m) => f64::NEG_INFINITY,
+            Some(plot) => depth_m.min(plot.from_margin_m(world_m)),
+            None => depth_m,
+        }
     }
 }
 
@@ -100,7 +118,8 @@ pub(crate) fn at_edges(layer: StandLayer, of: &config::Meadows) -> Option<EdgePr
     if of.share <= 0.0 {
         return None;
     }
-    let m = of.mantle_m;
+    // Without a mantle, one layer passes into the other within decimetres.
+    let m = of.mantle_m.max(LEAST_MANTLE_M);
     let points = match layer {
         // The outermost trees stand by themselves.
         StandLayer::Trees => vec![(-3.0, 1.0), (0.0, 0.6), (2.0, 0.0)],
@@ -121,9 +140,6 @@ pub(crate) fn at_edges(layer: StandLayer, of: &config::Meadows) -> Option<EdgePr
             (1.2 * m, of.open_saplings),
         ],
     };
-    // Without a mantle, its places are one.
-    let mut points: Vec<(f64, f64)> = points;
-    points.dedup_by(|b, a| b.0 <= a.0);
     Some(EdgeProfile { points })
 }
 
@@ -144,7 +160,7 @@ mod tests {
     fn they_have_their_share_and_distances_are_distances() {
         for seed in 0..4 {
             let of = meadows(|_| {});
-            let land = Meadows::new(&of, Key::world(seed))
+            let land = Meadows::new(&of, None, Key::world(seed))
                 .expect("valid")
                 .expect("some");
             let (mut open, mut near, mut off) = (0, 0, 0);
@@ -169,12 +185,12 @@ mod tests {
     #[test]
     fn a_meadow_is_kept_beyond_its_fringe() {
         let of = meadows(|of| of.kept = 0.9);
-        let land = Meadows::new(&of, Key::world(1))
+        let land = Meadows::new(&of, None, Key::world(1))
             .expect("valid")
             .expect("some");
         for i in 0..10_000 {
             let p = DVec2::new(f64::from(i % 100), f64::from(i / 100)) * 5.0;
-            let (depth_m, kept) = (land.depth_m(p), land.kept(p));
+            let (depth_m, kept) = (land.depth_m(p), land.kept(land.depth_m(p)));
             assert!((0.0..=0.9).contains(&kept));
             assert!(depth_m > 0.0 || kept == 0.0);
             assert!(depth_m < 2.0 * of.mantle_m + 2.0 || kept == 0.9);
@@ -182,15 +198,50 @@ mod tests {
     }
 
     #[test]
+    fn no_meadow_reaches_into_a_stem_map() {
+        let plot = Arc::new(crate::site::plot::tests::plot(
+            &[[0.0, 0.0], [40.0, 0.0], [40.0, 40.0], [0.0, 40.0]],
+            3.0,
+        ));
+        let of = meadows(|of| (of.share, of.scale_m) = (0.9, 30.0));
+        let land = |plot| {
+            let land = Meadows::new(&of, plot, Key::world(2));
+            land.expect("valid").expect("some")
+        };
+        let (around, without) = (land(Some(Arc::clone(&plot))), land(None));
+        let (mut in_plot, mut open) = (0, 0);
+        for i in 0..6400 {
+            let p = DVec2::new(f64::from(i % 80), f64::from(i / 80)) * 2.0 - 60.0;
+            let (depth_m, alone_m) = (around.depth_m(p), without.depth_m(p));
+            if plot.contains(p) {
+                in_plot += i32::from(alone_m > 0.0);
+                assert!(depth_m < -1e3, "{p} {depth_m}");
+            } else {
+                open += i32::from(depth_m > 0.0);
+                assert_eq!(depth_m > 0.0, alone_m > 0.0, "{p}");
+                assert!(depth_m <= alone_m && depth_m <= plot.from_margin_m(p), "{p}");
+            }
+        }
+        assert!(in_plot > 200 && open > 2000, "{in_plot} {open}");
+    }
+
+    #[test]
     fn no_trees_stand_in_the_open() {
         for mantle_m in [0.0, 6.0] {
-            let of = meadows(|of| of.mantle_m = mantle_m);
+            let of = meadows(|of| {
+                (of.mantle_m, of.open_shrubs, of.open_saplings) = (mantle_m, 0.3, 0.2);
+            });
             for layer in StandLayer::ALL {
                 let points = at_edges(layer, &of).expect("edges").points;
                 assert!(points.is_sorted_by(|a, b| a.0 < b.0), "{points:?}");
             }
-            let trees = at_edges(StandLayer::Trees, &of).expect("edges").points;
-            assert_eq!(trees.last().map(|point| point.1), Some(0.0));
+            let open = |layer| {
+                let points = at_edges(layer, &of).expect("edges").points;
+                points.last().map(|point| point.1)
+            };
+            assert_eq!(open(StandLayer::Trees), Some(0.0));
+            assert_eq!(open(StandLayer::Shrubs), Some(of.open_shrubs));
+            assert_eq!(open(StandLayer::Saplings), Some(of.open_saplings));
         }
         assert_eq!(
             at_edges(StandLayer::Trees, &config::Meadows::default()),

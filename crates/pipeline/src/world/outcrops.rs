@@ -4,7 +4,7 @@ use nemoral_placement::{CoverVariety, GroundCover, GroundCoverParams, Site, Vari
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, Surface};
 use nemoral_seed::{Domain, Draw, Key};
-use nemoral_stand::{Field, FieldParams};
+use nemoral_stand::{Field, FieldParams, GroundConditions};
 
 use super::ground::{ChunkGround, TerrainField};
 use super::placement::is_free;
@@ -30,9 +30,14 @@ const CLUMP_FIELD: FieldParams = FieldParams {
     persistence: 0.5,
 };
 
-/// The most rocks of a chunk, for the limit on its objects: no chunk is bare all over.
+/// The most rocks of a chunk, for the limit on its objects: clumps leave a third of it free.
 pub(crate) fn most_rocks(share: f64, chunk_size_m: f64) -> f64 {
-    0.4 * share * chunk_size_m * chunk_size_m / (CELL_M * CELL_M)
+    0.7 * share * chunk_size_m * chunk_size_m / (CELL_M * CELL_M)
+}
+
+/// The effect of the depth of soil up to which no ground is thin enough for an outcrop.
+pub(crate) fn least_soil_effect() -> f64 {
+    1.0 - THIN_M[0] / GroundConditions::NEUTRAL.soil_m
 }
 
 /// How readily rock crops out at a place, 0..=1.

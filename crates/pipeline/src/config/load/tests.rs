@@ -144,6 +144,14 @@ fn impossible_combinations_are_refused_where_they_stand() {
             "[terrain]\nwarp = 0.1\nnoise = \"perlin-surflet\"",
             "terrain.noise = \"perlin-surflet\": must be \"nemoral\"",
         ),
+        (
+            "[placement]\nmeadows.share = 0.5\n[undergrowth]\nsward.cover = 0",
+            "placement.meadows.kept = 1: must be 0, or undergrowth.sward.cover above 0",
+        ),
+        (
+            "[placement]\noutcrops = 0.5\n[undergrowth]\nground.soil = 0.4",
+            "placement.outcrops = 0.5: must be 0, or undergrowth.ground.soil above 0.4",
+        ),
         ("[robot]\nspacing_m = 0", "one must be above 0"),
         ("[robot.file]\nformat = \"kitti\"", "must name a file"),
         (

@@ -77,8 +77,8 @@ section! {
     GroundEffects at "undergrowth.ground" {
         /// Effect of wetness; 0: only the nearest seven metres matter, and only to thickets.
         wetness: f64 = 1.0, Real(0.0, 2.0), "our choice; Beven and Kirkby 1979 for the index";
-        /// Effect of the sun on slopes.
-        exposure: f64 = 1.0, Real(0.0, 2.0), "McCune and Keon 2002 for the direction";
+        /// Effect of the sun on slopes: those to the south-west are dry.
+        heat_load: f64 = 1.0, Real(0.0, 2.0), "McCune and Keon 2002 for the direction";
         /// Effect of the depth of soil.
         soil: f64 = 1.0, Real(0.0, 2.0), "Heimsath et al. 1997 for the depth";
         /// How readily the wettest ground is bare mud.
@@ -92,7 +92,7 @@ impl GroundEffects {
     pub fn none() -> Self {
         Self {
             wetness: 0.0,
-            exposure: 0.0,
+            heat_load: 0.0,
             soil: 0.0,
             mud: 0.0,
         }

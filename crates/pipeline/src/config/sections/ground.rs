@@ -27,7 +27,7 @@ section! {
             "ours has no period and exact gradients";
         /// Share of ridges: crests in the largest forms, and fewer in each layer of smaller ones.
         ridges: f64 = 0.0, Real(0.0, 1.0), "none: the paper's octaves";
-        /// How far valleys wind: by this part of `scale_m`, as a standard deviation.
+        /// Domain warping: valleys wind by this part of `scale_m`, as a standard deviation.
         warp: f64 = 0.0, Real(0.0, 0.25), "none: the paper's octaves";
         /// Share of terraces, as of hard beds in rock: level ground between rises up to four times
         /// as steep, which are cliffs on steep slopes. They fade in and out from place to place.
