@@ -75,6 +75,9 @@ pub struct Allometry {
     pub leaf_area_index_max: f64,
     /// Standard deviation of the lean.
     pub lean_sd_deg: f64,
+    /// Where the crown begins on the open side of a tree at the edge of a wood, as a share of its
+    /// height, 0.02..=0.6; without it 0.12.
+    pub edge_crown_base: Option<f64>,
 }
 
 /// The relative diameter of a stem over the relative height x = z/H: (1 + `butt` e^(−`butt_decay`
@@ -319,6 +322,9 @@ impl Allometry {
         r.one("leaf_area[1]", self.leaf_area[1], 0.2, 4.0)?;
         r.one("leaf_area_sd", self.leaf_area_sd, 0.0, 0.5)?;
         r.one("leaf_area_index_max", self.leaf_area_index_max, 0.1, 15.0)?;
+        if let Some(share) = self.edge_crown_base {
+            r.one("edge_crown_base", share, 0.02, 0.6)?;
+        }
         r.one("lean_sd_deg", self.lean_sd_deg, 0.0, 7.0)
     }
 }
