@@ -95,8 +95,8 @@ impl CrownBase {
         self.shaded_m.map_or(0.0, |_| ASIDE * cosine)
     }
 
-    /// A limb's form and its place in the crown, 0 to 1, of a limb of such a tree at a height; `None`
-    /// if all sides are alike. Above the shaded base they are those inside the wood.
+    /// The form of a limb at a height, and its place in the crown, 0 to 1; `None` if all sides are
+    /// alike. Above the shaded base both are those inside the wood.
     pub(super) fn limb(
         &self,
         level: &BranchLevel,
