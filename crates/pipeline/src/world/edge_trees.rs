@@ -24,7 +24,9 @@ pub(crate) fn light_from(world_m: DVec2, key: Key, meadows: &Meadows) -> Option<
     if !rng.chance(lit * meadows.edge_trees()) {
         return None;
     }
-    let slope = |aside: DVec2| meadows.depth_m(world_m + aside) - meadows.depth_m(world_m - aside);
+    // In a stem map there is no meadow, however far.
+    let depth_m = |p: DVec2| meadows.depth_m(p).max(-2.0 * dark_m);
+    let slope = |aside: DVec2| depth_m(world_m + aside) - depth_m(world_m - aside);
     let open = DVec2::new(slope(ASIDE_M * DVec2::X), slope(ASIDE_M * DVec2::Y));
     Some(libm::atan2(open.y, open.x))
 }
@@ -41,7 +43,7 @@ mod tests {
             edge_trees,
             ..config::Meadows::default()
         };
-        (Meadows::new(&of, Key::world(4)).expect("valid")).expect("there are some")
+        (Meadows::new(&of, None, Key::world(4)).expect("valid")).expect("there are some")
     }
 
     proptest! {
