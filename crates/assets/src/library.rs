@@ -54,13 +54,17 @@ pub struct AssetParams {
     pub trail_surfaces: Vec<TrailSurfaceKind>,
     /// Whether roots across trails and beds of stones beside them are made.
     pub wayside: bool,
+    /// Whether each of the stand's living trees is also grown as it would be at the wood's edge:
+    /// with a crown that reaches down on the side of +x. These follow the stand's trees in
+    /// [`Library::trees`], in the same order.
+    pub edge_trees: bool,
     /// What litter is made of what the trees shed; `None` for none.
     pub litter: Option<LitterParams>,
     /// Wood of at least this radius is a limb, thinner wood a branch; metres, 0.01..=0.2.
     pub trunk_radius_m: f64,
     /// How thick the trees of a stand are.
     pub stand: StandParams,
-    /// Trees of given sizes, such as those of a plot, at most 4096. They follow the stand's trees
+    /// Trees of given sizes, such as those of a plot, at most 4096. They follow the other trees
     /// in [`Library::trees`] if they are alive, else those in [`Library::snags`].
     pub measured: Vec<MeasuredTree>,
 }
@@ -134,7 +138,8 @@ pub struct PlantAsset {
 pub struct Library {
     /// The materials that all prototypes refer to.
     pub materials: MaterialLibrary,
-    /// Living trees, species by species, thin ones first.
+    /// Living trees, species by species, thin ones first; then, if they were asked for, each of
+    /// them again as a tree of the wood's edge; then those of given sizes.
     pub trees: Vec<TreeAsset>,
     /// Saplings, species by species, small ones first.
     pub saplings: Vec<TreeAsset>,
@@ -198,6 +203,7 @@ impl Default for AssetParams {
             communities: Vec::new(),
             trail_surfaces: TrailSurfaceKind::ALL.to_vec(),
             wayside: false,
+            edge_trees: false,
             litter: None,
             trunk_radius_m: 0.04,
             stand: StandParams::default(),
@@ -304,6 +310,9 @@ impl Library {
             },
         };
         let mut trees = grower.all(TreeKind::Living, params.individuals_per_species, key)?;
+        if params.edge_trees {
+            trees.extend(grower.all(TreeKind::Edge, params.individuals_per_species, key)?);
+        }
         let saplings = grower.all(TreeKind::Sapling, params.saplings_per_species, key)?;
         let mut snags = grower.all(TreeKind::Snag, params.snags_per_species, key)?;
         for tree in grower.measured(key)? {
@@ -376,6 +385,7 @@ fn with_occlusion(shape: Prototype, masks: &MaskCoverage, near: &OcclusionParams
 #[derive(Clone, Copy)]
 enum TreeKind {
     Living,
+    Edge,
     Sapling,
     Snag,
 }
@@ -392,7 +402,8 @@ impl TreeGrower<'_> {
     /// key.
     fn all(&self, kind: TreeKind, of: u32, key: Key) -> Result<Vec<TreeAsset>, ParamError> {
         let key = key.domain(match kind {
-            TreeKind::Living => TREES,
+            // A tree at the edge is the one of its number inside, in other light.
+            TreeKind::Living | TreeKind::Edge => TREES,
             TreeKind::Sapling => SAPLINGS,
             TreeKind::Snag => SNAGS,
         });
@@ -419,20 +430,37 @@ impl TreeGrower<'_> {
         } = &self.params.species[index];
         let stand = &self.params.stand;
         let limits = [stand.dbh_min_m, stand.dbh_max_m];
-        let (size, part) = if let TreeKind::Sapling = kind {
-            let height_m = 2.0 + 2.5 * individual_rank(number, of, key);
-            (species.draw_sapling(height_m, key.item(1)), "sapling.")
-        } else {
+        let inside = || {
             let number = [number, of];
             let dbh_m = species.dbh_of_individual(*dbh_mean_m, stand.shape, limits, number, of_all);
-            (species.draw_size(dbh_m, key.item(1)), "")
+            species.draw_size(dbh_m, key.item(1))
         };
-        let (grow, part): (Grow, _) = match kind {
-            TreeKind::Snag => (grow_snag, "snag."),
-            _ => (grow, part),
+        let (size, part, growth) = match kind {
+            TreeKind::Living => (inside(), "", self.growth),
+            TreeKind::Snag => (inside(), "snag.", self.growth),
+            TreeKind::Sapling => {
+                let height_m = 2.0 + 2.5 * individual_rank(number, of, key);
+                let size = species.draw_sapling(height_m, key.item(1));
+                (size, "sapling.", self.growth)
+            }
+            TreeKind::Edge => {
+                let inside = inside();
+                let growth = GrowthParams {
+                    // Their crowns are larger, and nothing stands before them.
+                    wood_triangles_max: self.growth.wood_triangles_max * 3 / 2,
+                    cards_max: self.growth.cards_max * 3 / 2,
+                    shaded_base_m: Some(species.shaded_base_m(&inside)),
+                    ..self.growth
+                };
+                (species.size_at_edge(&inside), "edge.", growth)
+            }
+        };
+        let grow: Grow = match kind {
+            TreeKind::Snag => grow_snag,
+            _ => grow,
         };
         let name = format!("{}.{part}{number}", species.name);
-        self.grown((species, index), grow, &size, name, key.item(2))
+        self.grown((species, index), grow, (&size, &growth), name, key.item(2))
     }
 
     /// Grows the trees of given sizes.
@@ -448,22 +476,23 @@ impl TreeGrower<'_> {
                 let species = &self.params.species[tree.species].species;
                 let name = format!("{}.measured.{i}", species.name);
                 let key = key.item(i as u64);
-                self.grown((species, tree.species), grow, &tree.size, name, key)
+                let size = (&tree.size, &self.growth);
+                self.grown((species, tree.species), grow, size, name, key)
             });
         trees.collect()
     }
 
-    /// Grows a tree of this size; the species has this number among those with materials.
+    /// Grows a tree of this size as finely as that; the species has this number among those with materials.
     fn grown(
         &self,
         (species, index): (&Species, usize),
         grow: Grow,
-        size: &TreeSize,
+        (size, growth): (&TreeSize, &GrowthParams),
         name: String,
         key: Key,
     ) -> Result<TreeAsset, ParamError> {
         let materials = &self.materials.trees[index];
-        let tree = grow(species, size, materials, &self.growth, key)?;
+        let tree = grow(species, size, materials, growth, key)?;
         let prototype = Prototype::new(name, tree.mesh, tree.cards, &self.materials.library)
             .expect("trees are made of finite points and of this library's materials");
         let prototype = with_occlusion(prototype, self.masks, &OcclusionParams::TREE);

@@ -260,6 +260,7 @@ impl ForestPlan {
         let chosen = BalanceRecipe::new(config, inputs).map(|recipe| {
             let (path, assets, lidars) = (trajectory.global(), assets.global(), lidars.global());
             let (solid, low) = (object_geometry.anywhere(), undergrowth_geometry.anywhere());
+            let litter = litter_geometry.anywhere();
             let pilot = plan.add(
                 PilotStage(recipe.clone()),
                 (
@@ -270,6 +271,7 @@ impl ForestPlan {
                     objects_there,
                     solid,
                     low,
+                    litter,
                 ),
             );
             let choice = plan.add(
@@ -283,6 +285,7 @@ impl ForestPlan {
                     objects_there,
                     solid,
                     low,
+                    litter,
                 ),
             );
             let pose = plan.add(

@@ -5,6 +5,7 @@
     clippy::disallowed_methods,
     reason = "tests, examples and benchmarks use files directly"
 )]
+#![allow(clippy::print_stdout, reason = "what was measured, for --nocapture")]
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -292,6 +293,62 @@ fn pictures_show_the_shares_of_their_choice() {
                 chosen.shares[t]
             );
         }
+    }
+}
+
+/// Litter in relief counts where it is asked for, and is chosen for as anything else.
+#[test]
+fn litter_is_chosen_for() {
+    let config = load(&[
+        "litter.cover=1",
+        "litter.wood=4",
+        "assets.individuals=1",
+        "balance.targets.rocks=0",
+        "balance.targets.fallen_twig=0.012",
+    ]);
+    let forest = ForestPlan::new(&config).expect("a plan");
+    let store = Store::unlimited();
+    let runner = Runner::new(forest.plan(), &store, 2);
+    let pilot = forest.balance_pilot.expect("balance is on");
+    let pilot = runner.get(pilot, ()).expect("a pilot");
+    let twigs = &pilot.targets[0];
+    assert!(twigs.before > 0.0005, "{twigs:?}");
+    assert!(twigs.expected > 1.3 * twigs.before, "{twigs:?}");
+    let choice = forest.balance_choice.expect("balance is on");
+    let (mut of_rays, mut of_pixels) = (0.0, 0.0);
+    for frame in 0..10 {
+        of_rays += runner.get(choice, frame).expect("a choice").shares[0] / 10.0;
+        let images = runner.get(forest.images, frame).expect("pictures");
+        let pixels = images[0].truth.semantic.pixels();
+        let twigs = pixels.iter().filter(|s| **s == Semantic::FallenTwig);
+        of_pixels += twigs.count() as f64 / pixels.len() as f64 / 10.0;
+    }
+    println!(
+        "twigs: {:.2} % before, {:.2} % expected, {:.2} % of rays, {:.2} % of pixels",
+        100.0 * twigs.before,
+        100.0 * twigs.expected,
+        100.0 * of_rays,
+        100.0 * of_pixels
+    );
+    // The renderer sees what the rays saw, but for pixels between the rays.
+    let differ = (of_rays - of_pixels).abs();
+    assert!(differ < 0.2 * of_rays + 0.001, "{of_rays} {of_pixels}");
+    assert!(of_pixels > 1.2 * twigs.before, "{of_pixels} {twigs:?}");
+    // What does not count litter does not look for it.
+    let key = |settings: &[&str]| {
+        let forest = ForestPlan::new(&load(settings)).expect("a plan");
+        let choice = forest.balance_choice.expect("balance is on");
+        forest.plan().key(choice, 3)
+    };
+    let radius = "chunks.litter_radius_m=5";
+    let with = ["litter.cover=1", "balance.targets.rocks=0"];
+    for (target, is_looked_for) in [("logs", false), ("stump", false), ("fallen_twig", true)] {
+        let target = format!("balance.targets.{target}=0.1");
+        let [near, far] = [
+            key(&[with[0], with[1], &target, radius]),
+            key(&[with[0], with[1], &target]),
+        ];
+        assert_eq!(near != far, is_looked_for, "{target}");
     }
 }
 

@@ -6,6 +6,7 @@ mod common;
 use std::sync::{Arc, LazyLock};
 
 use common::{World, config};
+use nemoral_assets::LitterPatches;
 use nemoral_pipeline::world::litter::LitterPatch;
 use nemoral_raycast::RayScene;
 use nemoral_scene::glam::{DVec2, Vec3};
@@ -24,7 +25,7 @@ fn litter(world: &World, at: ChunkCoord) -> Vec<LitterPatch> {
 
 /// The area of a patch on the map, m².
 fn area_m2(patch: &LitterPatch) -> f64 {
-    let radius_m = patch.at.scale * if patch.is_wide { 0.8 } else { 0.42 };
+    let radius_m = patch.at.scale * LitterPatches::RADII_M[usize::from(!patch.is_wide)];
     std::f64::consts::PI * radius_m * radius_m
 }
 
@@ -126,6 +127,53 @@ fn leaves_lie_on_the_mesh_of_the_ground() {
         assert!((-4.0..20.0).contains(&at(0.5)), "{preset}: {}", at(0.5));
         assert!(at(0.99) < 45.0 && at(1.0) < 80.0, "{preset}: floats");
     }
+}
+
+/// A chunk's litter reaches over its border, where the neighbour's mesh is what it lies on.
+#[test]
+fn leaves_lie_on_the_neighbour_s_mesh_too() {
+    let runner = BEECH.runner();
+    let assets = runner.get(BEECH.forest.assets, ()).expect("assets");
+    let mut gaps = Vec::new();
+    for (at, step) in [(ChunkCoord::new(0, 0), 1), (ChunkCoord::new(1, 1), -1)] {
+        let next = ChunkCoord::new(at.x + step, at.y);
+        let solid = runner.get(BEECH.forest.object_geometry, next);
+        let solid = solid.expect("a chunk");
+        let ground = Arc::clone(solid.0.instances()[0].1.prototype());
+        let mesh = RayScene::of_shape(ground, &assets.library.materials);
+        let litter = runner
+            .get(BEECH.forest.litter_geometry, at)
+            .expect("litter");
+        let group = litter.0.as_ref().expect("litter lies in every chunk");
+        for (instance, _) in group.instances() {
+            for card in instance.prototype.cards() {
+                let corner = |c| instance.position_m + instance.linear * c;
+                let corners = card.corners().map(corner);
+                let low = corners.into_iter().min_by(|a, b| a.z.total_cmp(&b.z));
+                let low = low.expect("four corners") - Vec3::X * (50 * step) as f32;
+                let ray = Ray::new(low + Vec3::Z * 2.0, Vec3::NEG_Z);
+                if let Some(hit) = mesh.closest_surface(&ray) {
+                    gaps.push((hit.distance_m - 2.0) * 1e3);
+                }
+            }
+        }
+    }
+    gaps.sort_unstable_by(f32::total_cmp);
+    let at = |share: f64| gaps[((gaps.len() - 1) as f64 * share) as usize];
+    println!(
+        "{} cards beyond a border, mm above the mesh: least {:.0}, 1 % {:.0}, half {:.0}, \
+         99 % {:.0}, most {:.0}",
+        gaps.len(),
+        at(0.0),
+        at(0.01),
+        at(0.5),
+        at(0.99),
+        at(1.0)
+    );
+    assert!(gaps.len() > 500, "{}", gaps.len());
+    assert!(at(0.01) > -20.0 && at(0.0) > -45.0, "sunk");
+    assert!((-4.0..20.0).contains(&at(0.5)), "{}", at(0.5));
+    assert!(at(0.99) < 45.0 && at(1.0) < 80.0, "floats");
 }
 
 #[test]

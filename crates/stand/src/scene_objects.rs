@@ -1,6 +1,6 @@
 //! The objects of a chunk that have an id: sites are numbered, put on the ground, and varied.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 use nemoral_scene::glam::{DVec2, DVec3, Mat3, Vec2};
 use nemoral_scene::{ChunkCoord, Instance, InstancePlace, ObjectId, ObjectKind, Surface};
@@ -10,6 +10,9 @@ use crate::{Error, InstanceVariation, LyingPose, Variation, grown_scale, sapling
 
 /// The domain of the draws by which objects of the same asset differ.
 pub const OBJECT_VARIATION: Domain = Domain::new("pipeline.look");
+
+/// How far a plant that faces the light may be turned from it, radians.
+const FACING_RAD: f64 = 0.5;
 
 /// One rock, tree, stump, shrub, stone, log or root plate.
 #[derive(Clone, Debug)]
@@ -96,6 +99,9 @@ pub struct ObjectSite {
     pub key: Key,
     /// Whether it lies on a trail.
     pub on_trail: bool,
+    /// The direction on the map that its asset's x-axis points to, radians from the world's, give
+    /// or take half a radian; `None` for any. Only what stands has one.
+    pub facing_rad: Option<f64>,
     /// Its pose, if it lies as a stem does; nothing else has one.
     pub lying: Option<Lying>,
 }
@@ -176,6 +182,10 @@ impl ObjectSite {
                 size: rng.unit_f64(),
             },
         };
+        // The pattern's turn decides how it deviates, so that copies near each other still differ.
+        let yaw_rad = self.facing_rad.map_or(look.yaw_rad, |facing_rad| {
+            facing_rad + FACING_RAD * (look.yaw_rad / PI - 1.0)
+        });
         let variation = rng.unit_f32();
         let scale = self.size.scale(look.size);
         let sample = ground.sample(self.position_m);
@@ -185,7 +195,7 @@ impl ObjectSite {
             ObjectKind::Tree | ObjectKind::Stump => Vec2::ZERO,
             _ => sample.gradient.as_vec2(),
         };
-        let mut linear = Instance::upright(look.yaw_rad as f32, scale as f32, gradient);
+        let mut linear = Instance::upright(yaw_rad as f32, scale as f32, gradient);
         let measured = match self.size {
             ObjectSize::Measured(size) => Some(size),
             _ => None,
@@ -242,6 +252,7 @@ mod tests {
             size: ObjectSize::Grown,
             key: Key::world(7).item(item),
             on_trail: false,
+            facing_rad: None,
             lying: None,
         }
     }

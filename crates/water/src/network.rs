@@ -79,8 +79,12 @@ pub(crate) fn runs(
     let run = |(&from, draft): (&Node, &Draft)| {
         let pond = ponds.get(&draft.hollow).cloned();
         let along_m = lengths_m(&draft.places);
-        let next_m = drafts.get(&draft.to).map(|next| next.levels_m[0]);
-        let levels_m = levels(draft, &along_m, pond.as_deref(), next_m);
+        // All water of the next run comes to the same pond.
+        let next_m = drafts.get(&draft.to).map(|next| {
+            let along_m = lengths_m(&next.places);
+            next.levels_m(&along_m, pond.as_deref(), None)[0]
+        });
+        let levels_m = draft.levels_m(&along_m, pond.as_deref(), next_m);
         // The rise of the banks and the width at a node, and how much wider the run between is.
         let shape = |node: Node| {
             let mut rng = finder.key.domain(BANKS).chunk(node).rng();
@@ -116,31 +120,35 @@ pub(crate) fn runs(
     drafts.iter().map(run).collect()
 }
 
-/// The levels of a run: those that the ground allows, no lower than the pond below, falling in
-/// time to that pond, or to where other water has cut the next run deeper.
-fn levels(draft: &Draft, along_m: &[f64], pond: Option<&Pond>, next_m: Option<f64>) -> Vec<f64> {
-    let least_m = pond.map_or(f64::NEG_INFINITY, |pond| pond.level_m);
-    let mut levels_m: Vec<f64> = draft.levels_m.iter().map(|l| l.max(least_m)).collect();
-    let last = levels_m.len() - 1;
-    let is_in_pond = |place: &Place| pond.is_some_and(|p| p.edge_m(place.middle_m) < IN_POND_M);
-    let (end, goal_m) = match draft.places.iter().position(is_in_pond) {
-        Some(end) => (end, least_m),
-        None => (
-            last,
-            next_m.map_or(levels_m[last], |next| next.max(least_m)),
-        ),
-    };
-    let drop_m = levels_m[end] - goal_m;
-    let fall_m = FALL_M.min(0.8 * along_m[end]);
-    for i in 0..=last {
-        if i >= end {
-            levels_m[i] = goal_m;
-        } else if fall_m > 0.0 {
-            let t = ((along_m[i] - (along_m[end] - fall_m)) / fall_m).clamp(0.0, 1.0);
-            levels_m[i] -= drop_m * t * t * (3.0 - 2.0 * t);
+impl Draft {
+    /// The levels of a run: those that the ground allows, no lower than the pond below, falling in
+    /// time to that pond, or to `next_m`, where other water has cut the next run deeper. Where the
+    /// pond comes soon, the fall begins in the run before: the first level is the same whatever
+    /// `next_m` is, so that the run before can fall to it.
+    fn levels_m(&self, along_m: &[f64], pond: Option<&Pond>, next_m: Option<f64>) -> Vec<f64> {
+        let least_m = pond.map_or(f64::NEG_INFINITY, |pond| pond.level_m);
+        let mut levels_m: Vec<f64> = self.levels_m.iter().map(|l| l.max(least_m)).collect();
+        let last = levels_m.len() - 1;
+        let is_in_pond = |place: &Place| pond.is_some_and(|p| p.edge_m(place.middle_m) < IN_POND_M);
+        let (end, goal_m, fall_m) = match self.places.iter().position(is_in_pond) {
+            Some(end) => (end, least_m, FALL_M),
+            None => (
+                last,
+                next_m.map_or(levels_m[last], |next| next.max(least_m)),
+                FALL_M.min(0.8 * along_m[last]),
+            ),
+        };
+        let drop_m = levels_m[end] - goal_m;
+        for i in 0..=last {
+            if i >= end {
+                levels_m[i] = goal_m;
+            } else {
+                let t = ((along_m[i] - (along_m[end] - fall_m)) / fall_m).clamp(0.0, 1.0);
+                levels_m[i] -= drop_m * t * t * (3.0 - 2.0 * t);
+            }
         }
+        levels_m
     }
-    levels_m
 }
 
 /// The length of all runs above each node, metres. Sums are in the order of nodes, whichever

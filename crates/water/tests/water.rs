@@ -1,4 +1,5 @@
 //! Streams and ponds on waves of hills.
+#![allow(clippy::print_stdout, reason = "what was measured, for --nocapture")]
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -275,6 +276,34 @@ fn streams_join_and_end_in_ponds() {
         }
     }
     assert!(ponds > 10 && into_ponds > 5, "{ponds} {into_ponds}");
+}
+
+/// Water falls to a pond in time, also where it meets the pond early on its way from a node.
+#[test]
+fn water_falls_nowhere_at_once() {
+    let (mut steepest, mut joints, mut apart_m) = (0.0_f64, 0, 0.0_f64);
+    for seed in 0..6 {
+        let water = water(seed);
+        for chunk in chunks() {
+            let near = water.near(chunk, 40.0);
+            let runs: Vec<&[Section]> = near.sections().collect();
+            for run in &runs {
+                for pair in run.windows(2) {
+                    let step_m = pair[0].middle_m.distance(pair[1].middle_m);
+                    steepest = steepest.max((pair[0].level_m - pair[1].level_m) / step_m.max(0.05));
+                }
+                let end = run[run.len() - 1];
+                for next in runs.iter().filter(|next| next[0].middle_m == end.middle_m) {
+                    joints += 1;
+                    apart_m = apart_m.max((end.level_m - next[0].level_m).abs());
+                }
+            }
+        }
+    }
+    println!("{steepest:.2} m/m at most; {joints} joints, {apart_m:.4} m apart at most");
+    assert!(joints > 1000, "{joints}");
+    assert!(apart_m < 1e-9, "{apart_m}");
+    assert!(steepest < 0.7, "{steepest}");
 }
 
 #[test]

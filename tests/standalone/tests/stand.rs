@@ -78,6 +78,7 @@ fn trees_with_ids_that_differ() {
         size: ObjectSize::Grown,
         key: Key::world(7).item(i),
         on_trail: false,
+        facing_rad: None,
         lying: None,
     };
     let sites: Vec<ObjectSite> = (0..10).map(site).collect();

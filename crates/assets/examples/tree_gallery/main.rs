@@ -1,5 +1,5 @@
-//! Draws every species from sapling to snag beside a board of 1.8 m, with its bark and leaves close
-//! by, and one sheet of all species, `species.png`: `tree_gallery FOLDER [SPECIES | FILE.toml]...`.
+//! Draws every species from sapling to snag, and at a wood's edge, beside a board of 1.8 m, with its
+//! bark and leaves close by, and one sheet of all species, `species.png`: `tree_gallery FOLDER [SPECIES | FILE.toml]...`.
 //!
 //! Orthographic, from the south; sun from the upper left, behind the viewer, and a grey sky.
 
@@ -58,6 +58,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                     .map(|t| (i, t)),
             );
         }
+        // Two trees of the stand, and then the same two at its edge, with light from the right.
+        row.push((2, of(&libraries[2].trees, 4).remove(3)));
         row.push((2, of(&libraries[2].snags, 2).remove(1)));
         report(&row);
         let trees: Vec<_> = row
@@ -67,10 +69,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let path = Path::new(&folder).join(format!("{}.png", s.name));
         whole(&trees, 1900.0).save(path)?;
         let path = Path::new(&folder).join(format!("{}.close.png", s.name));
-        close(trees[trees.len() - 2]).save(path)?;
+        close(trees[trees.len() - 3]).save(path)?;
     }
     let grown = &libraries[2];
-    let thickest = |s: &Species| grown.trees.iter().rfind(|t| t.species == s.name);
+    let thickest = |s: &Species| {
+        let mut of = grown.trees.iter().filter(|t| t.species == s.name);
+        of.nth(1)
+    };
     let one_each: Vec<_> = species
         .iter()
         .filter_map(|s| thickest(s).map(|t| (t, &grown.materials)))
@@ -94,6 +99,7 @@ fn grow(species: &[Species], class: SizeClass) -> Result<Library, Box<dyn std::e
         individuals_per_species: 2,
         saplings_per_species: 2,
         snags_per_species: 2,
+        edge_trees: true,
         stand: StandParams {
             shape: 6.0,
             dbh_min_m: 0.07,

@@ -10,8 +10,6 @@ use crate::plant::shed::{LitterPlan, Shed, litter};
 
 /// Variants of a patch, thin to deep: wide ones, and narrow ones.
 const VARIANTS: [u32; 2] = [12, 8];
-/// Their radii, metres.
-const RADII_M: [f32; 2] = [0.8, 0.42];
 
 /// What litter to make.
 #[derive(Clone, Debug, PartialEq)]
@@ -44,10 +42,15 @@ impl LitterParams {
 /// Patches of the litter under a species, thin ones first.
 #[derive(Clone, Debug, Default)]
 pub struct LitterPatches {
-    /// Patches with a radius of 0.8 m.
+    /// Patches with the first of [`RADII_M`](Self::RADII_M).
     pub wide: Vec<PlantAsset>,
-    /// Patches with a radius of 0.42 m, for borders and uneven ground.
+    /// Patches with the second, for borders and uneven ground.
     pub narrow: Vec<PlantAsset>,
+}
+
+impl LitterPatches {
+    /// The radii of wide and of narrow patches, metres.
+    pub const RADII_M: [f64; 2] = [0.8, 0.42];
 }
 
 impl PlantGrower<'_> {
@@ -68,7 +71,7 @@ impl PlantGrower<'_> {
             let count = VARIANTS[size];
             self.collect(Domain::new(&format!("assets.{name}")), count, &|i, key| {
                 let plan = LitterPlan {
-                    radius_m: RADII_M[size],
+                    radius_m: LitterPatches::RADII_M[size] as f32,
                     depth: (i as f32 + 0.5) / count as f32,
                     amounts: [params.leaves, params.wood, params.stones].map(|a| a as f32),
                     stand: &stand,

@@ -61,7 +61,8 @@ impl SingleTree {
         let key = key.domain(SINGLE).domain(Domain::new(&species.name));
         let size = species.draw_size(dbh_m, key.item(1));
         let grow: Grow = if alive { grow } else { grow_snag };
-        let tree = grower.grown((species, 0), grow, &size, species.name.clone(), key.item(2))?;
+        let size = (&size, &grower.growth);
+        let tree = grower.grown((species, 0), grow, size, species.name.clone(), key.item(2))?;
         Ok(Self {
             tree,
             materials: materials.library,

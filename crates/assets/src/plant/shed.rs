@@ -287,3 +287,94 @@ fn stone(shape: &mut Shape, at: Vec2, material: MaterialId, key: Key) {
         shape.triangle(triangle.corners.map(|c| c + first), material);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn image(height_m: f32) -> FoliageCard {
+        FoliageCard {
+            material: MaterialId(1),
+            width_m: 0.6 * height_m,
+            height_m,
+            opaque_fraction: 0.5,
+        }
+    }
+
+    /// Two numbers of a range, the smaller one first.
+    fn pair(low: f64, high: f64) -> impl Strategy<Value = [f64; 2]> {
+        (low..=high, low..=high).prop_map(|(a, b)| [a.min(b), a.max(b)])
+    }
+
+    fn look() -> impl Strategy<Value = ShedLook> {
+        let fruit = (pair(0.005, 0.4), pair(0.05, 1.5), 0.0..=0.5, 0.0..=20.0).prop_map(
+            |(length_m, width_ratio, scales, per_m2)| FruitLook {
+                length_m,
+                width_ratio,
+                scales,
+                per_m2,
+            },
+        );
+        let bark = (pair(0.01, 1.4), pair(0.005, 0.2), 0.0..=20.0).prop_map(
+            |(length_m, width_m, per_m2)| ShedBark {
+                length_m,
+                width_m,
+                per_m2,
+            },
+        );
+        let (fruit, bark) = (prop::option::of(fruit), prop::option::of(bark));
+        (1.0..=200.0, fruit, bark).prop_map(|(leaves_per_m2, fruit, bark)| ShedLook {
+            albedo: [0.1; 3],
+            leaves_per_m2,
+            fruit,
+            bark,
+        })
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(48))]
+
+        /// Whatever a species file may say, a patch is of a size that can be kept in memory, lies
+        /// about its middle, and neither hangs in the air nor is buried.
+        #[test]
+        fn patches_of_any_species_lie_on_the_ground(
+            look in look(), leaf_m in 0.01_f32..0.6, is_mat in any::<bool>(), is_wide in any::<bool>(),
+            depth in 0.0_f32..=1.0, leaves in 0.1_f32..=2.0, wood in 0.0_f32..=4.0,
+            stones in 0.0_f32..=10.0, item in any::<u64>(),
+        ) {
+            let half = image(0.5 * leaf_m);
+            let pieces = if is_mat { vec![image(leaf_m)] } else { vec![half, half] };
+            let materials = ShedMaterials {
+                leaves: vec![pieces],
+                twig: MaterialId(2),
+                barks: [MaterialId(3); 2],
+            };
+            let stand = [Shed { look, materials: &materials }];
+            let radius_m = if is_wide { 0.8 } else { 0.42 };
+            let plan = LitterPlan {
+                radius_m,
+                depth,
+                amounts: [leaves, wood, stones],
+                stand: &stand,
+                shares: &[1.0],
+                own: 0,
+                fruit: MaterialId(4),
+                stone: MaterialId(5),
+            };
+            let shape = litter(&plan, Key::world(3).item(item));
+            prop_assert!(shape.cards.len() <= 3000, "{} cards", shape.cards.len());
+            let triangles = shape.mesh.triangles.len();
+            prop_assert!(triangles <= 80_000, "{triangles} triangles");
+            let corners = shape.cards.iter().flat_map(nemoral_scene::Card::corners);
+            let longest = leaf_m.max(0.5);
+            for p in corners.chain(shape.mesh.positions.iter().copied()) {
+                prop_assert!(p.is_finite());
+                prop_assert!(p.truncate().length() < radius_m + longest, "{p}");
+                prop_assert!(p.z > -0.2 && p.z < 0.6, "{p}");
+            }
+            let low = shape.cards.iter().flat_map(nemoral_scene::Card::corners);
+            prop_assert!(low.fold(f32::INFINITY, |low, p| low.min(p.z)) > 0.0);
+        }
+    }
+}

@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use nemoral_scene::glam::{DVec2, DVec3};
 use nemoral_seed::{Domain, Draw, Key};
 
+use super::edge::CrownBase;
 use super::{CrownForm, TreeSize};
 
 const ASYMMETRY: Domain = Domain::new("assets.tree.asymmetry");
@@ -34,12 +35,13 @@ pub(super) struct Envelope {
 impl Envelope {
     /// An envelope for wood: foliage reaches `margin_m` beyond it.
     pub(super) fn new(
-        size: &TreeSize,
+        (size, base): (&TreeSize, &CrownBase),
         form: CrownForm,
         margin_m: f64,
         lean: DVec2,
         key: Key,
     ) -> Self {
+        let form = base.form(form);
         let mut rng = key.domain(ASYMMETRY).rng();
         let harmonics: [[f64; 3]; 3] = std::array::from_fn(|k| {
             let order = (k + 1) as f64;
@@ -51,7 +53,7 @@ impl Envelope {
                 .iter()
                 .map(|&[k, a, phase]| a * libm::cos(k * azimuth + phase))
                 .sum();
-            (1.0 + wobble).max(0.3)
+            (1.0 + wobble + base.aside(libm::cos(azimuth))).max(0.3)
         };
         Self {
             base_m: size.crown_base_m,
@@ -148,7 +150,8 @@ mod tests {
         let species = Species::english_oak();
         let key = Key::world(7);
         let size = species.draw_size(0.4, key);
-        let envelope = Envelope::new(&size, species.crown, 0.2, DVec2::ZERO, key);
+        let base = CrownBase::new(&size, None);
+        let envelope = Envelope::new((&size, &base), species.crown, 0.2, DVec2::ZERO, key);
         let from = DVec3::new(0.0, 0.0, 0.6 * size.height_m);
         for i in 0..16 {
             let (sin, cos) = libm::sincos(TAU * f64::from(i) / 16.0);

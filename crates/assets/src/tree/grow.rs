@@ -36,6 +36,10 @@ pub struct GrowthParams {
     /// The most cards, 50..=100,000. Where a tree would have more, the cards are larger, so that
     /// their silhouette is the same.
     pub cards_max: usize,
+    /// Where the living crown begins on the side of -x, metres, if light reaches the tree from the
+    /// side of +x: from the size's crown base, at which it begins there, up to 0.9 of the height.
+    /// `None` if all sides are alike. Dead trees do without it.
+    pub shaded_base_m: Option<f64>,
 }
 
 impl Default for GrowthParams {
@@ -44,6 +48,7 @@ impl Default for GrowthParams {
             trunk_radius_m: 0.04,
             wood_triangles_max: 12_000,
             cards_max: 6_000,
+            shaded_base_m: None,
         }
     }
 }
@@ -106,8 +111,9 @@ pub fn grow_with_structure(
     let upper_from_m = species.bark.upper_from_m(size);
     let most = params.wood_triangles_max;
     let mut density = 1.0;
+    let demand = (size, params.shaded_base_m);
     let (mut axes, tessellation) = loop {
-        let axes = skeleton(species, size, margin_m, sunk_m(size), density, lean, key);
+        let axes = skeleton(species, demand, margin_m, sunk_m(size), density, lean, key);
         let tessellation = Tessellation {
             trunk_radius_m: params.trunk_radius_m,
             tolerance: 1.0 / f64::sqrt(density),
@@ -153,6 +159,10 @@ pub(super) fn check(
     species.check()?;
     size.check()?;
     materials.check()?;
+    if let Some(base_m) = params.shaded_base_m {
+        let [low, high] = [size.crown_base_m, 0.9 * size.height_m];
+        ParamError::check_within("shaded_base_m", base_m, low, high)?;
+    }
     params.check()
 }
 

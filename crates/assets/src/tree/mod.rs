@@ -41,6 +41,7 @@
 
 mod budget;
 mod catalogue;
+mod edge;
 mod envelope;
 mod fit;
 mod foliage;

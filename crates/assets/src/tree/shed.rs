@@ -3,7 +3,7 @@
 use serde::Deserialize;
 
 use super::look::LeafKind;
-use super::species::Species;
+use super::species::{Ranges, Species};
 use nemoral_scene::ParamError;
 
 /// Dead leaves, fruits and bark on the ground.
@@ -66,27 +66,20 @@ impl Species {
 
 impl ShedLook {
     pub(super) fn check(&self, species: &str) -> Result<(), ParamError> {
-        let range = |name: &str, value, low, high| {
-            ParamError::check_within(format!("{species}.shed.{name}"), value, low, high)
-        };
-        let pair = |name: &str, [least, most]: [f64; 2], low, high| {
-            range(name, least, low, most)?;
-            range(name, most, low, high)
-        };
-        for value in self.albedo {
-            range("albedo", value, 0.01, 0.7)?;
-        }
-        range("leaves_per_m2", self.leaves_per_m2, 1.0, 200.0)?;
+        let name = format!("{species}.shed");
+        let r = Ranges(&name);
+        r.each("albedo", &self.albedo, 0.01, 0.7)?;
+        r.one("leaves_per_m2", self.leaves_per_m2, 1.0, 200.0)?;
         if let Some(fruit) = &self.fruit {
-            pair("fruit.length_m", fruit.length_m, 0.005, 0.4)?;
-            pair("fruit.width_ratio", fruit.width_ratio, 0.05, 1.5)?;
-            range("fruit.scales", fruit.scales, 0.0, 0.5)?;
-            range("fruit.per_m2", fruit.per_m2, 0.0, 20.0)?;
+            r.pair("fruit.length_m", fruit.length_m, 0.005, 0.4)?;
+            r.pair("fruit.width_ratio", fruit.width_ratio, 0.05, 1.5)?;
+            r.one("fruit.scales", fruit.scales, 0.0, 0.5)?;
+            r.one("fruit.per_m2", fruit.per_m2, 0.0, 20.0)?;
         }
         if let Some(bark) = &self.bark {
-            pair("bark.length_m", bark.length_m, 0.01, 1.4)?;
-            pair("bark.width_m", bark.width_m, 0.005, 0.2)?;
-            range("bark.per_m2", bark.per_m2, 0.0, 20.0)?;
+            r.pair("bark.length_m", bark.length_m, 0.01, 1.4)?;
+            r.pair("bark.width_m", bark.width_m, 0.005, 0.2)?;
+            r.one("bark.per_m2", bark.per_m2, 0.0, 20.0)?;
         }
         Ok(())
     }
@@ -95,19 +88,123 @@ impl ShedLook {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::prelude::*;
+
+    /// Every number of the tables, as a path and its least and greatest value.
+    const NUMBERS: [(&str, f64, f64); 15] = [
+        ("albedo", 0.01, 0.7),
+        ("albedo", 0.01, 0.7),
+        ("albedo", 0.01, 0.7),
+        ("leaves_per_m2", 1.0, 200.0),
+        ("fruit.length_m", 0.005, 0.4),
+        ("fruit.length_m", 0.005, 0.4),
+        ("fruit.width_ratio", 0.05, 1.5),
+        ("fruit.width_ratio", 0.05, 1.5),
+        ("fruit.scales", 0.0, 0.5),
+        ("fruit.per_m2", 0.0, 20.0),
+        ("bark.length_m", 0.01, 1.4),
+        ("bark.length_m", 0.01, 1.4),
+        ("bark.width_m", 0.005, 0.2),
+        ("bark.width_m", 0.005, 0.2),
+        ("bark.per_m2", 0.0, 20.0),
+    ];
+
+    /// A table in which the numbers have these values, in the order of [`NUMBERS`].
+    fn table(values: &[String]) -> String {
+        let [
+            a,
+            b,
+            c,
+            leaves,
+            l0,
+            l1,
+            w0,
+            w1,
+            scales,
+            fruits,
+            m0,
+            m1,
+            n0,
+            n1,
+            barks,
+        ] = values
+        else {
+            panic!("one value for each number");
+        };
+        format!(
+            "[shed]\nalbedo = [{a}, {b}, {c}]\nleaves_per_m2 = {leaves}\n\
+             fruit.length_m = [{l0}, {l1}]\nfruit.width_ratio = [{w0}, {w1}]\n\
+             fruit.scales = {scales}\nfruit.per_m2 = {fruits}\n\
+             bark.length_m = [{m0}, {m1}]\nbark.width_m = [{n0}, {n1}]\n\
+             bark.per_m2 = {barks}\n"
+        )
+    }
+
+    /// What is said about a beech that sheds what a table says.
+    fn said(table: &str) -> String {
+        let text = Species::built_in_toml("beech").expect("there is a beech");
+        let (before, _) = text.split_once("[shed]").expect("it sheds leaves");
+        let read = Species::from_toml(&format!("{before}{table}"), "my.toml");
+        read.err().map(|e| e.to_string()).unwrap_or_default()
+    }
+
+    fn middle() -> Vec<f64> {
+        let middle = |(_, low, high): &(&str, f64, f64)| 0.5 * (low + high);
+        NUMBERS.iter().map(middle).collect()
+    }
+
+    fn texts(values: &[f64]) -> Vec<String> {
+        values
+            .iter()
+            .map(|v| format!("{v:?}").to_lowercase())
+            .collect()
+    }
 
     #[test]
-    fn numbers_out_of_range_are_refused_by_name() {
+    fn numbers_of_a_file_that_are_out_of_range_are_refused_by_name() {
+        assert_eq!(said(&table(&texts(&middle()))), "");
+        for (i, (name, low, high)) in NUMBERS.into_iter().enumerate() {
+            for value in [low - 1e-3, high + 1e-3, -1e300, 1e300] {
+                let mut values = middle();
+                values[i] = value;
+                let said = said(&table(&texts(&values)));
+                let field = format!("my.toml: beech.shed.{name} = {value}: must be from ");
+                assert!(said.starts_with(&field), "{said:?}, not {field:?}");
+            }
+            for value in ["nan", "inf", "-inf"] {
+                let mut values = texts(&middle());
+                values[i] = value.to_owned();
+                let said = said(&table(&values));
+                let field = format!("my.toml: beech.shed.{name} = ");
+                assert!(said.starts_with(&field), "{said:?}, not {field:?}");
+                assert!(
+                    !said.contains("from NaN") && !said.contains("to NaN"),
+                    "{said}"
+                );
+            }
+        }
+        let mut turned = middle();
+        turned.swap(10, 11);
+        (turned[10], turned[11]) = (0.5, 0.1);
+        let said = said(&table(&texts(&turned)));
+        assert!(
+            said.contains("beech.shed.bark.length_m = 0.5: must be from 0.01 to 0.1"),
+            "{said}"
+        );
+    }
+
+    #[test]
+    fn species_that_do_not_say_shed_leaves() {
         let mut species = Species::eucalyptus();
-        assert!(species.check().is_ok());
-        let shed = species.shed.as_mut().expect("it sheds bark");
-        shed.bark.as_mut().expect("it sheds bark").length_m = [0.5, 0.1];
-        let said = species
-            .check()
-            .expect_err("the least is the most")
-            .to_string();
-        assert!(said.contains("eucalyptus.shed.bark.length_m"), "{said}");
         species.shed = None;
         assert!(species.check().is_ok() && species.shed_look().leaves_per_m2 > 1.0);
+    }
+
+    proptest! {
+        #[test]
+        fn what_is_written_is_read_or_refused(text in "[ -~\n]{0,80}") {
+            // Whatever it is, it is no panic.
+            let _ = said(&format!("[shed]\n{text}"));
+        }
     }
 }

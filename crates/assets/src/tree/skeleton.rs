@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use nemoral_scene::glam::{DVec2, DVec3};
 use nemoral_seed::{Domain, Draw, Key};
 
+use super::edge::CrownBase;
 use super::envelope::Envelope;
 use super::{BranchLevel, Species, TreeSize};
 
@@ -131,6 +132,7 @@ impl CentreLine {
 pub(super) struct Grower<'a> {
     species: &'a Species,
     size: &'a TreeSize,
+    base: CrownBase,
     envelope: Envelope,
     /// Nodes per metre relative to the species' spacing; below 1 to keep within a triangle budget.
     density: f64,
@@ -159,10 +161,10 @@ fn grown_so_far(species: &Species, size: &TreeSize) -> Species {
 const FULL_SHOOTS_M: f64 = 6.0;
 
 /// The tree's axes; parents come before their children, the stem first. `sunk_m` is the depth of
-/// its foot.
+/// its foot, `shaded_base_m` where the crown begins on the side of -x, if that is another height.
 pub(super) fn skeleton(
     species: &Species,
-    size: &TreeSize,
+    (size, shaded_base_m): (&TreeSize, Option<f64>),
     margin_m: f64,
     sunk_m: f64,
     density: f64,
@@ -174,11 +176,13 @@ pub(super) fn skeleton(
             .crown
             .grown_from(young, species.maturity(size.dbh_m))
     });
-    let envelope = Envelope::new(size, crown, margin_m, lean, key);
+    let base = CrownBase::new(size, shaded_base_m);
+    let envelope = Envelope::new((size, &base), crown, margin_m, lean, key);
     let species = &grown_so_far(species, size);
     let mut grower = Grower {
         species,
         size,
+        base,
         envelope,
         density,
         axes: Vec::new(),
@@ -192,8 +196,10 @@ pub(super) fn skeleton(
 impl Grower<'_> {
     fn stem(&mut self, margin_m: f64, sunk_m: f64, lean: DVec2, key: Key) {
         let (size, stem) = (self.size, &self.species.stem);
-        let crown = size.height_m - size.crown_base_m;
-        let top = size.crown_base_m + stem.apical_dominance * crown;
+        // A stem forks where it would in the wood.
+        let base = self.base.highest_m();
+        let crown = size.height_m - base;
+        let top = base + stem.apical_dominance * crown;
         let top = top.min(size.height_m - margin_m);
         let line = CentreLine::new(self.species, top, lean, key);
         let foot = [-sunk_m, -0.12, 0.0, 0.12, 0.28, 0.5, 0.85, BREAST_M];
@@ -223,16 +229,20 @@ impl Grower<'_> {
             return;
         };
         let stem = &self.axes[0];
-        let (base, top) = (self.size.crown_base_m, stem.points[stem.points.len() - 1].z);
+        let (base, top) = (self.base.lowest_m(), stem.points[stem.points.len() - 1].z);
         let [from, to] = level.zone.map(|t| base + t * (top - base));
         for (node, z, azimuth) in nodes(&level, to - from, self.limb_density(), key.domain(BRANCH))
         {
             let (z, t) = (from + z, z / (to - from));
+            let (level, t) = self.base.limb(&level, z, top).unwrap_or((level, t));
             let s = self.stem_param(z);
             let (origin, along) = (self.axes[0].at(s), self.axes[0].direction(s));
             let branch_key = key.domain(BRANCH).item(node);
             let mut rng = branch_key.rng();
             let direction = insertion(&level, along, t, azimuth, &mut rng);
+            if z < self.base.towards_m(direction.truncate()) {
+                continue;
+            }
             // The branch bends, so its mean heading is that half-way through the bend.
             let heading = bent_up(direction, level.curve_deg[0].to_radians());
             let share = rng.range_f64(level.length[0], level.length[1]);
@@ -333,7 +343,8 @@ impl Grower<'_> {
         let Some(&level) = self.species.levels.first() else {
             return;
         };
-        let (from, to) = (dead.from * self.size.crown_base_m, self.size.crown_base_m);
+        let to = self.base.highest_m();
+        let from = dead.from * to;
         // Stems that fork have nodes at the fork only; their dead branches are spaced like whorls.
         let level = BranchLevel {
             insertion_deg: [dead.insertion_deg; 2],
@@ -362,6 +373,9 @@ impl Grower<'_> {
             let s = self.stem_param(z);
             let (start, along) = (self.axes[0].at(s), self.axes[0].direction(s));
             let direction = insertion(&level, along, 0.0, azimuth, &mut rng);
+            if z > self.base.towards_m(direction.truncate()) {
+                continue;
+            }
             // A stub's length counts from the bark.
             let length = length + 0.5 * self.size.dbh_m;
             let joints = BranchLevel {

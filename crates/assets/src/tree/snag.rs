@@ -33,7 +33,7 @@ pub fn grow_snag(
     let (sin, cos) = libm::sincos(rng.range_f64(0.0, TAU));
     let lean = DVec2::new(cos, sin) * libm::tan(size.lean_rad);
     let flare = Flare::new(&species.stem, size, key);
-    let axes = skeleton(species, size, 0.0, sunk_m(size), 0.5, lean, key);
+    let axes = skeleton(species, (size, None), 0.0, sunk_m(size), 0.5, lean, key);
     let radii = radii(&axes, species, size);
     let stem_top = axes[0].points[axes[0].points.len() - 1].z;
     let broken_m = (size.height_m * rng.range_f64(0.4, 0.9))

@@ -75,6 +75,9 @@ pub struct Allometry {
     pub leaf_area_index_max: f64,
     /// Standard deviation of the lean.
     pub lean_sd_deg: f64,
+    /// Where the crown begins on the open side of a tree at the edge of a wood, as a share of its
+    /// height, 0.02..=0.6; without it 0.12.
+    pub edge_crown_base: Option<f64>,
 }
 
 /// The relative diameter of a stem over the relative height x = z/H: (1 + `butt` e^(−`butt_decay`
@@ -264,21 +267,39 @@ impl Species {
 }
 
 /// Ranges of the fields of one table.
-struct Ranges<'a>(&'a str);
+pub(super) struct Ranges<'a>(pub(super) &'a str);
 
 impl Ranges<'_> {
-    fn one(&self, name: &str, value: f64, low: f64, high: f64) -> Result<(), ParamError> {
+    pub(super) fn one(
+        &self,
+        name: &str,
+        value: f64,
+        low: f64,
+        high: f64,
+    ) -> Result<(), ParamError> {
         ParamError::check_within(format!("{}.{name}", self.0), value, low, high)
     }
 
     /// Checks a least and a greatest value.
-    fn pair(&self, name: &str, [a, b]: [f64; 2], low: f64, high: f64) -> Result<(), ParamError> {
+    pub(super) fn pair(
+        &self,
+        name: &str,
+        [a, b]: [f64; 2],
+        low: f64,
+        high: f64,
+    ) -> Result<(), ParamError> {
         self.one(name, b, low, high)?;
         self.one(name, a, low, b)
     }
 
     /// Checks each of several values, in any order.
-    fn each(&self, name: &str, values: &[f64], low: f64, high: f64) -> Result<(), ParamError> {
+    pub(super) fn each(
+        &self,
+        name: &str,
+        values: &[f64],
+        low: f64,
+        high: f64,
+    ) -> Result<(), ParamError> {
         values
             .iter()
             .try_for_each(|&v| self.one(name, v, low, high))
@@ -319,6 +340,9 @@ impl Allometry {
         r.one("leaf_area[1]", self.leaf_area[1], 0.2, 4.0)?;
         r.one("leaf_area_sd", self.leaf_area_sd, 0.0, 0.5)?;
         r.one("leaf_area_index_max", self.leaf_area_index_max, 0.1, 15.0)?;
+        if let Some(share) = self.edge_crown_base {
+            r.one("edge_crown_base", share, 0.02, 0.6)?;
+        }
         r.one("lean_sd_deg", self.lean_sd_deg, 0.0, 7.0)
     }
 }

@@ -30,6 +30,16 @@ pub(crate) enum Counts {
     NearObstacles(Vec<Semantic>),
 }
 
+impl Counts {
+    /// Whether a surface of one of these semantics counts, wherever it is.
+    pub(crate) fn any(&self, semantics: &[Semantic]) -> bool {
+        match self {
+            Self::Of(these) => these.iter().any(|s| semantics.contains(s)),
+            Self::OnTrunks(_) | Self::NearObstacles(_) => false,
+        }
+    }
+}
+
 /// Names beside those of classes and semantics.
 const THINGS: [&str; 4] = ["logs", "near_obstacles", "rocks", "wrapped_trunks"];
 

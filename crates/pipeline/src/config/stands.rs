@@ -381,6 +381,8 @@ pub(super) fn rank_clearing(c: &mut Config) {
         open_saplings: 11.0,
         open_stumps: 4.5,
         kept: 0.0,
+        // What stands around was within the wood until lately.
+        edge_trees: 0.1,
         ..Meadows::default()
     };
     c.placement.regeneration.saplings = per_hectare(c, 160.0);

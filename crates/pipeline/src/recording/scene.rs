@@ -141,14 +141,7 @@ impl VisibleReach {
         ),
     ) -> Result<FrameScene, Error> {
         let size = self.chunk_size_m;
-        let mut groups = self.groups(place_m, (objects, undergrowth))?;
-        if let Some(radius_m) = self.litter_radius_m {
-            let near = visible_chunks(place_m, radius_m, size);
-            let litter = near.iter().zip(litter.all(&near)?);
-            groups.extend(
-                litter.filter_map(|(chunk, litter)| Some((*chunk, Arc::clone(litter.0.as_ref()?)))),
-            );
-        }
+        let groups = self.groups(place_m, (objects, undergrowth, litter))?;
         let mut light = BTreeMap::new();
         if self.is_lit {
             let visible = visible_chunks(place_m, self.visible_radius_m, size);
@@ -159,11 +152,15 @@ impl VisibleReach {
     }
 
     /// The same for rays that ask what is where, and not how bright it is: the sky view factor is 1
-    /// everywhere, and the ground is without its litter.
+    /// everywhere.
     pub(crate) fn gather_unlit(
         &self,
         (around, place_m): (ChunkCoord, DVec2),
-        geometry: (Demand<'_, ObjectGeometry>, Demand<'_, UndergrowthGeometry>),
+        geometry: (
+            Demand<'_, ObjectGeometry>,
+            Demand<'_, UndergrowthGeometry>,
+            Demand<'_, LitterGeometry>,
+        ),
     ) -> Result<FrameScene, Error> {
         let groups = self.groups(place_m, geometry)?.into_iter();
         let size = self.chunk_size_m;
@@ -176,7 +173,11 @@ impl VisibleReach {
     fn groups(
         &self,
         place_m: DVec2,
-        (objects, undergrowth): (Demand<'_, ObjectGeometry>, Demand<'_, UndergrowthGeometry>),
+        (objects, undergrowth, litter): (
+            Demand<'_, ObjectGeometry>,
+            Demand<'_, UndergrowthGeometry>,
+            Demand<'_, LitterGeometry>,
+        ),
     ) -> Result<Vec<(ChunkCoord, Arc<Group>)>, Error> {
         let size = self.chunk_size_m;
         let visible = visible_chunks(place_m, self.visible_radius_m, size);
@@ -186,7 +187,14 @@ impl VisibleReach {
         let undergrowth = near.iter().zip(undergrowth.all(&near)?);
         let undergrowth =
             undergrowth.filter_map(|(chunk, g)| Some((*chunk, Arc::clone(g.0.as_ref()?))));
-        Ok(objects.chain(undergrowth).collect())
+        let mut groups: Vec<(ChunkCoord, Arc<Group>)> = objects.chain(undergrowth).collect();
+        if let Some(radius_m) = self.litter_radius_m {
+            let near = visible_chunks(place_m, radius_m, size);
+            let litter = near.iter().zip(litter.all(&near)?);
+            groups
+                .extend(litter.filter_map(|(chunk, g)| Some((*chunk, Arc::clone(g.0.as_ref()?)))));
+        }
+        Ok(groups)
     }
 }
 

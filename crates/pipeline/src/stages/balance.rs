@@ -8,7 +8,7 @@ use crate::plan::{AnyChunk, Forest, Hasher, Kept, Node, OfWorld, Stage, Values};
 use crate::recording::pose::FramePose;
 use crate::world::assets::WorldAssets;
 use crate::world::balance::{BalanceChoice, BalanceRecipe, Land, Pilot};
-use crate::world::chunk_geometry::{ObjectGeometry, UndergrowthGeometry};
+use crate::world::chunk_geometry::{LitterGeometry, ObjectGeometry, UndergrowthGeometry};
 use crate::world::ground::ChunkGround;
 use crate::world::lidars::LidarRig;
 use crate::world::trajectory::{RobotTrajectory, Surroundings};
@@ -27,10 +27,11 @@ impl Stage<Forest> for PilotStage {
         AnyChunk<SceneObjects>,
         AnyChunk<ObjectGeometry>,
         AnyChunk<UndergrowthGeometry>,
+        AnyChunk<LitterGeometry>,
     );
     type Output = Pilot;
     const ID: &'static str = "world.balance_pilot";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         self.0.fingerprint(hasher);
@@ -40,11 +41,11 @@ impl Stage<Forest> for PilotStage {
         &self,
         (): (),
         world: Key,
-        (trajectory, assets, lidars, ground, objects, solid, undergrowth): Values<'_, Self>,
+        (trajectory, assets, lidars, ground, objects, solid, undergrowth, litter): Values<'_, Self>,
     ) -> Result<Pilot, Error> {
         let land = Land {
             surroundings: Surroundings { ground, objects },
-            geometry: (solid, undergrowth),
+            geometry: (solid, undergrowth, litter),
         };
         self.0.pilot(&trajectory, (&assets, &lidars), land, world)
     }
@@ -72,10 +73,11 @@ impl Stage<Forest> for ChoiceStage {
         AnyChunk<SceneObjects>,
         AnyChunk<ObjectGeometry>,
         AnyChunk<UndergrowthGeometry>,
+        AnyChunk<LitterGeometry>,
     );
     type Output = BalanceChoice;
     const ID: &'static str = "frame.balance_choice";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         self.0.fingerprint(hasher);
@@ -85,11 +87,14 @@ impl Stage<Forest> for ChoiceStage {
         &self,
         at: u64,
         world: Key,
-        (pilot, trajectory, assets, lidars, ground, objects, solid, undergrowth): Values<'_, Self>,
+        (pilot, trajectory, assets, lidars, ground, objects, solid, undergrowth, litter): Values<
+            '_,
+            Self,
+        >,
     ) -> Result<BalanceChoice, Error> {
         let land = Land {
             surroundings: Surroundings { ground, objects },
-            geometry: (solid, undergrowth),
+            geometry: (solid, undergrowth, litter),
         };
         let sensors = (&*assets, &**lidars);
         self.0

@@ -37,7 +37,7 @@ impl Stage<Forest> for ChunkGroundStage {
     type Inputs = (OfWorld<GroundModel>,);
     type Output = ChunkGround;
     const ID: &'static str = "chunk.ground";
-    const VERSION: u32 = 6;
+    const VERSION: u32 = 7;
 
     fn fingerprint(&self, _: &mut Hasher) {}
 

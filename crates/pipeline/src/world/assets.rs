@@ -24,6 +24,9 @@ pub struct WorldAssets {
     pub library: Arc<Library>,
     /// The standing trees: living ones, then dead ones, then saplings.
     pub standing: Vec<Standing>,
+    /// How many of `standing`, from the first on, are followed by as many that are the same trees
+    /// grown at the wood's edge; `None` if none grew there.
+    pub(crate) with_edge_trees: Option<usize>,
     /// The index in `standing` of the first sapling. Saplings are a layer of their own, and their
     /// weights are relative to each other.
     pub first_sapling: usize,
@@ -124,7 +127,7 @@ impl WorldAssets {
         let snags = recipe.snag_share();
         let mut stems = recipe.measured(&species, recipe.seed().map_or(world, Key::world))?;
         let field_ids = std::mem::take(&mut stems.ids);
-        // The trees and snags of the stand come before those of the stem map.
+        // The trees and snags of the stand come before those of its edge and of the stem map.
         let of_stand = [params.individuals_per_species, params.snags_per_species]
             .map(|of_species| of_species as usize * params.species.len());
         // There are as many shapes of each species, one species after the other.
@@ -170,7 +173,8 @@ impl WorldAssets {
             tree.weight = weight;
         }
         let measured = {
-            let first = [of_stand[0], library.trees.len() + of_stand[1]];
+            let edge_trees = if params.edge_trees { of_stand[0] } else { 0 };
+            let first = [of_stand[0] + edge_trees, library.trees.len() + of_stand[1]];
             let mut objects = objects_of(&stems, &species, first, &standing);
             for stem in &stems.models {
                 let copy = copy_of(stem, &models, &standing).map_err(|e| recipe.of_stems(&e))?;
@@ -188,6 +192,7 @@ impl WorldAssets {
         let plants = |assets: &[PlantAsset]| build(assets.iter().map(|a| &a.prototype).collect());
         Ok(Self {
             standing,
+            with_edge_trees: params.edge_trees.then_some(of_stand[0]),
             first_sapling,
             stumps: plants(&library.stumps),
             shrubs: plants(&library.shrubs),
@@ -238,6 +243,13 @@ impl WorldAssets {
             (sum + t.weight * t.tree.size.height_m, weight + t.weight)
         });
         if weight > 0.0 { sum / weight } else { 0.0 }
+    }
+
+    /// The tree that a living tree of the stand would be at the wood's edge; `None` for others.
+    pub(crate) fn at_edge(&self, asset: usize) -> Option<usize> {
+        self.with_edge_trees
+            .filter(|&count| asset < count)
+            .map(|count| count + asset)
     }
 
     /// An object's shape with its acceleration structure.

@@ -229,6 +229,7 @@ fn log_site(stem: &FallenStem, log: &LogAsset, may_roll: bool, ground: &ChunkGro
         size: ObjectSize::Given(1.0),
         key: stem.key,
         on_trail: false,
+        facing_rad: None,
         lying: Some(Lying {
             pose,
             scale: [stem.length_scale, stem.radius_scale],
@@ -266,6 +267,7 @@ fn thrown_sites(tree: &ThrownTree, of: &Deadwood, ground: &ChunkGround) -> Vec<O
         size: ObjectSize::Given(1.0),
         key: stem.key.item(u64::from(kind == ObjectKind::RootPlate)),
         on_trail: false,
+        facing_rad: None,
         lying: Some(lying),
     };
     vec![

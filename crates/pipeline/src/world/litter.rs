@@ -3,11 +3,12 @@
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::sync::Arc;
 
+use nemoral_assets::LitterPatches;
 use nemoral_placement::{CoverPoint, CoverVariety, GroundCover, GroundCoverParams};
 use nemoral_raycast::{Blas, Group, RayScene};
 use nemoral_scene::glam::{DVec2, Vec3};
 use nemoral_scene::{
-    ChunkCoord, InstancePlace, ObjectKind, Ray, RayCaster, Surface, TrailSurfaceKind,
+    ChunkCoord, InstancePlace, ObjectKind, Ray, RayCaster, Semantic, Surface, TrailSurfaceKind,
 };
 use nemoral_seed::{Domain, Draw, Key};
 use nemoral_stand::{
@@ -34,8 +35,6 @@ const CELL_M: f64 = 1.3;
 const JITTER: f64 = 0.35;
 /// The range of scales of patches.
 const SCALE: (f64, f64) = (0.9, 1.12);
-/// Radii of wide and of narrow patches, metres.
-const RADII_M: [f64; 2] = [0.8, 0.42];
 /// How far the plane of a wide and of a narrow patch may miss the ground, metres: about as high as
 /// a dry leaf stands up. Where a wide one misses it farther there are narrow ones, and where these
 /// do, nothing.
@@ -74,6 +73,16 @@ pub struct LitterPatch {
     pub at: LowPlant,
     /// The plane that it lies on.
     pub plane: GroundPlane,
+}
+
+impl LitterPatch {
+    /// What the surfaces of litter are.
+    pub(crate) const PARTS: [Semantic; 4] = [
+        Semantic::Litter,
+        Semantic::FallenTwig,
+        Semantic::FallenBark,
+        Semantic::Stone,
+    ];
 }
 
 /// What sheds litter in and around a chunk, and what holds it.
@@ -256,7 +265,7 @@ impl LitterLayer {
     fn patch(&self, of: LowPlant, is_wide: bool, is_drawn: bool, around: &Around<'_>) -> Found {
         let (p, ground) = (of.position_m, around.ground);
         let size = usize::from(!is_wide);
-        let radius_m = RADII_M[size] * of.scale;
+        let radius_m = LitterPatches::RADII_M[size] * of.scale;
         let edge_m = ground.trail_edge_m(p);
         let is_dry =
             ground.is_clear_of_water(p, radius_m) && ground.puddle_edge_m(p) > radius_m + PUDDLE_M;

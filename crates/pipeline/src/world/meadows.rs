@@ -37,6 +37,7 @@ pub(crate) struct Meadows {
     ragged: Terrain,
     mantle_m: f64,
     kept: f64,
+    edge_trees: f64,
     plot: Option<Arc<Plot>>,
 }
 
@@ -76,8 +77,14 @@ impl Meadows {
             ragged: noise(2, RAGGED_SCALE_M, RAGGED)?,
             mantle_m: of.mantle_m,
             kept: of.kept,
+            edge_trees: of.edge_trees,
             plot,
         }))
+    }
+
+    /// The share of the trees at their edges that grew up there.
+    pub(crate) fn edge_trees(&self) -> f64 {
+        self.edge_trees
     }
 
     /// How near the edge is at a depth, 0..=1: 1 on it, 0 beyond the mantle.

@@ -8,7 +8,9 @@ use nemoral_trails::{DressingKind, TrailDressing};
 
 use super::assets::WorldAssets;
 use super::deadwood::lying_sites;
+use super::edge_trees::light_from;
 use super::ground::{ChunkGround, GroundModel};
+use super::meadows::Meadows;
 use super::stream_stones::boulders;
 use crate::site::PLOT_LAYER;
 
@@ -26,7 +28,13 @@ pub(crate) fn object_sites(
         .iter()
         .map(|site| grown(ObjectKind::Rock, site, assets));
     let plot = ground.plot().map_or(&[][..], |plot| plot.in_chunk(at));
-    let woody = woody.iter().map(|site| woody_plant(site, assets, plot));
+    let woody = woody.iter().map(|site| {
+        let plant = woody_plant(site, assets, plot);
+        match model.meadows() {
+            Some(meadows) => at_edge(plant, meadows, assets),
+            None => plant,
+        }
+    });
     let mut sites: Vec<ObjectSite> = rocks.chain(woody).collect();
     let dressing = model.trails().map(|t| t.dressing(at)).unwrap_or_default();
     let stones = (dressing.iter()).filter(|d| d.kind == DressingKind::Stone);
@@ -50,7 +58,23 @@ fn grown(kind: ObjectKind, site: &Site, assets: &WorldAssets) -> ObjectSite {
         size: assets.models.size(kind, asset),
         key: site.key,
         on_trail: false,
+        facing_rad: None,
         lying: None,
+    }
+}
+
+/// What grew up at the edge of a meadow is another tree there.
+fn at_edge(plant: ObjectSite, meadows: &Meadows, assets: &WorldAssets) -> ObjectSite {
+    let is_grown = plant.kind == ObjectKind::Tree && plant.size == ObjectSize::Grown;
+    let asset = assets.at_edge(plant.asset).filter(|_| is_grown);
+    let light = || light_from(plant.position_m, plant.key, meadows);
+    match asset.and_then(|asset| Some((asset, light()?))) {
+        Some((asset, light)) => ObjectSite {
+            asset,
+            facing_rad: Some(light),
+            ..plant
+        },
+        None => plant,
     }
 }
 
@@ -88,6 +112,7 @@ fn trail_stone(stone: &TrailDressing, key: Key, assets: &WorldAssets) -> ObjectS
         size: ObjectSize::Given(stone.scale),
         key,
         on_trail: true,
+        facing_rad: None,
         lying: None,
     }
 }

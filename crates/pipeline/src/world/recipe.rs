@@ -24,6 +24,8 @@ pub(crate) struct Recipe {
     communities: Vec<PlantCommunity>,
     trail_surfaces: Vec<TrailSurfaceKind>,
     wayside: bool,
+    /// Whether trees stand at edges of the wood.
+    edge_trees: bool,
     /// The amounts of leaves, of wood and of stones in litter; `None` without litter.
     litter: Option<[f64; 3]>,
     /// Its materials do not change what is grown.
@@ -46,6 +48,7 @@ impl Encode for Recipe {
             communities,
             trail_surfaces,
             wayside,
+            edge_trees,
             litter,
             water: _,
             site,
@@ -104,6 +107,10 @@ impl Encode for Recipe {
         let trail_surfaces: Vec<&str> = trail_surfaces.iter().map(|k| k.name()).collect();
         encoder.field("trail_surfaces", &trail_surfaces.join(" "));
         encoder.field("wayside", wayside);
+        // Without edges, none of their trees.
+        if *edge_trees {
+            encoder.field("edge_trees", edge_trees);
+        }
         // Without litter, no leaves.
         encoder.field("litter", &litter.unwrap_or([0.0; 3]));
         // Without climbers, no moss of any height.
@@ -156,6 +163,10 @@ impl Recipe {
             wayside: has_wayside(&config.trails)
                 || config.water.springs_per_km2 > 0.0
                 || config.placement.outcrops > 0.0,
+            edge_trees: {
+                let of = &config.placement.meadows;
+                of.share > 0.0 && of.edge_trees > 0.0
+            },
             litter: {
                 let of = &config.litter;
                 of.is_any().then_some([of.leaves, of.wood, of.stones])
@@ -262,6 +273,7 @@ impl Recipe {
             communities: self.communities.clone(),
             trail_surfaces: self.trail_surfaces.clone(),
             wayside: self.wayside,
+            edge_trees: self.edge_trees,
             trunk_radius_m: a.trunk_radius_m,
             stand: StandParams {
                 shape: a.dbh_shape,

@@ -82,6 +82,7 @@ pub(crate) fn boulders(
             size: ObjectSize::Given(scale),
             key,
             on_trail: false,
+            facing_rad: None,
             lying: None,
         });
     });

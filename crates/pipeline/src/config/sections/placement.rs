@@ -95,6 +95,10 @@ section! {
         /// How much of the open is kept as grass without gaps, in which no thickets and no single
         /// patches grow; 0 for a clearing where everything grows that light lets grow.
         kept: f64 = 1.0, Real(0.0, 1.0), "a meadow is mown or grazed";
+        /// Share of the trees at the edge that grew up there: on the open side their crowns reach
+        /// down as far as their species' do in the light. 0 for a clearing of some years, around
+        /// which stand the bare stems of what was within the wood.
+        edge_trees: f64 = 0.9, Real(0.0, 1.0), "our choice: an old edge";
     }
 }
 

@@ -17,8 +17,9 @@ use rayon::prelude::*;
 
 use self::probe::{PROBE_M, Probe, RAYS, TargetTable};
 use super::assets::WorldAssets;
-use super::chunk_geometry::{ObjectGeometry, UndergrowthGeometry};
+use super::chunk_geometry::{LitterGeometry, ObjectGeometry, UndergrowthGeometry};
 use super::lidars::LidarRig;
+use super::litter::LitterPatch;
 use super::trajectory::{RobotTrajectory, Surroundings};
 use crate::config::{self, BalanceTarget, Config};
 use crate::plan::{Demand, Encode, Encoder, Hasher};
@@ -80,20 +81,36 @@ type Viewed = (Candidate, Vec<f64>);
 #[derive(Clone, Copy)]
 pub(crate) struct Land<'a> {
     pub(crate) surroundings: Surroundings<'a>,
-    pub(crate) geometry: (Demand<'a, ObjectGeometry>, Demand<'a, UndergrowthGeometry>),
+    pub(crate) geometry: (
+        Demand<'a, ObjectGeometry>,
+        Demand<'a, UndergrowthGeometry>,
+        Demand<'a, LitterGeometry>,
+    ),
 }
 
 impl BalanceRecipe {
     /// `None` if a config asks for no balance.
     pub(crate) fn new(config: &Config, inputs: &InputFiles) -> Option<Self> {
-        config.balance.is_on().then(|| Self {
+        if !config.balance.is_on() {
+            return None;
+        }
+        let mut recipe = Self {
             balance: config.balance.clone(),
             ontology: config.output.ontology.clone(),
             clearance_m: config.robot.clearance_m,
             reach: VisibleReach::new(config),
             sensors: Box::new(config.clone()),
             inputs: inputs.clone(),
-        })
+        };
+        // Litter hides nothing, so it is looked for only where it is asked for.
+        let is_asked_for = recipe
+            .targets()
+            .iter()
+            .any(|t| t.counts.any(&LitterPatch::PARTS));
+        if !is_asked_for {
+            recipe.reach.litter_radius_m = None;
+        }
+        Some(recipe)
     }
 
     pub(crate) fn fingerprint(&self, hasher: &mut Hasher) {
@@ -164,6 +181,7 @@ impl BalanceRecipe {
             reach: VisibleReach {
                 visible_radius_m: near(self.reach.visible_radius_m),
                 undergrowth_radius_m: near(self.reach.undergrowth_radius_m),
+                litter_radius_m: self.reach.litter_radius_m.map(near),
                 ..self.reach
             },
             beside,
@@ -308,6 +326,9 @@ impl Encode for BalanceRecipe {
         encoder.field("visible_radius_m", &reach.visible_radius_m);
         encoder.field("undergrowth_radius_m", &reach.undergrowth_radius_m);
         encoder.field("chunk_size_m", &reach.chunk_size_m);
+        if let Some(litter_radius_m) = &reach.litter_radius_m {
+            encoder.field("litter_radius_m", litter_radius_m);
+        }
         // Of the camera, where it looks; the LiDAR is a node of its own.
         let camera = &sensors.camera;
         encoder.field("enabled", &camera.enabled);
