@@ -273,7 +273,14 @@ fn record(
                         // when that frame is made.
                         scope.spawn(move || runner.get(forest.images, next).map(drop));
                     }
-                    Ok(make(forest, runner, &manager, &mut spent, (frame, key), coming)?)
+                    Ok(make(
+                        forest,
+                        runner,
+                        &manager,
+                        &mut spent,
+                        (frame, key),
+                        coming,
+                    )?)
                 };
                 if sender.send(item).is_err() {
                     break;
