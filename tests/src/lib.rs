@@ -3,7 +3,7 @@
 pub mod foliage;
 pub mod gpu;
 
-pub use nemoral_realism::{STANDS, World, config};
+pub use nemoral_realism::{STANDS, World, config, grown, store};
 
 use nemoral_pipeline::plan::Runner;
 use nemoral_pipeline::{Error, ForestPlan};

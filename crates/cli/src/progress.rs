@@ -6,7 +6,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
-use nemoral_pipeline::{Done, Observer};
+use nemoral_pipeline::{Done, Observer, Spent};
 use serde_json::{Value, json};
 
 use crate::arguments::Progress;
@@ -45,6 +45,7 @@ pub(crate) struct Reporter {
     started: Instant,
     last_line: Mutex<Option<Instant>>,
     bytes: Mutex<u64>,
+    spent: Mutex<Spent>,
     /// Printed with the first frame, so that a request that is refused prints its reason and
     /// nothing else.
     with_first: Mutex<Vec<String>>,
@@ -75,6 +76,7 @@ impl Reporter {
             started: Instant::now(),
             last_line: Mutex::new(None),
             bytes: Mutex::new(0),
+            spent: Mutex::default(),
             with_first: Mutex::default(),
         }
     }
@@ -112,13 +114,15 @@ impl Reporter {
         let (megabytes, seconds) = self.totals();
         let out = out.display();
         if let Report::Json = self.report {
-            let bytes = *lock(&self.bytes);
+            let (bytes, spent) = (*lock(&self.bytes), *lock(&self.spent));
             self.event(&json!({
                 "event": "done",
                 "frames": frames,
                 "out": out.to_string(),
                 "bytes": bytes,
                 "elapsed_s": seconds,
+                "growing_s": spent.growing.as_secs_f64(),
+                "sensors_s": spent.sensors.as_secs_f64(),
             }));
         }
         self.line(&format!(
@@ -144,6 +148,10 @@ impl Observer for Reporter {
             self.event(&json!({ "event": "note", "message": message }));
         }
         self.line(&format!("note: {message}"));
+    }
+
+    fn spent(&self, spent: Spent) {
+        *lock(&self.spent) = spent;
     }
 
     fn frame(&self, done: Done) {

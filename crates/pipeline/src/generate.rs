@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc;
+use std::time::{Duration, Instant};
 
 use nemoral_dataset::{
     CameraData, FrameChoice, FrameData, LidarData, Manifest, OpenMode, WorldTables, Writer,
@@ -49,6 +50,29 @@ pub trait Observer: Sync {
 
     /// Reports that a frame is on disk.
     fn frame(&self, done: Done);
+
+    /// Reports, after the last frame, where the time of the run went.
+    fn spent(&self, spent: Spent) {
+        let _ = spent;
+    }
+}
+
+/// Where the time of a run went. The rest went into waiting for the disk, and into tables of trees
+/// and objects.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Spent {
+    /// Growing plants and land, by the wall.
+    pub growing: Duration,
+    /// Taking pictures and scans, by the wall.
+    pub sensors: Duration,
+}
+
+/// Adds the time that something takes.
+fn timed<T>(total: &mut Duration, work: impl FnOnce() -> T) -> T {
+    let begun = Instant::now();
+    let result = work();
+    *total += begun.elapsed();
+    result
 }
 
 /// A frame that is on disk.
@@ -99,6 +123,7 @@ pub fn generate(
     let (backend, threads) = (&request.backend, request.threads);
     let mut worlds = Worlds::new(&request.sequences, backend, &store, threads);
     let numbers: Vec<u32> = request.frames.sequences().collect();
+    let mut spent = Spent::default();
     if numbers.len() > 1 {
         let count = numbers.len();
         observer.note(&format!(
@@ -110,7 +135,7 @@ pub fn generate(
         if let Some(last) = request.frames.last() {
             within_sequence(&world.sequence.config, last)?;
         }
-        if let Some(note) = worlds.prove(&world)? {
+        if let Some(note) = timed(&mut spent.growing, || worlds.prove(&world))? {
             observer.note(&note);
         }
     }
@@ -120,7 +145,9 @@ pub fn generate(
     for &number in &numbers {
         let world = worlds.enter(number)?;
         let runner = worlds.runner(&world);
-        record(request, (&world, done), &runner, &writer, observer, stop)?;
+        let of_world = record(request, (&world, done), &runner, &writer, observer, stop)?;
+        spent.growing += of_world.growing;
+        spent.sensors += of_world.sensors;
         done += request.frames.of(number).count();
         if done == request.frames.count() {
             note_memory(&world, &runner, observer)?;
@@ -139,7 +166,9 @@ pub fn generate(
         let world = worlds.enter(number)?;
         conclude(&world, &worlds.runner(&world), &writer)?;
     }
-    Ok(writer.finish()?)
+    let manifest = writer.finish()?;
+    observer.spent(spent);
+    Ok(manifest)
 }
 
 /// Notes the memory of GPUs, once for each renderer.
@@ -180,7 +209,7 @@ fn record(
     writer: &Writer,
     observer: &dyn Observer,
     stop: &AtomicBool,
-) -> Result<(), Error> {
+) -> Result<Spent, Error> {
     let total = request.frames.count();
     let World { sequence, forest } = world;
     let number = sequence.number;
@@ -192,6 +221,7 @@ fn record(
         observer.note(&note);
     }
     let failed = AtomicBool::new(false);
+    let mut spent = Spent::default();
     std::thread::scope(|scope| {
         // At most two frames wait, so that a slow disk delays the frames rather than filling the
         // memory.
@@ -243,7 +273,14 @@ fn record(
                         // when that frame is made.
                         scope.spawn(move || runner.get(forest.images, next).map(drop));
                     }
-                    Ok(make(forest, runner, &manager, (frame, key), coming)?)
+                    Ok(make(
+                        forest,
+                        runner,
+                        &manager,
+                        &mut spent,
+                        (frame, key),
+                        coming,
+                    )?)
                 };
                 if sender.send(item).is_err() {
                     break;
@@ -255,21 +292,27 @@ fn record(
         // The writer's error is the cause if there are two.
         writing.join().unwrap_or(Err(Error::StagePanicked))?;
         made
-    })
+    })?;
+    Ok(spent)
 }
 
 fn make(
     forest: &ForestPlan,
     runner: &Runner<'_>,
     manager: &ChunkManager,
+    spent: &mut Spent,
     (frame, key): (u64, [u8; 32]),
     coming: Option<u64>,
 ) -> Result<Finished, Error> {
     let choice = forest.balance_choice.map(|node| runner.get(node, frame));
     let pose = runner.get(forest.pose, frame)?;
+    // All sensors need it.
+    timed(&mut spent.growing, || runner.get(forest.scene, frame))?;
+    let sensed = Instant::now();
     let images = runner.get(forest.images, frame)?;
     let annotations = runner.get(forest.annotations, frame)?;
     let scans = runner.get(forest.scans, frame)?;
+    spent.sensors += sensed.elapsed();
     manager.evict(
         runner.store(),
         pose.world_from_body().translation_m.truncate(),

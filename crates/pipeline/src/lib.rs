@@ -75,7 +75,7 @@ pub use estimate::{Estimate, estimate};
 pub use export::{ExportArea, tree_scene};
 pub use forest::ForestPlan;
 pub use frames::{FrameSelection, SequenceFrames};
-pub use generate::{Done, Observer, Request, generate};
+pub use generate::{Done, Observer, Request, Spent, generate};
 pub use header::header;
 pub use inputs::{InputFile, InputFiles};
 pub use pictures::{

@@ -7,6 +7,8 @@
 )]
 #![allow(clippy::print_stdout, reason = "what was measured, for --nocapture")]
 
+mod common;
+
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -15,7 +17,7 @@ use std::sync::{LazyLock, Mutex};
 
 use nemoral_dataset::{Dataset, Manifest, MergeParams, OpenMode, merge, stats};
 use nemoral_pipeline::config::{Config, Layers, Sequences};
-use nemoral_pipeline::plan::{Runner, Store};
+use nemoral_pipeline::plan::Runner;
 use nemoral_pipeline::world::trajectory::Surroundings;
 use nemoral_pipeline::{
     Backend, Done, ForestPlan, FrameSelection, Observer, Recorder, Request, SequenceFrames,
@@ -78,7 +80,7 @@ fn make(out: &Path, config: &Config, shard: Option<(u64, u64)>, mode: OpenMode) 
         mode,
         threads: 2,
         backend: Backend::Cpu,
-        cache: None,
+        cache: common::grown(),
     };
     let notes = Notes::default();
     generate(&request, &notes, &AtomicBool::new(false)).unwrap_or_else(|e| panic!("{e}"));
@@ -143,7 +145,7 @@ fn a_frame_alone_is_that_of_a_whole_run() {
         mode: OpenMode::Fresh,
         threads: 1,
         backend: Backend::Cpu,
-        cache: None,
+        cache: common::grown(),
     };
     generate(&request, &Notes::default(), &AtomicBool::new(false)).expect("made");
     let (mut alone, mut all) = (BTreeMap::new(), BTreeMap::new());
@@ -241,7 +243,7 @@ fn pictures_show_the_shares_of_their_choice() {
         "balance.targets.near_obstacles=0.05",
     ]);
     let forest = ForestPlan::new(&config).expect("a plan");
-    let store = Store::unlimited();
+    let store = common::store();
     let runner = Runner::new(forest.plan(), &store, 2);
     let choice = forest.balance_choice.expect("balance is on");
     let lens = config.camera.intrinsics().expect("a lens");
@@ -356,7 +358,7 @@ fn litter_is_chosen_for() {
 fn chosen_places_are_near_the_path_clear_and_on_the_ground() {
     let config = load(&["balance.reach_m=6", "balance.turn_deg=40"]);
     let forest = ForestPlan::new(&config).expect("a plan");
-    let store = Store::unlimited();
+    let store = common::store();
     let runner = Runner::new(forest.plan(), &store, 2);
     let trajectory = runner.get(forest.trajectory, ()).expect("a path");
     let sequence = Sequences::of(&config).expect("valid").get(0).expect("one");
@@ -452,7 +454,7 @@ fn what_is_out_of_reach_is_noted() {
 fn a_robot_with_a_lidar_alone_looks_by_its_pulses() {
     let config = load(&["camera.enabled=false", "balance.targets.rocks=0.02"]);
     let forest = ForestPlan::new(&config).expect("a plan");
-    let store = Store::unlimited();
+    let store = common::store();
     let runner = Runner::new(forest.plan(), &store, 2);
     let pilot = forest.balance_pilot.expect("balance is on");
     let pilot = runner.get(pilot, ()).expect("a pilot");

@@ -7,12 +7,11 @@ use std::sync::LazyLock;
 use nemoral_import::{HeightMap, Stem, read_stem_map, read_trail_lines};
 use nemoral_pipeline::ForestPlan;
 use nemoral_pipeline::config::{Layers, SiteFiles};
-use nemoral_pipeline::plan::Store;
 use nemoral_realism::ScannedDiameters;
 use nemoral_realism::ranges::{DBH_BIAS_M, DBH_RMSE_M};
 use nemoral_scene::glam::{DVec2, Vec3};
 use nemoral_scene::{ChunkCoord, ObjectId, Ray, Surface, TreeRecord};
-use nemoral_tests::{World, record};
+use nemoral_tests::{World, record, store};
 
 use crate::sensors::{assert_agreement, frames_of};
 
@@ -61,7 +60,7 @@ fn world(settings: &[&str]) -> World {
     World {
         forest: ForestPlan::new(&config).unwrap_or_else(|e| panic!("{e}")),
         config,
-        store: Store::unlimited(),
+        store: store(),
     }
 }
 

@@ -11,8 +11,8 @@ use std::sync::atomic::AtomicBool;
 use nemoral_dataset::OpenMode;
 use nemoral_pipeline::config::Sequences;
 use nemoral_pipeline::{Backend, BackendChoice, Done, Observer, Request, SequenceFrames, generate};
-use nemoral_tests::config;
 use nemoral_tests::gpu::gpu;
+use nemoral_tests::{config, grown};
 
 #[derive(Default)]
 struct Notes(Mutex<Vec<String>>);
@@ -70,7 +70,7 @@ fn ahead_is_in_turn(frames: &[u64]) {
             mode,
             threads: 2,
             backend: backend.clone().with_gpu_memory(1500),
-            cache: None,
+            cache: grown(),
         };
         generate(&request, &notes, &AtomicBool::new(false)).expect("a data set");
     };

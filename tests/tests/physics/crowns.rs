@@ -1,14 +1,14 @@
 //! Both renderers give the same light in a forest whose crowns hide most of the sky.
 
 use nemoral_pipeline::config::Config;
-use nemoral_pipeline::plan::{Runner, Store};
+use nemoral_pipeline::plan::Runner;
 use nemoral_pipeline::{Backend, BackendChoice, ForestPlan};
 use nemoral_realism::luminance_of_light;
 use nemoral_render::{CameraImages, CameraRenderer, OpenSky, SceneView, View};
 use nemoral_scene::{Class, Ontology};
 use nemoral_seed::Key;
-use nemoral_tests::config;
 use nemoral_tests::gpu::gpu;
+use nemoral_tests::{config, store};
 
 /// Least number of pixels of a class that is compared.
 const LEAST: usize = 300;
@@ -69,7 +69,7 @@ fn is_as_light(also_by_four_samples: bool) {
         config("oak-mixed", &settings)
     };
     // The forest is the same, so it is grown once.
-    let store = Store::unlimited();
+    let store = store();
     let plan = |choice, config: &Config| {
         let (backend, _) = Backend::for_config(choice, config).expect("a renderer");
         ForestPlan::on(config, backend).expect("a plan")

@@ -5,7 +5,7 @@ use nemoral_pipeline::ForestPlan;
 use nemoral_pipeline::plan::{Runner, Store};
 use nemoral_realism::ranges::{DBH_BIAS_M, DBH_RMSE_M};
 use nemoral_realism::{STATIONS, ScannedDiameters};
-use nemoral_tests::{STANDS, config};
+use nemoral_tests::{STANDS, config, store};
 
 /// Settings for four scans of a forest that grows quickly.
 const SMALL: [&str; 7] = [
@@ -49,7 +49,7 @@ fn is_sound(found: &ScannedDiameters) {
 /// which at a stem's border averages the stem and what is behind it.
 #[test]
 fn a_circle_in_a_slice_gives_the_diameter() {
-    let store = Store::unlimited();
+    let store = store();
     is_sound(&scanned("medium", &store, &SMALL));
     let errs = ["lidar.noise.model=laconte", "lidar.noise.sigma_m=0.05"];
     let wide = ["lidar.beam.rings=2"];
@@ -65,6 +65,6 @@ fn a_circle_in_a_slice_gives_the_diameter() {
 #[ignore = "minutes: .ci/full runs it"]
 fn every_stand_gives_its_diameters() {
     for preset in STANDS {
-        is_sound(&scanned(preset, &Store::unlimited(), &[]));
+        is_sound(&scanned(preset, &store(), &[]));
     }
 }

@@ -10,14 +10,14 @@ use std::sync::atomic::AtomicBool;
 
 use nemoral_dataset::{Dataset, OpenMode, check};
 use nemoral_pipeline::config::Sequences;
-use nemoral_pipeline::plan::{Runner, Store};
+use nemoral_pipeline::plan::Runner;
 use nemoral_pipeline::{
     Backend, BackendChoice, Done, ForestPlan, FrameSelection, Observer, Request, SequenceFrames,
     generate,
 };
 use nemoral_scene::Shutter;
-use nemoral_tests::config;
 use nemoral_tests::gpu::{Agreement, gpu};
+use nemoral_tests::{config, grown, store};
 
 struct Silent;
 
@@ -58,7 +58,7 @@ fn a_rolling_shutter_in_a_forest_passes_the_check() {
         mode: OpenMode::Fresh,
         threads: 2,
         backend: Backend::Cpu,
-        cache: None,
+        cache: grown(),
     };
     generate(&request, &Silent, &AtomicBool::new(false)).expect("a data set");
     let report = check(&out).expect("a data set");
@@ -95,7 +95,7 @@ fn a_rolling_shutter_in_a_forest_passes_the_check() {
 #[test]
 fn noise_is_on_the_picture_alone() {
     // The forest is the same for every camera and grown once; only pictures are computed anew.
-    let store = Store::unlimited();
+    let store = store();
     let take = |more: &[&str]| {
         let mut settings = vec![
             "camera.width_px=160",
@@ -157,7 +157,7 @@ fn a_bent_and_moving_camera_is_the_same_for_both_backends() {
     assert!(said.contains(&gpu.name()), "{said}");
     let take = |backend| {
         let forest = ForestPlan::on(&config, backend).expect("a plan");
-        let store = Store::unlimited();
+        let store = store();
         let images = Runner::new(forest.plan(), &store, 2).get(forest.images, 1);
         images.expect("pictures")[0].clone()
     };
@@ -176,7 +176,7 @@ fn a_gpu_that_is_asked_to_follow_light_says_no() {
     let config = config("demo", &["camera.bounces=3"]);
     let (drawing, _) = Backend::for_config(BackendChoice::Gpu, &config).expect("a GPU");
     let forest = ForestPlan::on(&config, drawing).expect("a plan");
-    let cameras = Runner::new(forest.plan(), &Store::unlimited(), 1).get(forest.cameras, ());
+    let cameras = Runner::new(forest.plan(), &store(), 1).get(forest.cameras, ());
     let error = cameras.expect_err("no light to follow").to_string();
     assert!(error.contains("camera.bounces = 3"), "{error}");
 }

@@ -6,7 +6,7 @@ use nemoral_realism::{luminance_of_light, tones};
 use nemoral_render::CameraImages;
 use nemoral_scene::glam::DVec3;
 use nemoral_scene::{Image, Semantic};
-use nemoral_tests::config;
+use nemoral_tests::{config, store};
 
 const PARTS: [(&str, &[Semantic]); 4] = [
     (
@@ -95,7 +95,7 @@ fn mean_light_is_near_followed_light_in_sun_and_under_clouds() {
 
 fn mean_is_near_followed(stands: &[&str], skies: &[&str]) {
     for stand in stands {
-        let store = Store::unlimited();
+        let store = store();
         for sky in skies {
             let mean = taken(&store, stand, &[sky, "camera.samples=9"]);
             let followed = taken(

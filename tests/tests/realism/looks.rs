@@ -8,7 +8,7 @@ use nemoral_pipeline::plan::{Runner, Store};
 use nemoral_realism::{luminance, luminance_of_light};
 use nemoral_render::CameraImages;
 use nemoral_scene::{Image, Semantic};
-use nemoral_tests::{TRACKS_ALONE, config};
+use nemoral_tests::{TRACKS_ALONE, config, store};
 
 const WIDTH: usize = 320;
 const HEIGHT: usize = 180;
@@ -94,7 +94,7 @@ fn before_sky(semantic: &Image<Semantic>, i: usize) -> bool {
 
 #[test]
 fn a_forest_is_harsh_to_a_small_camera() {
-    let store = Store::unlimited();
+    let store = store();
     let [robot, cinema, flat] = ["robot", "cinema", "flat"].map(|look| taken(&store, look));
     let scene = |t: &Taken, i: usize| t.scene.pixels()[i];
     let picture = |t: &Taken, i: usize| t.shown.pixels()[i];
@@ -183,7 +183,7 @@ fn near_litter_is_sharp_to_the_single_leaf() {
         "lidar.pulses=10",
     ];
     let forest = ForestPlan::new(&config("beech", &settings)).expect("a plan");
-    let store = Store::unlimited();
+    let store = store();
     let images = Runner::new(forest.plan(), &store, 2).get(forest.images, 0);
     let likeness = likeness(&images.expect("pictures")[0]);
     println!("neighbours in litter are alike by {likeness:.2}");

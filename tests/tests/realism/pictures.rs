@@ -42,7 +42,7 @@ struct Stand {
 }
 
 static STAND: LazyLock<Stand> = LazyLock::new(|| {
-    let store = Store::unlimited();
+    let store = nemoral_tests::store();
     let (assets, images) = taken("montado", &store, &[]);
     Stand {
         store,
@@ -146,7 +146,7 @@ fn crowns_of_other_colours_are_noticed() {
     // The first camera is mounted like PhenoCams on towers, as a second one would need one more
     // picture.
     let tower = ["camera.mount_z_m=45", "camera.mount_pitch_deg=60"];
-    let images = taken("spruce", &Store::unlimited(), &tower).1;
+    let images = taken("spruce", &nemoral_tests::store(), &tower).1;
     let painted = |paint: fn([u8; 3]) -> [u8; 3]| {
         let of = |images: &Arc<Vec<CameraImages>>| {
             let from_above = &images[0];

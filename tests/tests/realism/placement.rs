@@ -6,14 +6,14 @@ use std::sync::{Arc, LazyLock};
 
 use nemoral_pipeline::ForestPlan;
 use nemoral_pipeline::config::Config;
-use nemoral_pipeline::plan::{Runner, Store};
+use nemoral_pipeline::plan::Runner;
 use nemoral_pipeline::world::assets::WorldAssets;
 use nemoral_pipeline::world::ground::ChunkGround;
 use nemoral_placement::Placement;
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, ObjectKind};
 use nemoral_stand::{SceneObject, SceneObjects};
-use nemoral_tests::config;
+use nemoral_tests::{config, store};
 
 /// Mean number of trees in a chunk (paper, section VI).
 const PRESETS: [(&str, f64); 3] = [("low", 31.0), ("medium", 96.0), ("high", 210.0)];
@@ -37,7 +37,7 @@ struct Stand {
 
 static STANDS: LazyLock<Vec<Stand>> = LazyLock::new(|| {
     // Three plans share a store, and the library, which is the same, is grown once.
-    let store = Store::unlimited();
+    let store = store();
     let stand = |(name, target): (&'static str, f64)| {
         let config = config(name, &[]);
         let forest = ForestPlan::new(&config).expect("a preset");

@@ -17,8 +17,8 @@ use nemoral_scene::{
     AnnotationKinds, Annotations, ChunkCoord, Image, LidarPoint, ObjectId, Ontology, Semantic,
     TruthImages, Twist, glam::DVec3,
 };
-use nemoral_tests::config;
 use nemoral_tests::gpu::gpu;
+use nemoral_tests::{config, grown};
 use tempfile::TempDir;
 
 struct Silent;
@@ -35,7 +35,7 @@ fn record(preset: &str, settings: &[&str], choice: BackendChoice) -> TempDir {
     let config = config(preset, settings);
     let (backend, _) = Backend::for_config(choice, &config).expect("a renderer");
     let request = Request {
-        cache: None,
+        cache: grown(),
         frames: SequenceFrames::new(FrameSelection::first(config.frames), 1),
         sequences: Sequences::of(&config).expect("valid"),
         out: folder.path().join("recorded"),

@@ -40,6 +40,12 @@ pub fn config(preset: &str, settings: &[&str]) -> Config {
     layers.load().unwrap_or_else(|e| panic!("{e}"))
 }
 
+/// A store that keeps every value, and takes plants that other worlds have grown.
+#[must_use]
+pub fn store() -> Store {
+    Store::unlimited().with_cache(grown())
+}
+
 impl World {
     /// The world of a preset overridden by settings.
     ///
@@ -52,7 +58,7 @@ impl World {
         Self {
             config,
             forest,
-            store: Store::unlimited(),
+            store: store(),
         }
     }
 

@@ -144,6 +144,10 @@ fn programs_read_progress_as_json() {
         (&"done".into(), &4.into())
     );
     assert!(last["bytes"].as_u64() > Some(1000), "{last}");
+    let seconds = |key: &str| last[key].as_f64().expect("a number");
+    let (growing, sensors) = (seconds("growing_s"), seconds("sensors_s"));
+    assert!(growing > 0.0 && sensors > 0.0, "{last}");
+    assert!(growing + sensors <= seconds("elapsed_s"), "{last}");
 }
 
 #[test]
