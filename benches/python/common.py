@@ -31,7 +31,22 @@ def quantiles(times_ms):
     return f"median {median:.2f}, 90 % {at[0]:.2f}, 99 % {at[1]:.2f}, most {ordered[-1]:.2f} ms"
 
 
-def peak_mb():
-    """The most memory that this process took until now, MB."""
+def _status_mb(name):
     with open("/proc/self/status", encoding="ascii") as file:
-        return next(int(line.split()[1]) for line in file if line.startswith("VmHWM")) / 1024
+        return next(int(line.split()[1]) for line in file if line.startswith(name)) / 1024
+
+
+def resident_mb():
+    """The memory that this process takes now, MB."""
+    return _status_mb("VmRSS:")
+
+
+def peak_mb():
+    """The most memory that this process took until now, or since `forget_peak`, MB."""
+    return _status_mb("VmHWM:")
+
+
+def forget_peak():
+    """From now on `peak_mb` is that of what follows."""
+    with open("/proc/self/clear_refs", "w", encoding="ascii") as file:
+        file.write("5")

@@ -3,7 +3,8 @@
     pip install ./python && python benches/python/observe.py [METRES]
 
 The body follows the trail at 2 m/s and asks for a scan of 50,000 pulses ten times a second, so new
-chunks come into sight all the time. Growing the plants, once, is not counted.
+chunks come into sight all the time. No index is a frame's of the sequence, which would be kept.
+Growing the plants, once, is not counted.
 """
 
 import sys
@@ -29,7 +30,7 @@ def main():
     times = []
     for k in range(count):
         pose, time_s = forest.pose(k), forest.time_s(k)
-        frame, ms = timed(lambda p=pose, t=time_s, k=k: forest.observe(p, time_s=t, index=k))
+        frame, ms = timed(lambda p=pose, t=time_s, i=count + k: forest.observe(p, time_s=t, index=i))
         assert len(frame.points)
         times.append(ms)
     along = np.linalg.norm(np.diff([forest.pose(k)[:3, 3] for k in range(count)], axis=0), axis=1)

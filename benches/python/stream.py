@@ -5,7 +5,8 @@
 A network trains on the points of `medium` (LiDAR alone, 50,000 pulses, worlds of 32 frames), which
 one worker makes: shared layers of 64, 128 and 256 for each point and a maximum over the scan, as in
 PointNet's segmentation (Qi et al. 2017), on 16,384 points a step. Then pictures of 160 x 90 with
-2,000 pulses are only counted, against the number of workers.
+2,000 pulses are only counted, against the number of workers. Frames that were made ahead before the
+clock starts are taken before it does, too.
 """
 
 import sys
@@ -21,6 +22,8 @@ from nemoral.torch import Frames
 from common import host
 
 POINTS = 16_384
+AHEAD = 8
+"""Frames that the trained network's worker makes ahead."""
 
 
 class PointNet(nn.Module):
@@ -53,7 +56,7 @@ def train(steps):
     frames = Frames(
         "medium",
         7,
-        worlds=steps // 32 + 1,
+        worlds=(steps + AHEAD) // 32 + 1,
         transform=points_and_classes,
         **{"camera.enabled": False, "lidar.pulses": 50_000},
     )
@@ -62,8 +65,10 @@ def train(steps):
     optimizer = torch.optim.Adam(network.parameters(), 1e-3)
     loss_of = nn.CrossEntropyLoss()
     torch.set_num_threads(1)
-    loader = iter(DataLoader(frames.stream(), batch_size=None, num_workers=1, prefetch_factor=8))
-    next(loader)  # the first world grows
+    stream = frames.stream()
+    loader = iter(DataLoader(stream, batch_size=None, num_workers=1, prefetch_factor=AHEAD))
+    for _ in range(1 + AHEAD):
+        next(loader)  # the first world grows
     chance = torch.Generator().manual_seed(0)
     waited, start, losses = 0.0, time.perf_counter(), []
     for _ in range(steps):
@@ -98,8 +103,11 @@ def count(number, workers):
         transform=shape,
         **{"camera.width_px": 160, "camera.height_px": 90, "lidar.pulses": 2_000},
     )
-    loader = iter(DataLoader(frames.stream(), batch_size=None, num_workers=workers))
-    for _ in range(max(1, workers)):
+    ahead = 2 if workers else None
+    stream = frames.stream()
+    loader = DataLoader(stream, batch_size=None, num_workers=workers, prefetch_factor=ahead)
+    loader = iter(loader)
+    for _ in range(max(1, workers) * (1 + (ahead or 0))):
         next(loader)
     start = time.perf_counter()
     for _ in range(number):

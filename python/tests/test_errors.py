@@ -147,6 +147,8 @@ WRONG: dict[str, Callable[[nemoral.Forest], object]] = {
     "reflectance": lambda f: nemoral.RayScene().add_mesh(np.eye(3), [[0, 1, 2]], reflectance=2),
     "mesh": lambda f: nemoral.RayScene().add_instances(0, np.eye(4)),
     "rays of a scene": lambda f: nemoral.RayScene().cast([1, 2, 3]),
+    "rays too long": lambda f: nemoral.RayScene().cast([0, 0, 0, 3.4e38, 3.4e38, 0]),
+    "rays too short": lambda f: nemoral.RayScene().occluded([0, 0, 0, 0, 1e-31, 0]),
     "rays of nan": lambda f: nemoral.RayScene().cast([NAN] * 6),
     "tnear": lambda f: nemoral.RayScene().cast(np.ones((1, 6)), tnear=2, tfar=1),
     "device": lambda f: nemoral.Scanner("avis"),
@@ -177,6 +179,21 @@ def test_wrong_arguments(name: str, forest: nemoral.Forest, tmp_path: Path,
         WRONG[name](forest)
     assert "defect" not in str(raised.value) and str(raised.value)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_the_first_of_several_wrong_rays_is_named() -> None:
+    scene = nemoral.RayScene()
+    scene.add_mesh(np.eye(3), [[0, 1, 2]])
+    # Each thread has several tasks of 2**15 rays.
+    rays = np.ones((10 * 2**15, 6), np.float32)
+    for first in (9 * 2**15 + 5, 2 * 2**15 - 1, 7):
+        rays[first, 3] = np.nan
+        rays[first + 1 : first + 3, 5] = np.inf
+        for query in (scene.cast, scene.occluded):
+            for _ in range(5):
+                with pytest.raises(nemoral.ConfigError) as raised:
+                    query(rays)
+                assert raised.value.key == f"rays[{first}]"
 
 
 def test_control_c_interrupts_at_once(cache: Path) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import pickle
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -76,6 +77,36 @@ def test_shapes_and_types(forest: nemoral.Forest) -> None:
                        frame.camera.world_from_sensor)
     assert "points" in frame._repr_html_() and frame._repr_png_() is not None
     assert np.array_equal(np.asarray(points), points.array)
+
+
+def test_images_belong_to_who_asks(cache: Path) -> None:
+    forest = nemoral.Forest("demo", cache=cache, **{**SMALL, "camera.sky": True})
+    frame, again = forest.frame(0), forest.frame(0)
+    names = ("image", "semantic", "instance", "depth_m", "normal")
+    expected = {name: getattr(again, name).copy() for name in names}
+    assert again.camera.sky is not None
+    sky = again.camera.sky.copy()
+    for name in names:
+        found = getattr(frame, name)
+        assert found.flags.writeable and found.flags.c_contiguous
+        assert not np.shares_memory(found, getattr(again, name))
+        # They are not copied again and again.
+        assert getattr(frame, name) is found
+        found[...] = 0
+    assert np.array_equal(frame.camera.sky, sky) and sky.any()
+    kept = again.normal
+    del frame, again, forest
+    gc.collect()
+    assert np.array_equal(kept, expected["normal"])
+
+
+def test_threads_share_the_images_of_a_frame(forest: nemoral.Forest) -> None:
+    expected = forest.frame(0).normal
+    for _ in range(20):
+        frame = forest.frame(0)
+        with ThreadPoolExecutor(4) as pool:
+            for found in pool.map(lambda _: frame.normal, range(4)):
+                assert np.array_equal(found, expected)
 
 
 def test_points_lie_where_the_camera_sees_them(forest: nemoral.Forest) -> None:

@@ -36,6 +36,7 @@
 #[cfg(doctest)]
 struct ReadmeDoctests;
 
+mod ahead;
 mod at;
 mod backend;
 mod check;

@@ -87,7 +87,9 @@ impl Observation {
 }
 
 /// Records frames of a sequence in memory. It keeps the chunks around the last place, as
-/// [`generate`](crate::generate) does, so that near places follow quickly.
+/// [`generate`](crate::generate) does, so that near places follow quickly. Each observation grows a
+/// little of what lies ahead in the direction from the place before it, so that none waits for all
+/// that comes into sight at once.
 ///
 /// ```no_run
 /// use nemoral_pipeline::config::Layers;
@@ -266,7 +268,14 @@ impl Recorder {
             runner.demand(forest.uncovered_geometry),
             None,
         )?;
+        let before_m = *lock(&self.body_m);
         self.leave(&pose);
+        if let Some(before_m) = before_m {
+            let chunks = &config.chunks;
+            let spare_m = chunks.delete_radius_m - chunks.visible_radius_m;
+            let is_lit = !rigs.is_empty();
+            forest.grow_ahead(&runner, (before_m, place_m), spare_m, is_lit);
+        }
         Ok(Recording {
             pose: Arc::new(pose),
             images: Arc::new(images),

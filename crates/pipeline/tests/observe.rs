@@ -3,8 +3,9 @@
 use std::cell::Cell;
 
 use nemoral_pipeline::config::{Layers, Sequences};
+use nemoral_pipeline::recording::scene::visible_chunks;
 use nemoral_pipeline::{Backend, Error, Observation, Recorder};
-use nemoral_scene::glam::{DQuat, DVec3};
+use nemoral_scene::glam::{DQuat, DVec2, DVec3};
 use nemoral_scene::{RigidTransform, Twist};
 
 /// A recorder of a robot that holds still at stations, or drives.
@@ -89,6 +90,70 @@ fn without_cameras_scans_are_the_same_and_less_light_is_computed() -> Result<(),
     // Undergrowth grows by the light, so near chunks have it in any case.
     let (lit, unlit) = (skies(&lit), skies(&unlit));
     assert!(unlit < lit, "{unlit} {lit}");
+    Ok(())
+}
+
+/// A body that drives on finds everything grown that comes into sight, and what is grown for it is
+/// neither much nor another world.
+#[test]
+fn what_lies_ahead_grows_before_it_is_seen_and_changes_nothing() -> Result<(), Error> {
+    let settings = [
+        "camera.enabled=false",
+        "lidar.pulses=500",
+        "chunks.size_m=20",
+        "chunks.visible_radius_m=50",
+        "chunks.undergrowth_radius_m=25",
+        "chunks.delete_radius_m=80",
+        "assets.individuals=1",
+    ];
+    let recorder = recorder(&settings)?;
+    let place = |k: u32| DVec2::new(0.7, 0.4) * f64::from(k);
+    let pose = |k| recorder.stand(place(k), DVec2::X);
+    let forest = recorder.forest();
+    let (objects, undergrowth) = (forest.object_geometry, forest.undergrowth_geometry);
+    for k in 0..90 {
+        if k > 1 {
+            let runner = recorder.runner();
+            let (plan, store) = (runner.plan(), runner.store());
+            for chunk in visible_chunks(place(k), 50.0, 20.0) {
+                assert!(store.contains(plan.key(objects, chunk)), "{k}: {chunk}");
+            }
+            for chunk in visible_chunks(place(k), 25.0, 20.0) {
+                assert!(store.contains(plan.key(undergrowth, chunk)), "{k}: {chunk}");
+            }
+        }
+        recorder.observe(&still(pose(k)?, 0.0, 1000 + u64::from(k)))?;
+        let kept = recorder.runner().store().count("chunk.object_geometry");
+        let most = visible_chunks(place(k), 80.0, 20.0).len();
+        assert!(kept <= most, "{kept} {most}");
+    }
+    let last = still(pose(89)?, 0.0, 2000);
+    let found = recorder.observe(&last)?;
+    let there = self::recorder(&settings)?;
+    assert_eq!(found.scans, there.observe(&last)?.scans);
+    assert!(!found.scans[0].is_empty());
+    Ok(())
+}
+
+/// Nothing is grown ahead that would not be kept.
+#[test]
+fn nothing_is_grown_ahead_where_nothing_is_kept() -> Result<(), Error> {
+    let recorder = recorder(&[
+        "camera.enabled=false",
+        "lidar.pulses=100",
+        "chunks.size_m=20",
+        "chunks.visible_radius_m=40",
+        "chunks.delete_radius_m=40",
+        "assets.individuals=1",
+    ])?;
+    let mut grown = 0;
+    for k in 0..4 {
+        let pose = recorder.stand(DVec2::new(10.0 + 0.01 * f64::from(k), 10.0), DVec2::X)?;
+        recorder.observe(&still(pose, 0.0, 1000 + u64::from(k)))?;
+        let now = recorder.runner().store().computed();
+        assert!(k == 0 || now == grown, "{k}: {now} {grown}");
+        grown = now;
+    }
     Ok(())
 }
 

@@ -9,29 +9,65 @@ use rayon::prelude::*;
 use crate::failure::Failure;
 use crate::work;
 
-/// Pixels of a task: fewer are not worth a second thread.
-const TASK: usize = 1 << 16;
+/// Bytes of a task: fewer are not worth a second thread.
+const TASK: usize = 1 << 18;
 
-/// The numbers of pixels, by all threads of the pool: most of the time goes into the first touch of
-/// fresh memory.
-fn numbers<T: Sync, U: Copy + Default + Send + Sync>(
+/// The numbers of some things, N each. Many are made by all threads of the pool, as most of the time
+/// goes into the first touch of fresh memory.
+pub(crate) fn numbers<T: Sync, U: Copy + Default + Send + Sync, const N: usize>(
     py: Python<'_>,
-    pixels: &[T],
-    number: impl Fn(&T) -> U + Sync,
+    things: &[T],
+    numbers: impl Fn(&T) -> [U; N] + Sync,
 ) -> PyResult<Vec<U>> {
+    let task = TASK / size_of::<[U; N]>();
+    if things.len() <= task {
+        let all: Vec<_> = things.iter().map(numbers).collect();
+        return Ok(all.into_flattened());
+    }
     work::brief(py, |pool| {
         // Zeros come from the system untouched.
-        let mut all = vec![U::default(); pixels.len()];
-        let tasks = pixels.par_chunks(TASK).zip(all.par_chunks_mut(TASK));
+        let mut all = vec![U::default(); things.len() * N];
+        let (rows, _) = all.as_chunks_mut::<N>();
+        let tasks = things.par_chunks(task).zip(rows.par_chunks_mut(task));
         pool.install(|| {
-            tasks.for_each(|(pixels, all)| {
-                for (place, pixel) in all.iter_mut().zip(pixels) {
-                    *place = number(pixel);
+            tasks.for_each(|(things, rows)| {
+                for (row, thing) in rows.iter_mut().zip(things) {
+                    *row = numbers(thing);
                 }
             });
         });
         Ok(all)
     })
+}
+
+/// An image as it is: rows × columns.
+pub(crate) fn own_image<T: Element>(
+    py: Python<'_>,
+    image: Image<T>,
+) -> PyResult<Bound<'_, PyArray2<T>>> {
+    let shape = [image.height(), image.width()];
+    PyArray1::from_vec(py, image.into_pixels()).reshape(shape)
+}
+
+/// An image of several numbers a pixel as it is: rows × columns × N.
+pub(crate) fn own_channels<T: Element, const N: usize>(
+    py: Python<'_>,
+    image: Image<[T; N]>,
+) -> PyResult<Bound<'_, PyArray3<T>>> {
+    let shape = [image.height(), image.width(), N];
+    PyArray1::from_vec(py, image.into_pixels().into_flattened()).reshape(shape)
+}
+
+/// An image of vectors as it is: rows × columns × 3.
+pub(crate) fn own_vectors(
+    py: Python<'_>,
+    image: Image<Vec3>,
+) -> PyResult<Bound<'_, PyArray3<f32>>> {
+    let (width, height) = (image.width(), image.height());
+    let vectors = image.into_pixels().into_iter();
+    // In place, as both are three numbers.
+    let numbers = vectors.map(|v| v.to_array()).collect();
+    own_channels(py, Image::new(width, height, numbers))
 }
 
 /// An image of numbers: rows × columns.
@@ -40,22 +76,19 @@ pub(crate) fn image<'py, T: Sync, U: Element + Copy + Default>(
     image: &Image<T>,
     number: impl Fn(&T) -> U + Sync,
 ) -> PyResult<Bound<'py, PyArray2<U>>> {
-    let numbers = numbers(py, image.pixels(), number)?;
+    let numbers = numbers(py, image.pixels(), |pixel| [number(pixel)])?;
     PyArray1::from_vec(py, numbers).reshape([image.height(), image.width()])
 }
 
 /// An image of several numbers a pixel: rows × columns × N.
-pub(crate) fn channels<'py, T: Sync, U: Element + Copy, const N: usize>(
+pub(crate) fn channels<'py, T: Sync, U: Element + Copy + Default, const N: usize>(
     py: Python<'py>,
     image: &Image<T>,
     channels: impl Fn(&T) -> [U; N] + Sync,
-) -> PyResult<Bound<'py, PyArray3<U>>>
-where
-    [U; N]: Default,
-{
+) -> PyResult<Bound<'py, PyArray3<U>>> {
     let numbers = numbers(py, image.pixels(), channels)?;
     let shape = [image.height(), image.width(), N];
-    PyArray1::from_vec(py, numbers.into_flattened()).reshape(shape)
+    PyArray1::from_vec(py, numbers).reshape(shape)
 }
 
 /// Rows of N numbers.

@@ -4,9 +4,10 @@ use std::sync::Arc;
 
 use nemoral_dataset::{Dataset, FrameRecord, PlyPoint, SequenceSpec};
 use nemoral_pipeline::Recording;
+use nemoral_pipeline::recording::pose::FramePose;
 use nemoral_scene::{
-    Annotations, Distortion, Flow, Image, ObjectBox, Ontology, PixelBox, RigidTransform, Semantic,
-    Twist,
+    Annotations, Distortion, Flow, Image, LidarPoint, ObjectBox, Ontology, PixelBox,
+    RigidTransform, Twist,
 };
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::exceptions::PyIndexError;
@@ -15,6 +16,7 @@ use pyo3::types::{PyDict, PyList};
 
 use crate::arrays;
 use crate::failure::Failure;
+use crate::pictures::Pictures;
 use crate::work;
 
 /// A frame, whose images and points become arrays when they are asked for.
@@ -28,8 +30,16 @@ pub(crate) struct Frame {
 }
 
 enum Source {
-    Recorded(Recording),
+    Recorded(Recorded),
     Stored { dataset: Arc<Dataset>, at: usize },
+}
+
+struct Recorded {
+    pose: Arc<FramePose>,
+    /// Of each camera.
+    pictures: Vec<Pictures>,
+    annotations: Arc<Vec<Annotations>>,
+    scans: Arc<Vec<Vec<LidarPoint>>>,
 }
 
 impl Frame {
@@ -40,12 +50,19 @@ impl Frame {
         index: Option<u64>,
         recording: Recording,
     ) -> Self {
+        // Nobody else has them, but for a thread that records the same frame at the same time.
+        let images = Arc::unwrap_or_clone(recording.images);
         Self {
             sequence: spec.number,
             spec,
             ontology,
             index,
-            source: Source::Recorded(recording),
+            source: Source::Recorded(Recorded {
+                pose: recording.pose,
+                pictures: images.into_iter().map(Pictures::new).collect(),
+                annotations: recording.annotations,
+                scans: recording.scans,
+            }),
         }
     }
 
@@ -226,13 +243,8 @@ impl Frame {
         let bytes = match &self.source {
             Source::Recorded(r) => {
                 let (points, chunk) = (&r.scans[lidar], r.pose.chunk);
-                py.detach(|| {
-                    let mut bytes = Vec::with_capacity(PlyPoint::BYTES * points.len());
-                    for &point in points {
-                        PlyPoint::new(point, &self.ontology, chunk).write_to(&mut bytes);
-                    }
-                    bytes
-                })
+                let bytes = |&point: &_| PlyPoint::new(point, &self.ontology, chunk).to_bytes();
+                arrays::numbers(py, points, bytes)?
             }
             Source::Stored { .. } if !self.spec.lidars[lidar].ply => return Ok(None),
             Source::Stored { dataset, at } => {
@@ -280,24 +292,22 @@ impl Frame {
     fn recorded_image<'py>(
         &self,
         py: Python<'py>,
-        recording: &Recording,
+        recorded: &Recorded,
         camera: usize,
         kind: &str,
     ) -> PyResult<Option<Bound<'py, PyAny>>> {
-        let images = &recording.images[camera];
-        let (truth, asked) = (&images.truth, self.spec.cameras[camera].annotations);
-        let Annotations { flow, trunks, .. } = &recording.annotations[camera];
+        let (pictures, asked) = (
+            &recorded.pictures[camera],
+            self.spec.cameras[camera].annotations,
+        );
+        let Annotations { flow, trunks, .. } = &recorded.annotations[camera];
         let image = match kind {
-            "image" => arrays::channels(py, &images.rgb, |p| *p)?.into_any(),
-            "semantic" => {
-                let classes = Semantic::ALL.iter().map(|s| self.ontology.class(*s).id);
-                let classes: Vec<u8> = classes.collect();
-                arrays::image(py, &truth.semantic, |s| classes[*s as usize])?.into_any()
-            }
-            "instance" => arrays::image(py, &truth.object, |o| o.to_image_id())?.into_any(),
-            "depth_m" => arrays::image(py, &truth.depth_m, |d| *d)?.into_any(),
-            "normal" => arrays::channels(py, &truth.normal, |n| n.to_array())?.into_any(),
-            "sky" if asked.sky => arrays::image(py, &truth.depth_m, |d| *d == 0.0)?.into_any(),
+            "image" => pictures.rgb(py)?,
+            "semantic" => pictures.semantic(py, &self.ontology)?,
+            "instance" => pictures.instance(py)?,
+            "depth_m" => pictures.depth_m(py)?,
+            "normal" => pictures.normal(py)?,
+            "sky" if asked.sky => pictures.sky(py)?,
             "flow" => match flow.as_ref().filter(|_| asked.flow) {
                 Some(flow) => flow_image(py, flow)?,
                 None => return Ok(None),
@@ -306,10 +316,7 @@ impl Frame {
                 Some(trunks) => arrays::image(py, trunks, |o| o.to_image_id())?.into_any(),
                 None => return Ok(None),
             },
-            "radiance" => match images.linear.as_ref().filter(|_| asked.radiance) {
-                Some(linear) => arrays::channels(py, linear, |l| l.to_array())?.into_any(),
-                None => return Ok(None),
-            },
+            "radiance" if asked.radiance => return pictures.linear(py),
             _ => return Ok(None),
         };
         Ok(Some(image))
@@ -327,23 +334,23 @@ impl Frame {
         let image = match kind {
             "image" => {
                 let image = read(py, dataset, at, |d, f| d.picture(f, c))?;
-                arrays::channels(py, &image, |p| *p)?.into_any()
+                arrays::own_channels(py, image)?.into_any()
             }
             "semantic" => {
                 let image = read(py, dataset, at, |d, f| d.classes(f, c))?;
-                arrays::image(py, &image, |s| *s)?.into_any()
+                arrays::own_image(py, image)?.into_any()
             }
             "instance" => {
                 let image = read(py, dataset, at, |d, f| d.instances(f, c))?;
-                arrays::image(py, &image, |s| *s)?.into_any()
+                arrays::own_image(py, image)?.into_any()
             }
             "depth_m" => {
                 let image = read(py, dataset, at, |d, f| d.depth_m(f, c))?;
-                arrays::image(py, &image, |d| *d)?.into_any()
+                arrays::own_image(py, image)?.into_any()
             }
             "normal" => {
                 let image = read(py, dataset, at, |d, f| d.normals(f, c))?;
-                arrays::channels(py, &image, |n| n.to_array())?.into_any()
+                arrays::own_vectors(py, image)?.into_any()
             }
             "sky" if asked.sky => {
                 // Where nothing was hit, there is no depth.
@@ -356,11 +363,11 @@ impl Frame {
             }
             "trunks" if asked.trunks => {
                 let image = read(py, dataset, at, |d, f| d.trunks(f, c))?;
-                arrays::image(py, &image, |s| *s)?.into_any()
+                arrays::own_image(py, image)?.into_any()
             }
             "radiance" if asked.radiance => {
                 let image = read(py, dataset, at, |d, f| d.radiance(f, c))?;
-                arrays::channels(py, &image, |l| l.to_array())?.into_any()
+                arrays::own_vectors(py, image)?.into_any()
             }
             _ => return Ok(None),
         };

@@ -13,8 +13,10 @@ mod failure;
 mod forest;
 mod frame;
 mod parts;
+mod pictures;
 mod pool;
 mod ray_scene;
+mod rays;
 mod scanner;
 mod work;
 

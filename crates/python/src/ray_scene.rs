@@ -2,23 +2,21 @@
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use nemoral_raycast::{Blas, Group, HitRecord, Primitive, RayScene as Caster};
+use nemoral_raycast::{Blas, Group, RayScene as Caster};
 use nemoral_scene::glam::{Mat4, Vec2, Vec3};
 use nemoral_scene::{
     AlphaMask, ChunkCoord, InstancePlace, LaserBand, Material, MaterialLibrary, Mesh, ObjectId,
-    Optics, Prototype, Ray, RayCaster, Semantic, Triangle,
+    Optics, Prototype, Semantic, Triangle,
 };
 use numpy::{PyArray1, PyReadonlyArray2, PyReadonlyArray3};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rayon::ThreadPool;
-use rayon::prelude::*;
 
 use crate::failure::Failure;
+use crate::rays::{Hits, Limits, Rays, occluded};
 use crate::{arrays, work};
 
-/// What is nothing's number.
-const INVALID: u32 = u32::MAX;
 /// The objects of a chunk, as which instances are numbered.
 const ITEMS: u32 = 65_535;
 
@@ -51,7 +49,7 @@ pub(crate) struct Built {
     pub(crate) caster: Caster,
     pub(crate) materials: MaterialLibrary,
     /// Mesh, semantic and instance of each placed shape.
-    labels: Vec<[u32; 3]>,
+    pub(crate) labels: Vec<[u32; 3]>,
 }
 
 impl Built {
@@ -258,12 +256,12 @@ impl RayScene {
         tnear: f32,
         tfar: f32,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let flat = flat(&rays);
+        let rays = Rays::copied(&rays);
         let hits = work::brief(py, |pool| {
             let limits = Limits::new(tnear, tfar)?;
+            pool.install(|| rays.check())?;
             let built = self.built(pool);
-            let (rays, _) = flat.as_chunks::<6>();
-            pool.install(|| Hits::cast(&built, rays, limits))
+            Ok(pool.install(|| Hits::cast(&built, &rays, limits)))
         })?;
         let dict = PyDict::new(py);
         dict.set_item("t_hit", PyArray1::from_vec(py, hits.distances))?;
@@ -284,166 +282,13 @@ impl RayScene {
         tnear: f32,
         tfar: f32,
     ) -> PyResult<Bound<'py, PyArray1<bool>>> {
-        let flat = flat(&rays);
+        let rays = Rays::copied(&rays);
         let occluded = work::brief(py, |pool| {
             let limits = Limits::new(tnear, tfar)?;
+            pool.install(|| rays.check())?;
             let built = self.built(pool);
-            let (rays, _) = flat.as_chunks::<6>();
-            let mut occluded = vec![false; rays.len()];
-            let tasks = rays.par_chunks(TASK).zip(occluded.par_chunks_mut(TASK));
-            pool.install(|| {
-                tasks.enumerate().try_for_each(|(i, (rays, occluded))| {
-                    let (rays, _) = limits.unit_rays(i * TASK, rays)?;
-                    built.caster.are_occluded(&rays, occluded);
-                    Ok::<(), Failure>(())
-                })
-            })?;
-            Ok(occluded)
+            Ok(pool.install(|| occluded(&built, &rays, limits)))
         })?;
         Ok(PyArray1::from_vec(py, occluded))
-    }
-}
-
-/// The numbers of rays, six each.
-fn flat(rays: &PyReadonlyArray2<'_, f32>) -> Vec<f32> {
-    match rays.as_slice() {
-        Ok(numbers) => numbers.to_vec(),
-        Err(_) => rays.as_array().iter().copied().collect(),
-    }
-}
-
-/// Rays of a task: they are cast in one order, and their results are written by one thread.
-const TASK: usize = 1 << 15;
-
-/// From where to where hits of rays count, in lengths of their directions.
-#[derive(Clone, Copy)]
-struct Limits {
-    near: f32,
-    far: f32,
-}
-
-impl Limits {
-    fn new(near: f32, far: f32) -> Result<Self, Failure> {
-        if near >= 0.0 && far >= near {
-            return Ok(Self { near, far });
-        }
-        let found = format!("{near}, {far}");
-        let allowed = "0 <= tnear <= tfar";
-        Err(Failure::argument("tnear, tfar", found, allowed))
-    }
-
-    /// Rays of unit directions, and the lengths of the given ones, of which the first has a number.
-    fn unit_rays(self, first: usize, rays: &[[f32; 6]]) -> Result<(Vec<Ray>, Vec<f32>), Failure> {
-        let mut units = Vec::with_capacity(rays.len());
-        let mut lengths = Vec::with_capacity(rays.len());
-        for (i, &[x, y, z, dx, dy, dz]) in rays.iter().enumerate() {
-            let (origin, direction) = (Vec3::new(x, y, z), Vec3::new(dx, dy, dz));
-            // In double precision no direction is too short or too long.
-            let length = direction.as_dvec3().length();
-            let unit = (direction.as_dvec3() / length).as_vec3();
-            if !(origin.is_finite() && length > 0.0 && length.is_finite()) {
-                let found = format!("{origin}, {direction}");
-                let allowed = "finite numbers and a direction that is not zero";
-                let key = format!("rays[{}]", first + i);
-                return Err(Failure::argument(&key, found, allowed));
-            }
-            let length = length as f32;
-            lengths.push(length);
-            units.push(Ray {
-                t_min_m: self.near * length,
-                t_max_m: self.far * length,
-                ..Ray::new(origin, unit)
-            });
-        }
-        Ok((units, lengths))
-    }
-}
-
-/// The columns of hits.
-struct Hits {
-    distances: Vec<f32>,
-    meshes: Vec<u32>,
-    primitives: Vec<u32>,
-    uvs: Vec<[f32; 2]>,
-    normals: Vec<[f32; 3]>,
-    instances: Vec<u32>,
-    semantics: Vec<u32>,
-}
-
-/// A hit's place in each column.
-struct Place<'a> {
-    distance: &'a mut f32,
-    mesh: &'a mut u32,
-    primitive: &'a mut u32,
-    uv: &'a mut [f32; 2],
-    normal: &'a mut [f32; 3],
-    instance: &'a mut u32,
-    semantic: &'a mut u32,
-}
-
-impl Hits {
-    /// Casts rays by the threads of the current pool, each of which writes the hits of its tasks.
-    fn cast(built: &Built, rays: &[[f32; 6]], limits: Limits) -> Result<Self, Failure> {
-        let count = rays.len();
-        // Zeros come from the system untouched, so that each thread touches its own part first.
-        let mut hits = Self {
-            distances: vec![0.0; count],
-            meshes: vec![0; count],
-            primitives: vec![0; count],
-            uvs: vec![[0.0; 2]; count],
-            normals: vec![[0.0; 3]; count],
-            instances: vec![0; count],
-            semantics: vec![0; count],
-        };
-        let columns = (
-            rays.par_chunks(TASK),
-            hits.distances.par_chunks_mut(TASK),
-            hits.meshes.par_chunks_mut(TASK),
-            hits.primitives.par_chunks_mut(TASK),
-            hits.uvs.par_chunks_mut(TASK),
-            hits.normals.par_chunks_mut(TASK),
-            hits.instances.par_chunks_mut(TASK),
-            hits.semantics.par_chunks_mut(TASK),
-        );
-        let tasks = columns.into_par_iter().enumerate();
-        tasks.try_for_each(|(task, columns)| {
-            let (rays, distances, meshes, primitives, uvs, normals, instances, semantics) = columns;
-            let (rays, lengths) = limits.unit_rays(task * TASK, rays)?;
-            let mut records = vec![None; rays.len()];
-            built.caster.closest_records(&rays, &mut records);
-            for (i, record) in records.iter().enumerate() {
-                let place = Place {
-                    distance: &mut distances[i],
-                    mesh: &mut meshes[i],
-                    primitive: &mut primitives[i],
-                    uv: &mut uvs[i],
-                    normal: &mut normals[i],
-                    instance: &mut instances[i],
-                    semantic: &mut semantics[i],
-                };
-                place.write(built, record.as_ref(), lengths[i]);
-            }
-            Ok::<(), Failure>(())
-        })?;
-        Ok(hits)
-    }
-}
-
-impl Place<'_> {
-    fn write(self, built: &Built, record: Option<&HitRecord>, length: f32) {
-        let Some(record) = record else {
-            *self.distance = f32::INFINITY;
-            *self.mesh = INVALID;
-            *self.primitive = INVALID;
-            *self.instance = INVALID;
-            return;
-        };
-        [*self.mesh, *self.semantic, *self.instance] = built.labels[record.instance as usize];
-        *self.distance = record.distance_m / length;
-        *self.uv = record.place.map(|x| x as f32);
-        // Meshes have no cards.
-        let (Primitive::Triangle(number) | Primitive::Card(number)) = record.primitive;
-        *self.primitive = number;
-        *self.normal = record.geometric_normal.to_array();
     }
 }

@@ -110,7 +110,7 @@ def array(
     """An array of a shape, in which None is any length, without copying one that is right."""
     words = "x".join("N" if n is None else str(n) for n in shape)
     allowed = f"numbers of the shape {words}"
-    wanted = np.dtype(dtype)
+    wanted: np.dtype[Any] = np.dtype(dtype)
     try:
         found = np.asarray(value)
         if found.size == 0 and found.dtype == np.float64:

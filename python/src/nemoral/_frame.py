@@ -7,7 +7,7 @@ import os
 import struct
 import zlib
 from functools import cached_property
-from typing import Any, Iterator, Mapping
+from typing import Any, Iterator, Literal, Mapping
 
 import numpy as np
 import numpy.typing as npt
@@ -67,7 +67,7 @@ class Points:
             raise AttributeError(f"these points have no {name}: the data set has no PLY files")
         return np.ascontiguousarray(self.array[name])
 
-    def _vector(self, first: str) -> Array:
+    def _vector(self, first: Literal["x", "nx"]) -> Array:
         self._column(first)
         fields = self.array.dtype.fields
         assert fields is not None

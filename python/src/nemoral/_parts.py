@@ -145,7 +145,8 @@ class RayScene:
         """The nearest hit of each ray.
 
         Args:
-            rays: (..., 6), origin and direction; distances are in lengths of the direction.
+            rays: (..., 6), origin and direction; distances are in lengths of the direction,
+                which are 1e-30 to 3.4e38.
             tnear, tfar: hits count from the one to the other.
 
         Returns:

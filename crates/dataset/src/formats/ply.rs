@@ -73,6 +73,12 @@ impl PlyPoint {
 
     /// Appends the vertex's bytes.
     pub fn write_to(&self, out: &mut Vec<u8>) {
+        out.extend_from_slice(&self.to_bytes());
+    }
+
+    /// The vertex's bytes.
+    #[must_use]
+    pub fn to_bytes(&self) -> [u8; Self::BYTES] {
         let Self {
             point: p,
             class,
@@ -104,7 +110,7 @@ impl PlyPoint {
             put(&value.to_le_bytes());
         }
         put(&[p.flags.0]);
-        out.extend_from_slice(&bytes);
+        bytes
     }
 }
 
