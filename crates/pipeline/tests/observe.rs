@@ -147,7 +147,7 @@ fn nothing_is_grown_ahead_where_nothing_is_kept() -> Result<(), Error> {
         "assets.individuals=1",
     ])?;
     let mut grown = 0;
-    for k in 0..4 {
+    for k in 0..4_u32 {
         let pose = recorder.stand(DVec2::new(10.0 + 0.01 * f64::from(k), 10.0), DVec2::X)?;
         recorder.observe(&still(pose, 0.0, 1000 + u64::from(k)))?;
         let now = recorder.runner().store().computed();

@@ -43,7 +43,7 @@ pub fn config(preset: &str, settings: &[&str]) -> Config {
 /// A store that keeps every value, and takes plants that other worlds have grown.
 #[must_use]
 pub fn store() -> Store {
-    Store::unlimited().with_cache(grown())
+    Store::unlimited().with_cache(crate::grown())
 }
 
 impl World {

@@ -96,11 +96,11 @@ impl Plot {
 
     /// Whether a place is kept free of other trees.
     pub(crate) fn contains(&self, world_m: DVec2) -> bool {
-        self.from_margin_m(world_m) <= 0.0
+        self.beyond_margin_m(world_m) <= 0.0
     }
 
     /// The distance to the area that is kept free of other trees, metres; negative in it.
-    pub(crate) fn from_margin_m(&self, world_m: DVec2) -> f64 {
+    pub(crate) fn beyond_margin_m(&self, world_m: DVec2) -> f64 {
         self.distance_m(world_m) - self.margin_m
     }
 

@@ -114,7 +114,7 @@ impl OpenLand for Meadows {
         // Around the trees of a stem map is wood.
         match &self.plot {
             Some(plot) if plot.contains(world_m) => f64::NEG_INFINITY,
-            Some(plot) => depth_m.min(plot.from_margin_m(world_m)),
+            Some(plot) => depth_m.min(plot.beyond_margin_m(world_m)),
             None => depth_m,
         }
     }
@@ -226,7 +226,10 @@ mod tests {
             } else {
                 open += i32::from(depth_m > 0.0);
                 assert_eq!(depth_m > 0.0, alone_m > 0.0, "{p}");
-                assert!(depth_m <= alone_m && depth_m <= plot.from_margin_m(p), "{p}");
+                assert!(
+                    depth_m <= alone_m && depth_m <= plot.beyond_margin_m(p),
+                    "{p}"
+                );
             }
         }
         assert!(in_plot > 200 && open > 2000, "{in_plot} {open}");
