@@ -309,7 +309,7 @@ fn litter_is_chosen_for() {
         "balance.targets.fallen_twig=0.012",
     ]);
     let forest = ForestPlan::new(&config).expect("a plan");
-    let store = Store::unlimited();
+    let store = common::store();
     let runner = Runner::new(forest.plan(), &store, 2);
     let pilot = forest.balance_pilot.expect("balance is on");
     let pilot = runner.get(pilot, ()).expect("a pilot");
