@@ -74,6 +74,7 @@ fn least_budgets_are_kept_too() {
         wood_triangles_max: 3_000,
         cards_max: 50,
         trunk_radius_m: 0.02,
+        shaded_base_m: None,
     };
     for species in Species::all() {
         for (i, dbh_m) in diameters(&species, 3).enumerate() {
