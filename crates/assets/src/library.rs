@@ -482,7 +482,8 @@ impl TreeGrower<'_> {
         trees.collect()
     }
 
-    /// Grows a tree of this size as finely as that; the species has this number among those with materials.
+    /// Grows a tree of this size as finely as that; the species has this number among those with
+    /// materials.
     fn grown(
         &self,
         (species, index): (&Species, usize),

@@ -50,6 +50,7 @@ fn low_leaves(tree: &TreeAsset, below_m: f32) -> [f32; 2] {
 
 #[test]
 fn their_crowns_reach_down_in_the_light_alone() {
+    let mut compared = 0;
     for (inside, edge) in pairs() {
         let name = &edge.prototype.name();
         assert!(name.contains(".edge."), "{name}");
@@ -65,13 +66,17 @@ fn their_crowns_reach_down_in_the_light_alone() {
             "{name}: {a:?} {b:?}"
         );
         assert!(b.leaf_area_m2 > a.leaf_area_m2, "{name}");
-        // Below where the crown begins in the shade.
-        let [sunny, shaded] = low_leaves(edge, 0.85 * a.crown_base_m as f32);
-        assert!(sunny > 0.04, "{name}: {sunny} {shaded}");
-        assert!(sunny > 4.0 * shaded, "{name}: {sunny} {shaded}");
+        // Leaves below where the crown begins in the shade, if that is not the ground in any case.
+        if b.crown_base_m < 0.5 * a.crown_base_m {
+            let [sunny, shaded] = low_leaves(edge, 0.85 * a.crown_base_m as f32);
+            assert!(sunny > 0.1, "{name}: {sunny} {shaded}");
+            assert!(sunny > 2.5 * shaded, "{name}: {sunny} {shaded}");
+            compared += 1;
+        }
         let foot = edge.radius_m / inside.radius_m;
         assert!((foot - 1.0).abs() < 0.05, "{name}: {foot}");
     }
+    assert!(compared > 4, "{compared}");
 }
 
 #[test]

@@ -65,7 +65,8 @@ fn trees_at_meadows_face_the_open() {
             if is_of_edge(&tree, &assets) {
                 of_edge += 1;
                 let ahead = tree.linear.x_axis.truncate().as_dvec2().normalize();
-                faces += i32::from(ground.open_m(p + 5.0 * ahead) > open_m + 1.0);
+                let [ahead_m, behind_m] = [5.0, -5.0].map(|m| ground.open_m(p + m * ahead));
+                faces += i32::from(ahead_m > behind_m);
             }
         }
     }

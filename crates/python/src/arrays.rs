@@ -12,8 +12,8 @@ use crate::work;
 /// Bytes of a task: fewer are not worth a second thread.
 const TASK: usize = 1 << 18;
 
-/// The numbers of some things, N each. Many are made by all threads of the pool, as most of the time
-/// goes into the first touch of fresh memory.
+/// The numbers of some things, N each. Many are made by all threads of the pool, as most of the
+/// time goes into the first touch of fresh memory.
 pub(crate) fn numbers<T: Sync, U: Copy + Default + Send + Sync, const N: usize>(
     py: Python<'_>,
     things: &[T],

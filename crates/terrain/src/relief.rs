@@ -11,7 +11,8 @@ pub struct ReliefParams {
     /// each further octave it is multiplied by itself again, so that small forms stay rounder.
     pub ridges: f64,
     /// Domain warping: how far places are displaced by slow noise before the octaves are looked
-    /// up, in multiples of their `scale_m`, as a standard deviation along each axis, 0..=0.25: valleys wind.
+    /// up, in multiples of their `scale_m`, as a standard deviation along each axis, 0..=0.25:
+    /// valleys wind.
     pub warp: f64,
     /// The share of terraces, 0..=1: at 1, ground between two levels is up to four times as steep
     /// as without, and level in between. They fade in and out from place to place, and dip.

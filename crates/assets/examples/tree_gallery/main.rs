@@ -1,5 +1,6 @@
-//! Draws every species from sapling to snag, and at a wood's edge, beside a board of 1.8 m, with its
-//! bark and leaves close by, and one sheet of all species, `species.png`: `tree_gallery FOLDER [SPECIES | FILE.toml]...`.
+//! Draws every species from sapling to snag, and at a wood's edge, beside a board of 1.8 m, with
+//! its bark and leaves close by, and one sheet of all species, `species.png`:
+//! `tree_gallery FOLDER [SPECIES | FILE.toml]...`.
 //!
 //! Orthographic, from the south; sun from the upper left, behind the viewer, and a grey sky.
 

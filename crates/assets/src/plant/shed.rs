@@ -339,7 +339,8 @@ mod tests {
         /// about its middle, and neither hangs in the air nor is buried.
         #[test]
         fn patches_of_any_species_lie_on_the_ground(
-            look in look(), leaf_m in 0.01_f32..0.6, is_mat in any::<bool>(), is_wide in any::<bool>(),
+            look in look(), leaf_m in 0.01_f32..0.6,
+            is_mat in any::<bool>(), is_wide in any::<bool>(),
             depth in 0.0_f32..=1.0, leaves in 0.1_f32..=2.0, wood in 0.0_f32..=4.0,
             stones in 0.0_f32..=10.0, item in any::<u64>(),
         ) {
