@@ -188,7 +188,7 @@ fn shards_are_merged_to_the_bytes_of_one_run() {
 #[test]
 fn frames_in_memory_are_those_on_disk() {
     let sequence = layers(&[]).sequences().expect("valid").get(0).expect("one");
-    let recorder = Recorder::new(sequence, Backend::Cpu, None, 1).expect("a recorder");
+    let recorder = Recorder::new(sequence, Backend::Cpu, common::grown(), 1).expect("a recorder");
     let dataset = Dataset::open(&whole()).expect("a data set");
     for frame in [7, 2] {
         let recorded = recorder.frame(frame).expect("a frame");
@@ -362,7 +362,7 @@ fn chosen_places_are_near_the_path_clear_and_on_the_ground() {
     let runner = Runner::new(forest.plan(), &store, 2);
     let trajectory = runner.get(forest.trajectory, ()).expect("a path");
     let sequence = Sequences::of(&config).expect("valid").get(0).expect("one");
-    let recorder = Recorder::new(sequence, Backend::Cpu, None, 1).expect("a recorder");
+    let recorder = Recorder::new(sequence, Backend::Cpu, common::grown(), 1).expect("a recorder");
     let choice = forest.balance_choice.expect("balance is on");
     let mut numbers = Vec::new();
     for frame in 0..10 {

@@ -94,6 +94,7 @@ fn other_surfaces_stay_free_and_thickets_take_their_share() {
 }
 
 #[test]
+#[ignore = "a minute: .ci/full runs it"]
 fn there_is_less_in_the_dark_and_nothing_without_being_asked_for() {
     let closed = |preset, settings: &[&str]| {
         let mut count = 0;

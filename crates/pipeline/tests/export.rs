@@ -1,5 +1,8 @@
 //! What is exported is what sensors meet, and a region has what the inventory says.
 
+#[path = "common/grown.rs"]
+mod grown;
+
 use std::sync::Arc;
 
 use nemoral_export::{ExportScene, is_ground, write_height_map};
@@ -24,7 +27,7 @@ fn recorder() -> Recorder {
         ..Layers::default()
     };
     let sequence = layers.sequences().expect("sound").get(0).expect("one");
-    Recorder::new(sequence, Backend::Cpu, None, 2).expect("sound")
+    Recorder::new(sequence, Backend::Cpu, grown::grown(), 2).expect("sound")
 }
 
 /// A caster of an exported scene.
@@ -183,7 +186,7 @@ fn an_exported_height_map_is_ground_again() {
             ..Layers::default()
         };
         let sequence = layers.sequences().expect("sound").get(0).expect("one");
-        Recorder::new(sequence, Backend::Cpu, None, 2).expect("sound")
+        Recorder::new(sequence, Backend::Cpu, grown::grown(), 2).expect("sound")
     };
     let area = ExportArea::Region {
         low_m: DVec2::new(-21.0, 30.5),

@@ -249,6 +249,7 @@ fn it_is_thin_on_trails_and_deep_at_stems_and_in_hollows() {
 }
 
 #[test]
+#[ignore = "a minute: .ci/full runs it"]
 fn none_lies_in_water() {
     let settings = [
         "water.springs_per_km2=300",

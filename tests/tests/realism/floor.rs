@@ -46,6 +46,7 @@ fn floor(preset: &str, settings: &[&str]) -> Floor {
 }
 
 #[test]
+#[ignore = "a minute: .ci/full runs it"]
 fn a_floor_that_is_swept_or_overgrown_is_noticed() {
     let preset = "oak-mixed";
     let sound = floor(preset, &[]);

@@ -218,6 +218,7 @@ fn a_stand_that_is_thinner_or_thicker_is_noticed() {
 /// The stand has saplings and dead trees, and three individuals per species, so that there are many
 /// pairs.
 #[test]
+#[ignore = "a minute: .ci/full runs it"]
 fn copies_that_stand_alike_are_noticed() {
     let settings = [
         "assets.individuals=3",
@@ -281,6 +282,7 @@ fn middle(card: &Card) -> Vec3 {
 }
 
 #[test]
+#[ignore = "a minute: .ci/full runs it"]
 fn leaves_of_another_size_or_place_are_noticed() {
     let (trees, materials) = (&BEECH.survey.leafy, &BEECH.assets.library.materials);
     let sound = canopy(trees, materials);

@@ -142,6 +142,7 @@ fn pictures_of_no_forest_are_noticed() {
 }
 
 #[test]
+#[ignore = "a minute: .ci/full runs it"]
 fn crowns_of_other_colours_are_noticed() {
     // The first camera is mounted like PhenoCams on towers, as a second one would need one more
     // picture.
@@ -235,6 +236,7 @@ fn classes_that_are_missing_are_noticed() {
 }
 
 #[test]
+#[ignore = "a minute: .ci/full runs it"]
 fn ground_that_shows_its_tile_is_noticed() {
     let materials = STAND.assets.library.materials.materials();
     let ground: Vec<&Material> = materials.iter().filter(|m| m.ground).collect();
