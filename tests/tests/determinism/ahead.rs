@@ -29,17 +29,9 @@ impl Observer for Notes {
 }
 
 #[test]
-fn a_frame_drawn_ahead_is_that_drawn_in_turn() {
-    ahead_is_in_turn(&[0, 3]);
-}
-
-#[test]
 #[ignore = "minutes: .ci/full runs it"]
 fn frames_drawn_ahead_are_those_drawn_in_turn() {
-    ahead_is_in_turn(&[0, 1, 3]);
-}
-
-fn ahead_is_in_turn(frames: &[u64]) {
+    let frames = [0_u64, 1, 3];
     if gpu("frames drawn ahead").is_none() {
         return;
     }
@@ -74,7 +66,7 @@ fn ahead_is_in_turn(frames: &[u64]) {
         };
         generate(&request, &notes, &AtomicBool::new(false)).expect("a data set");
     };
-    make(frames, "ahead", OpenMode::Fresh);
+    make(&frames, "ahead", OpenMode::Fresh);
     // A frame without a next one is drawn alone; a frame that is already recorded is not drawn
     // again.
     let (first, last) = (frames[0], frames[frames.len() - 1]);

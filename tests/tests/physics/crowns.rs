@@ -41,6 +41,7 @@ fn differences(a: &CameraImages, b: &CameraImages) -> Vec<(String, f64)> {
 }
 
 #[test]
+#[ignore = "a minute: .ci/full runs it"]
 fn a_forest_is_as_light_by_both_renderers() {
     is_as_light(false);
 }
