@@ -79,6 +79,7 @@ fn a_glade_is_under_grass_and_its_trails_too() {
 }
 
 #[test]
+#[ignore = "a minute: .ci/full runs it"]
 fn other_surfaces_stay_free_and_thickets_take_their_share() {
     let world = world("rank-clearing", &[]);
     let mut counts = [0; PlantCommunity::ALL.len()];

@@ -83,6 +83,7 @@ fn green(light: DVec3) -> f64 {
 }
 
 #[test]
+#[ignore = "a minute: .ci/full runs it"]
 fn mean_light_is_near_followed_light() {
     mean_is_near_followed(&["spruce"], &["sky.overcast=0"]);
 }

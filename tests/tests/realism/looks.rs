@@ -93,6 +93,7 @@ fn before_sky(semantic: &Image<Semantic>, i: usize) -> bool {
 }
 
 #[test]
+#[ignore = "a minute: .ci/full runs it"]
 fn a_forest_is_harsh_to_a_small_camera() {
     let store = store();
     let [robot, cinema, flat] = ["robot", "cinema", "flat"].map(|look| taken(&store, look));
@@ -167,6 +168,7 @@ fn likeness(images: &CameraImages) -> f64 {
 }
 
 #[test]
+#[ignore = "a minute: .ci/full runs it"]
 fn near_litter_is_sharp_to_the_single_leaf() {
     let settings = [
         "assets.individuals=1",

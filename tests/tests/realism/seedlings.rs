@@ -109,6 +109,7 @@ fn they_come_up_in_clusters_and_in_light() {
 }
 
 #[test]
+#[ignore = "a minute: .ci/full runs it"]
 fn none_is_on_a_trail_and_none_is_in_a_row() {
     let world = &*OAKS;
     let runner = world.runner(2);
@@ -223,6 +224,7 @@ fn they_are_the_stands_own_and_stand_on_its_ground() {
 }
 
 #[test]
+#[ignore = "a minute: .ci/full runs it"]
 fn other_plants_do_not_move_for_them_and_their_cards_are_few() {
     let at = ChunkCoord::new(0, 0);
     let with = low(&World::new("medium", &[FEW]), at);
