@@ -300,6 +300,7 @@ fn pictures_show_the_shares_of_their_choice() {
 
 /// Litter in relief counts where it is asked for, and is chosen for as anything else.
 #[test]
+#[ignore = "half a minute: .ci/full runs it"]
 fn litter_is_chosen_for() {
     let config = load(&[
         "litter.cover=1",

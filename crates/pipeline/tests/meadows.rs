@@ -142,6 +142,7 @@ fn a_clearing_is_overgrown_among_stumps() {
 }
 
 #[test]
+#[ignore = "half a minute: .ci/full runs it"]
 fn plants_follow_the_lie_of_the_ground() {
     let hills = [
         "terrain.gully_depth_m=3",

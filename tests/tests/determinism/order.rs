@@ -133,6 +133,7 @@ fn backwards_is_forwards() {
 }
 
 #[test]
+#[ignore = "half a minute: .ci/full runs it"]
 fn a_store_that_keeps_one_value_is_enough() {
     // Everything is computed repeatedly, which would take minutes in a larger world.
     let tiny = [

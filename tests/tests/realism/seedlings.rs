@@ -91,6 +91,7 @@ impl Strata {
 }
 
 #[test]
+#[ignore = "half a minute: .ci/full runs it"]
 fn they_come_up_in_clusters_and_in_light() {
     let world = World::new("spruce", &[FEW, "trails.enabled=false"]);
     let strata = Strata::of(&world, 6);
@@ -138,6 +139,7 @@ fn none_is_on_a_trail_and_none_is_in_a_row() {
 }
 
 #[test]
+#[ignore = "half a minute: .ci/full runs it"]
 fn a_chunk_does_not_know_its_neighbours() {
     let at = ChunkCoord::new(1, -1);
     let world = || World::new("beech", &[FEW]);

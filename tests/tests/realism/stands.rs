@@ -62,6 +62,7 @@ fn asked_dbh_m(assets: &Assets) -> f64 {
 /// The two most different stands: rows, and a mixture with gaps and regeneration; with two
 /// individuals per species.
 #[test]
+#[ignore = "half a minute: .ci/full runs it"]
 fn rows_and_mixtures_are_as_described() {
     are_as_described(&["eucalyptus-plantation", "oak-mixed"], 2, 0.35);
 }
