@@ -41,6 +41,7 @@ static BEECH: LazyLock<World> = LazyLock::new(|| {
 });
 
 #[test]
+#[ignore = "half a minute: .ci/full runs it"]
 fn as_much_lies_as_was_asked_for() {
     let area = |cover: &str| {
         let cover = format!("litter.cover={cover}");
@@ -283,6 +284,7 @@ fn none_lies_in_water() {
 
 /// A chunk's litter does not depend on which chunks were asked for before, nor on threads.
 #[test]
+#[ignore = "half a minute: .ci/full runs it"]
 fn chunks_agree_whatever_is_asked_first() {
     let settings = ["trails.spawn_probability=0.05"];
     let at = ChunkCoord::new(1, -1);

@@ -108,6 +108,7 @@ fn a_wood_ends_in_a_mantle_and_its_meadow_is_grass() {
 }
 
 #[test]
+#[ignore = "half a minute: .ci/full runs it"]
 fn a_clearing_is_overgrown_among_stumps() {
     let world = world("rank-clearing", &[]);
     let runner = world.runner();

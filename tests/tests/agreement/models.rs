@@ -33,6 +33,7 @@ fn areas_m2(shape: &Prototype, materials: &MaterialLibrary) -> BTreeMap<Semantic
 }
 
 #[test]
+#[ignore = "half a minute: .ci/full runs it"]
 fn a_tree_that_was_exported_is_the_same_tree() {
     for species in ["beech", "scots_pine"] {
         let scene = tree_scene(species, Some(0.25), true, 3).expect("a tree");
@@ -277,6 +278,7 @@ fn logs_of_models_lie_among_the_others() {
 }
 
 #[test]
+#[ignore = "half a minute: .ci/full runs it"]
 fn a_stem_map_names_models() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = |name: &str| folder.path().join(name);

@@ -244,6 +244,7 @@ fn sensors_agree_on_a_site() {
 }
 
 #[test]
+#[ignore = "half a minute: .ci/full runs it"]
 fn a_frame_alone_is_that_of_a_drive() {
     let runner = SITE.runner(2);
     let of_drive: Vec<Vec<u8>> = (0..10)
@@ -256,6 +257,7 @@ fn a_frame_alone_is_that_of_a_drive() {
 }
 
 #[test]
+#[ignore = "half a minute: .ci/full runs it"]
 fn stems_are_as_thick_as_they_were_measured() {
     let settings = [
         "site.stems.shapes=4",

@@ -278,6 +278,7 @@ fn far_from_the_origin_nothing_changes() {
 }
 
 #[test]
+#[ignore = "half a minute: .ci/full runs it"]
 fn a_chunk_that_was_deleted_comes_back_the_same() {
     let known = home();
     let world = &known.world;

@@ -135,6 +135,7 @@ struct Part {
 const DARK: f32 = 0.7;
 
 #[test]
+#[ignore = "half a minute: .ci/full runs it"]
 fn low_plants_are_dark_within_as_followed_light_has_it() {
     let params = AssetParams {
         individuals_per_species: 1,

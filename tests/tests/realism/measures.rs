@@ -162,6 +162,7 @@ fn diameters_of_another_stand_are_noticed() {
 }
 
 #[test]
+#[ignore = "half a minute: .ci/full runs it"]
 fn a_stand_that_is_thinner_or_thicker_is_noticed() {
     let survey = &BEECH.survey;
     let hectares = survey.square.1 * survey.square.1 / 10_000.0;
@@ -445,6 +446,7 @@ fn leaves_of_another_size_or_place_are_noticed() {
 /// The Ω of photographs in a stand where it is in its range, which that of beech is not, as the
 /// page says.
 #[test]
+#[ignore = "half a minute: .ci/full runs it"]
 fn groups_and_meadows_are_noticed_in_photographs() {
     let materials = &PLANTATION.assets.library.materials;
     let photographed = |trees: &[Standing]| {

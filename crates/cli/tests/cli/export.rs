@@ -44,6 +44,7 @@ fn a_tree_is_a_gltf_file() {
 }
 
 #[test]
+#[ignore = "half a minute: .ci/full runs it"]
 fn a_region_is_written_in_every_format() {
     let folder = folder("region");
     for (format, name, main) in [

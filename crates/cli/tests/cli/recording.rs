@@ -243,6 +243,7 @@ fn pictures_alone_are_those_that_are_made_beside_scans() {
 }
 
 #[test]
+#[ignore = "half a minute: .ci/full runs it"]
 fn a_data_set_is_made_again_from_itself_alone() {
     type Files = std::collections::BTreeMap<String, Vec<u8>>;
     let here = folder("again");

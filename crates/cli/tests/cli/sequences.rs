@@ -36,6 +36,7 @@ fn record(out: &Path, arguments: &[&str]) {
 }
 
 #[test]
+#[ignore = "half a minute: .ci/full runs it"]
 fn worlds_are_drawn_recorded_sharded_and_continued() {
     let folder = folder("sequences");
     let whole = folder.join("whole");
