@@ -175,7 +175,7 @@ fn a_fresh_plan_for_each_frame_is_the_same() {
     assert_same(&made, &known.frames[1..=1], "a fresh plan and store");
 }
 
-/// Gullies, meadows with trees of their edges, outcrops, and all that follows the lie of the ground.
+/// Gullies, meadows with edge trees, outcrops, and all that follows the lie of the ground.
 const STEERED: [&str; 13] = [
     "assets.individuals=1",
     "terrain.gully_depth_m=2",
