@@ -7,8 +7,6 @@
 )]
 #![allow(clippy::print_stdout, reason = "what was measured, for --nocapture")]
 
-mod common;
-
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -23,6 +21,7 @@ use nemoral_pipeline::{
     Backend, Done, ForestPlan, FrameSelection, Observer, Recorder, Request, SequenceFrames,
     generate,
 };
+use nemoral_realism::{grown, store};
 use nemoral_scene::Semantic;
 use nemoral_scene::glam::DVec3;
 
@@ -80,7 +79,7 @@ fn make(out: &Path, config: &Config, shard: Option<(u64, u64)>, mode: OpenMode) 
         mode,
         threads: 2,
         backend: Backend::Cpu,
-        cache: common::grown(),
+        cache: grown(),
     };
     let notes = Notes::default();
     generate(&request, &notes, &AtomicBool::new(false)).unwrap_or_else(|e| panic!("{e}"));
@@ -145,7 +144,7 @@ fn a_frame_alone_is_that_of_a_whole_run() {
         mode: OpenMode::Fresh,
         threads: 1,
         backend: Backend::Cpu,
-        cache: common::grown(),
+        cache: grown(),
     };
     generate(&request, &Notes::default(), &AtomicBool::new(false)).expect("made");
     let (mut alone, mut all) = (BTreeMap::new(), BTreeMap::new());
@@ -188,7 +187,7 @@ fn shards_are_merged_to_the_bytes_of_one_run() {
 #[test]
 fn frames_in_memory_are_those_on_disk() {
     let sequence = layers(&[]).sequences().expect("valid").get(0).expect("one");
-    let recorder = Recorder::new(sequence, Backend::Cpu, common::grown(), 1).expect("a recorder");
+    let recorder = Recorder::new(sequence, Backend::Cpu, grown(), 1).expect("a recorder");
     let dataset = Dataset::open(&whole()).expect("a data set");
     for frame in [7, 2] {
         let recorded = recorder.frame(frame).expect("a frame");
@@ -243,7 +242,7 @@ fn pictures_show_the_shares_of_their_choice() {
         "balance.targets.near_obstacles=0.05",
     ]);
     let forest = ForestPlan::new(&config).expect("a plan");
-    let store = common::store();
+    let store = store();
     let runner = Runner::new(forest.plan(), &store, 2);
     let choice = forest.balance_choice.expect("balance is on");
     let lens = config.camera.intrinsics().expect("a lens");
@@ -310,7 +309,7 @@ fn litter_is_chosen_for() {
         "balance.targets.fallen_twig=0.012",
     ]);
     let forest = ForestPlan::new(&config).expect("a plan");
-    let store = common::store();
+    let store = store();
     let runner = Runner::new(forest.plan(), &store, 2);
     let pilot = forest.balance_pilot.expect("balance is on");
     let pilot = runner.get(pilot, ()).expect("a pilot");
@@ -359,11 +358,11 @@ fn litter_is_chosen_for() {
 fn chosen_places_are_near_the_path_clear_and_on_the_ground() {
     let config = load(&["balance.reach_m=6", "balance.turn_deg=40"]);
     let forest = ForestPlan::new(&config).expect("a plan");
-    let store = common::store();
+    let store = store();
     let runner = Runner::new(forest.plan(), &store, 2);
     let trajectory = runner.get(forest.trajectory, ()).expect("a path");
     let sequence = Sequences::of(&config).expect("valid").get(0).expect("one");
-    let recorder = Recorder::new(sequence, Backend::Cpu, common::grown(), 1).expect("a recorder");
+    let recorder = Recorder::new(sequence, Backend::Cpu, grown(), 1).expect("a recorder");
     let choice = forest.balance_choice.expect("balance is on");
     let mut numbers = Vec::new();
     for frame in 0..10 {
@@ -455,7 +454,7 @@ fn what_is_out_of_reach_is_noted() {
 fn a_robot_with_a_lidar_alone_looks_by_its_pulses() {
     let config = load(&["camera.enabled=false", "balance.targets.rocks=0.02"]);
     let forest = ForestPlan::new(&config).expect("a plan");
-    let store = common::store();
+    let store = store();
     let runner = Runner::new(forest.plan(), &store, 2);
     let pilot = forest.balance_pilot.expect("balance is on");
     let pilot = runner.get(pilot, ()).expect("a pilot");

@@ -2,10 +2,8 @@
 //! these are grassy.
 #![allow(clippy::print_stdout, reason = "what was measured, for --nocapture")]
 
-mod common;
-
-use common::World;
 use nemoral_pipeline::world::patch::Patch;
+use nemoral_realism::World;
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, PlantCommunity, TrailSurfaceKind};
 use nemoral_stand::PatchKind;
@@ -25,7 +23,7 @@ fn world(preset: &str, settings: &[&str]) -> World {
 /// Calls with the patches of nine chunks, each with its distance from the edge of a trail and
 /// the surface of that trail.
 fn each(world: &World, mut f: impl FnMut(&Patch, f64, Option<TrailSurfaceKind>)) {
-    let runner = world.runner();
+    let runner = world.runner(2);
     for i in 0..9 {
         let at = ChunkCoord::new(i % 3, i / 3);
         let ground = runner.get(world.forest.ground, at).expect("ground");
@@ -64,7 +62,7 @@ fn a_glade_is_under_grass_and_its_trails_too() {
     let share = f64::from(wide) * 1.25 * 1.25 / CHUNKS_M2;
     assert!((0.55..=1.0).contains(&share), "{share}");
     // Narrow tiles on 0.55 m cells, from verge to verge.
-    let runner = world.runner();
+    let runner = world.runner(2);
     for i in 0..9 {
         let at = ChunkCoord::new(i % 3, i / 3);
         let ground = runner.get(world.forest.ground, at).expect("ground");
@@ -120,7 +118,7 @@ fn there_is_less_in_the_dark_and_nothing_without_being_asked_for() {
 #[test]
 fn the_paper_medium_preset_stays_within_its_instances() {
     let world = world("medium", &["trails.spawn_probability=0.012"]);
-    let scene = world.runner().get(world.forest.scene, 0).expect("a scene");
+    let scene = world.runner(2).get(world.forest.scene, 0).expect("a scene");
     let counts = scene
         .groups
         .iter()

@@ -1,13 +1,11 @@
 //! Deadwood: as much as was asked for, of the stages that were asked for, lying on the ground.
 #![allow(clippy::print_stdout, reason = "what was measured, for --nocapture")]
 
-mod common;
-
 use std::sync::LazyLock;
 
-use common::{World, config};
 use nemoral_assets::LogAsset;
 use nemoral_pipeline::world::assets::WorldAssets;
+use nemoral_realism::{World, config};
 use nemoral_scene::glam::DVec3;
 use nemoral_scene::{ChunkCoord, DeadwoodRecord, ObjectKind, Surface};
 use nemoral_stand::SceneObject;
@@ -31,7 +29,7 @@ fn each(
     kind: ObjectKind,
     mut f: impl FnMut(ChunkCoord, &SceneObject, &WorldAssets),
 ) {
-    let runner = world.runner();
+    let runner = world.runner(2);
     let assets = runner.get(world.forest.assets, ()).expect("assets");
     for at in square(side) {
         let objects = runner.get(world.forest.objects, at).expect("objects");
@@ -129,7 +127,7 @@ fn heights(object: &SceneObject, log: &LogAsset, ground: &impl Surface) -> Vec<[
 
 #[test]
 fn logs_lie_on_the_ground() {
-    let runner = OAKS.runner();
+    let runner = OAKS.runner(2);
     let mut all = 0;
     each(&OAKS, 6, ObjectKind::Log, |at, object, assets| {
         let ground = runner.get(OAKS.forest.ground, at).expect("ground");
@@ -161,7 +159,7 @@ fn logs_lie_on_the_ground() {
 
 #[test]
 fn logs_keep_clear_of_trails_and_trees() {
-    let runner = OAKS.runner();
+    let runner = OAKS.runner(2);
     each(&OAKS, 6, ObjectKind::Log, |at, object, assets| {
         let ground = runner.get(OAKS.forest.ground, at).expect("ground");
         let log = asset(assets, object);
@@ -184,7 +182,7 @@ fn logs_keep_clear_of_trails_and_trees() {
             "deadwood.across_trails=true",
         ],
     );
-    let runner = across.runner();
+    let runner = across.runner(2);
     let mut on_trails = 0;
     each(&across, 6, ObjectKind::Log, |at, object, _| {
         let ground = runner.get(across.forest.ground, at).expect("ground");
@@ -195,7 +193,7 @@ fn logs_keep_clear_of_trails_and_trees() {
 
 #[test]
 fn a_thrown_tree_has_its_plate_and_its_pit() {
-    let runner = OAKS.runner();
+    let runner = OAKS.runner(2);
     let mut all = 0;
     each(&OAKS, 8, ObjectKind::RootPlate, |at, plate, assets| {
         let ground = runner.get(OAKS.forest.ground, at).expect("ground");
@@ -225,7 +223,7 @@ fn a_thrown_tree_has_its_plate_and_its_pit() {
 fn the_order_of_chunks_does_not_matter() {
     let of = |chunks: &[ChunkCoord], threads: usize| {
         let world = World::new("oak-mixed", &[FEW]);
-        let runner = world.runner_of(threads);
+        let runner = world.runner(threads);
         let mut texts: Vec<(ChunkCoord, String)> = Vec::new();
         for &at in chunks {
             let objects = runner.get(world.forest.objects, at).expect("objects");

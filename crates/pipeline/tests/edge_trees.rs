@@ -1,12 +1,10 @@
 //! Trees at the edges of meadows: they are the wood's own, and their crowns face the open.
 #![allow(clippy::print_stdout, reason = "what was measured, for --nocapture")]
 
-mod common;
-
 use std::sync::Arc;
 
-use common::World;
 use nemoral_pipeline::world::assets::WorldAssets;
+use nemoral_realism::World;
 use nemoral_scene::{ChunkCoord, ObjectKind};
 use nemoral_stand::SceneObject;
 
@@ -25,13 +23,13 @@ fn chunks() -> impl Iterator<Item = ChunkCoord> {
 }
 
 fn assets(world: &World) -> Arc<WorldAssets> {
-    let assets = world.runner().get(world.forest.assets, ());
+    let assets = world.runner(2).get(world.forest.assets, ());
     assets.expect("assets")
 }
 
 /// The trees of a chunk that are no saplings.
 fn trees(world: &World, assets: &WorldAssets, at: ChunkCoord) -> Vec<SceneObject> {
-    let objects = world.runner().get(world.forest.objects, at);
+    let objects = world.runner(2).get(world.forest.objects, at);
     let objects = objects.expect("objects").0.clone().into_iter();
     objects
         .filter(|o| o.kind == ObjectKind::Tree && o.asset < assets.first_sapling)
@@ -47,7 +45,7 @@ fn is_of_edge(tree: &SceneObject, assets: &WorldAssets) -> bool {
 #[test]
 fn trees_at_meadows_face_the_open() {
     let world = world(&["placement.meadows.edge_trees=1"]);
-    let (runner, assets) = (world.runner(), assets(&world));
+    let (runner, assets) = (world.runner(2), assets(&world));
     let (mut near, mut of_edge, mut faces, mut inside) = (0, 0, 0, 0);
     for at in chunks() {
         let ground = runner.get(world.forest.ground, at).expect("ground");

@@ -1,14 +1,12 @@
 //! What is exported is what sensors meet, and a region has what the inventory says.
 
-#[path = "common/grown.rs"]
-mod grown;
-
 use std::sync::Arc;
 
 use nemoral_export::{ExportScene, is_ground, write_height_map};
 use nemoral_pipeline::config::Layers;
 use nemoral_pipeline::{Backend, ExportArea, Recorder, tree_scene};
 use nemoral_raycast::{Blas, Group, RayScene};
+use nemoral_realism::grown;
 use nemoral_scene::glam::{DVec2, Vec3};
 use nemoral_scene::{ObjectKind, Ray, RayCaster};
 
@@ -27,7 +25,7 @@ fn recorder() -> Recorder {
         ..Layers::default()
     };
     let sequence = layers.sequences().expect("sound").get(0).expect("one");
-    Recorder::new(sequence, Backend::Cpu, grown::grown(), 2).expect("sound")
+    Recorder::new(sequence, Backend::Cpu, grown(), 2).expect("sound")
 }
 
 /// A caster of an exported scene.
@@ -186,7 +184,7 @@ fn an_exported_height_map_is_ground_again() {
             ..Layers::default()
         };
         let sequence = layers.sequences().expect("sound").get(0).expect("one");
-        Recorder::new(sequence, Backend::Cpu, grown::grown(), 2).expect("sound")
+        Recorder::new(sequence, Backend::Cpu, grown(), 2).expect("sound")
     };
     let area = ExportArea::Region {
         low_m: DVec2::new(-21.0, 30.5),

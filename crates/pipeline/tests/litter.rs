@@ -1,14 +1,12 @@
 //! Litter in relief: how much of it lies where, that it lies on the ground, and that chunks agree.
 #![allow(clippy::print_stdout, reason = "what was measured, for --nocapture")]
 
-mod common;
-
 use std::sync::{Arc, LazyLock};
 
-use common::{World, config};
 use nemoral_assets::LitterPatches;
 use nemoral_pipeline::world::litter::LitterPatch;
 use nemoral_raycast::RayScene;
+use nemoral_realism::{World, config};
 use nemoral_scene::glam::{DVec2, Vec3};
 use nemoral_scene::{ChunkCoord, ObjectKind, Ray, RayCaster, Surface};
 
@@ -19,7 +17,7 @@ fn world(preset: &str, settings: &[&str]) -> World {
 
 /// The litter of a chunk.
 fn litter(world: &World, at: ChunkCoord) -> Vec<LitterPatch> {
-    let patches = world.runner().get(world.forest.litter, at);
+    let patches = world.runner(2).get(world.forest.litter, at);
     patches.expect("litter").to_vec()
 }
 
@@ -65,7 +63,10 @@ fn presets_of_the_paper_and_the_demo_have_none() {
     }
     let world = world("demo", &[]);
     assert!(litter(&world, ChunkCoord::new(0, 0)).is_empty());
-    let assets = world.runner().get(world.forest.assets, ()).expect("assets");
+    let assets = world
+        .runner(2)
+        .get(world.forest.assets, ())
+        .expect("assets");
     assert!(assets.shed.is_empty() && assets.library.shed.is_empty());
 }
 
@@ -76,7 +77,7 @@ fn leaves_lie_on_the_mesh_of_the_ground() {
         ("eucalyptus-plantation", &["terrain.max_height_m=90"][..]),
     ] {
         let world = world(preset, settings);
-        let runner = world.runner();
+        let runner = world.runner(2);
         let (mut gaps, mut ids) = (Vec::new(), 0);
         let mut square = 0.0;
         for at in chunks().take(2) {
@@ -133,7 +134,7 @@ fn leaves_lie_on_the_mesh_of_the_ground() {
 /// A chunk's litter reaches over its border, where the neighbour's mesh is what it lies on.
 #[test]
 fn leaves_lie_on_the_neighbour_s_mesh_too() {
-    let runner = BEECH.runner();
+    let runner = BEECH.runner(2);
     let assets = runner.get(BEECH.forest.assets, ()).expect("assets");
     let mut gaps = Vec::new();
     for (at, step) in [(ChunkCoord::new(0, 0), 1), (ChunkCoord::new(1, 1), -1)] {
@@ -179,7 +180,7 @@ fn leaves_lie_on_the_neighbour_s_mesh_too() {
 
 #[test]
 fn it_is_thin_on_trails_and_deep_at_stems_and_in_hollows() {
-    let runner = BEECH.runner();
+    let runner = BEECH.runner(2);
     let (mut on, mut off) = ((0.0, 0), (0.0, 0));
     let (mut at_stems, mut elsewhere) = (Vec::new(), Vec::new());
     let mut by_hollow = Vec::new();
@@ -259,7 +260,7 @@ fn none_lies_in_water() {
         "trails.spawn_probability=0.05",
     ];
     let world = world("stream-valley", &settings);
-    let runner = world.runner();
+    let runner = world.runner(2);
     let (mut count, mut near) = (0, 0);
     for at in chunks() {
         let ground = runner.get(world.forest.ground, at).expect("a ground");
@@ -326,7 +327,7 @@ fn chunks_agree_whatever_is_asked_first() {
 fn it_adds_few_instances() {
     let count = |settings: &[&str]| {
         let world = world("beech", settings);
-        let scene = world.runner().get(world.forest.scene, 0).expect("a scene");
+        let scene = world.runner(2).get(world.forest.scene, 0).expect("a scene");
         let groups = scene.groups.iter();
         groups
             .map(|(_, group)| group.instances().len())

@@ -2,11 +2,9 @@
 //! mantle closes its edge, grass covers what is kept, moss is where it is wet.
 #![allow(clippy::print_stdout, reason = "what was measured, for --nocapture")]
 
-mod common;
-
-use common::World;
 use nemoral_pipeline::world::ground::ChunkGround;
 use nemoral_placement::Site;
+use nemoral_realism::World;
 use nemoral_scene::ChunkCoord;
 use nemoral_scene::glam::DVec2;
 use nemoral_stand::PatchKind;
@@ -25,7 +23,7 @@ fn world(preset: &str, settings: &[&str]) -> World {
 
 /// Calls with the ground of each chunk of a square.
 fn each_chunk(world: &World, side: i32, mut f: impl FnMut(ChunkCoord, &ChunkGround)) {
-    let runner = world.runner();
+    let runner = world.runner(2);
     for i in 0..side * side {
         let at = ChunkCoord::new(i % side, i / side);
         f(at, &runner.get(world.forest.ground, at).expect("ground"));
@@ -53,7 +51,7 @@ impl Strips {
 #[test]
 fn a_wood_ends_in_a_mantle_and_its_meadow_is_grass() {
     let world = world("meadow-edge", &[]);
-    let runner = world.runner();
+    let runner = world.runner(2);
     let mut areas = Strips::default();
     let mut found: [Strips; 4] = Default::default();
     let [mut grass, mut thickets, mut others] = [(); 3].map(|()| Strips::default());
@@ -111,7 +109,7 @@ fn a_wood_ends_in_a_mantle_and_its_meadow_is_grass() {
 #[ignore = "half a minute: .ci/full runs it"]
 fn a_clearing_is_overgrown_among_stumps() {
     let world = world("rank-clearing", &[]);
-    let runner = world.runner();
+    let runner = world.runner(2);
     let mut areas = [0.0; 2];
     let mut found = [[0.0; 2]; 4];
     each_chunk(&world, 8, |at, ground| {
@@ -151,7 +149,7 @@ fn plants_follow_the_lie_of_the_ground() {
         "water.puddles=0",
     ];
     let world = world("oak-mixed", &hills);
-    let runner = world.runner();
+    let runner = world.runner(2);
     // Of single patches: how many are ferns or herbs, and how many grass, where it is wet or dry.
     let mut counts = [[0.0; 2]; 2];
     for i in 0..16 {

@@ -2,12 +2,10 @@
 //! agree.
 #![allow(clippy::print_stdout, reason = "what was measured, for --nocapture")]
 
-mod common;
-
 use std::sync::LazyLock;
 
-use common::World;
 use nemoral_pipeline::config::Preset;
+use nemoral_realism::World;
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, ObjectKind, Semantic, Surface};
 
@@ -29,7 +27,7 @@ fn chunks() -> impl Iterator<Item = ChunkCoord> {
 
 #[test]
 fn nothing_stands_or_lies_in_water_but_stones() {
-    let runner = VALLEY.runner();
+    let runner = VALLEY.runner(2);
     let (mut wet, mut rocks, mut objects) = (0, 0, 0);
     for at in chunks() {
         let ground = runner.get(VALLEY.forest.ground, at).expect("a ground");
@@ -60,7 +58,7 @@ fn nothing_stands_or_lies_in_water_but_stones() {
 
 #[test]
 fn water_is_inside_of_its_banks() {
-    let runner = VALLEY.runner();
+    let runner = VALLEY.runner(2);
     let assets = runner.get(VALLEY.forest.assets, ()).expect("assets");
     let materials = &assets.library.materials;
     let (mut border, mut above, mut worst_m, mut shown) = (0, 0, 0.0_f64, 0);
@@ -109,7 +107,7 @@ fn water_is_inside_of_its_banks() {
 
 #[test]
 fn grounds_of_neighbours_agree_to_the_bit() {
-    let runner = VALLEY.runner();
+    let runner = VALLEY.runner(2);
     let ground = |at| runner.get(VALLEY.forest.ground, at).expect("a ground");
     let mut wet = 0;
     for at in chunks() {
@@ -128,7 +126,7 @@ fn grounds_of_neighbours_agree_to_the_bit() {
 
 #[test]
 fn puddles_are_on_trails() {
-    let runner = VALLEY.runner();
+    let runner = VALLEY.runner(2);
     let mut inside = 0;
     for at in chunks() {
         let ground = runner.get(VALLEY.forest.ground, at).expect("a ground");
