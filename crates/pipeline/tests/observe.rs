@@ -126,11 +126,11 @@ fn what_lies_ahead_grows_before_it_is_seen_and_changes_nothing() -> Result<(), E
                 assert!(store.contains(plan.key(undergrowth, chunk)), "{k}: {chunk}");
             }
         }
-        let pose = pose(k)?;
-        recorder.observe(&still(pose, 0.0, 1000 + u64::from(k)))?;
+        recorder.observe(&still(pose(k)?, 0.0, 1000 + u64::from(k)))?;
         let kept = recorder.runner().store().count("chunk.object_geometry");
-        // On a slope the body's middle is not above its place.
-        let most = visible_chunks(pose.translation_m.truncate(), 80.0, 20.0).len();
+        // What is kept, and a little of what the light of chunks ahead asks for, which the next
+        // step drops; not another row of chunks.
+        let most = visible_chunks(place(k), 90.0, 20.0).len();
         assert!(kept <= most, "{kept} {most}");
     }
     let last = still(pose(89)?, 0.0, 2000);
