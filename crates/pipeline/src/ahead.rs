@@ -76,8 +76,8 @@ fn due(missing: &[Coming], step_m: f64) -> usize {
 impl ForestPlan {
     /// Grows some of what a body that went from one place to another will see next if it goes on
     /// like this, as much as must be grown at each step so that nothing is missing when it is seen.
-    /// Nothing is grown that the chunk manager would not keep: what is `spare_m` beyond the visible
-    /// radius.
+    /// Nothing is grown that the chunk manager would not keep, what is `spare_m` beyond the visible
+    /// radius, but for the trees that the light of the farthest chunks needs around them.
     pub(crate) fn grow_ahead(
         &self,
         runner: &Runner<'_>,
