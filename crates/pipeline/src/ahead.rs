@@ -7,6 +7,7 @@ use nemoral_scene::glam::DVec2;
 use crate::ForestPlan;
 use crate::plan::{Node, Runner};
 use crate::recording::scene::{VisibleReach, visible_chunks};
+use crate::stages::sky_view_factor::chunks_of_trees;
 
 /// A part of a chunk that becomes visible.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -61,6 +62,17 @@ impl VisibleReach {
         });
         coming
     }
+
+    /// Whether all trees that a part depends on are within a radius. All parts but the objects
+    /// depend on the sky view factor, and so on the trees of chunks around.
+    fn trees_are_within(&self, coming: &Coming, place_m: DVec2, radius_m: f64) -> bool {
+        let size_m = self.chunk_size_m;
+        let near = |chunk: ChunkCoord| chunk.distance_m(place_m, size_m) <= radius_m;
+        match coming.part {
+            Part::Objects => near(coming.chunk),
+            _ => chunks_of_trees(coming.chunk, size_m).all(near),
+        }
+    }
 }
 
 /// How many of the parts that are missing must be grown now, if each must be there before the body
@@ -76,8 +88,8 @@ fn due(missing: &[Coming], step_m: f64) -> usize {
 impl ForestPlan {
     /// Grows some of what a body that went from one place to another will see next if it goes on
     /// like this, as much as must be grown at each step so that nothing is missing when it is seen.
-    /// Nothing is grown that the chunk manager would not keep, what is `spare_m` beyond the visible
-    /// radius, but for the trees that the light of the farthest chunks needs around them.
+    /// No trees are grown that the chunk manager would not keep, which are `spare_m` beyond the
+    /// visible radius: the next step would drop them, and grow them again for the next chunk.
     pub(crate) fn grow_ahead(
         &self,
         runner: &Runner<'_>,
@@ -97,7 +109,10 @@ impl ForestPlan {
         }
         let ahead_m = place_m + (place_m - before_m) * (lead_m / step_m);
         let mut missing = reach.coming(place_m, ahead_m);
-        missing.retain(|coming| !self.has(runner, *coming));
+        let kept_m = reach.visible_radius_m + spare_m;
+        missing.retain(|coming| {
+            !self.has(runner, *coming) && reach.trees_are_within(coming, place_m, kept_m)
+        });
         for &Coming { chunk, part, .. } in &missing[..due(&missing, step_m)] {
             // An error occurs again when the chunk is seen.
             let _ = match part {
@@ -128,6 +143,17 @@ impl ForestPlan {
 mod tests {
     use super::*;
 
+    const REACH: VisibleReach = VisibleReach {
+        chunk_size_m: 50.0,
+        visible_radius_m: 100.0,
+        undergrowth_radius_m: 40.0,
+        litter_radius_m: None,
+        is_lit: false,
+    };
+
+    /// The middle of chunk (0, 0).
+    const HERE: DVec2 = DVec2::new(25.0, 25.0);
+
     fn coming(metres: f64) -> Coming {
         Coming {
             metres,
@@ -148,15 +174,7 @@ mod tests {
 
     #[test]
     fn what_comes_is_not_visible_yet() {
-        let reach = VisibleReach {
-            chunk_size_m: 50.0,
-            visible_radius_m: 100.0,
-            undergrowth_radius_m: 40.0,
-            litter_radius_m: None,
-            is_lit: false,
-        };
-        let here = DVec2::new(25.0, 25.0);
-        let found = reach.coming(here, here + DVec2::new(50.0, 0.0));
+        let found = REACH.coming(HERE, HERE + DVec2::new(50.0, 0.0));
         let column = |part| {
             let of_part = found.iter().filter(move |c| c.part == part);
             of_part.map(|c| c.chunk.x).collect::<Vec<_>>()
@@ -167,5 +185,24 @@ mod tests {
         assert!(column(Part::Litter).is_empty());
         assert!(found.iter().all(|c| 0.0 < c.metres && c.metres <= 50.0));
         assert!(found.is_sorted_by(|a, b| a.metres <= b.metres));
+    }
+
+    #[test]
+    fn low_plants_depend_on_the_trees_around() {
+        let within = |part, x, radius_m| {
+            let chunk = ChunkCoord::new(x, 0);
+            let coming = Coming {
+                metres: 1.0,
+                chunk,
+                part,
+            };
+            REACH.trees_are_within(&coming, HERE, radius_m)
+        };
+        // The nearest point of chunk (2, 0) is 75 m away, that of (3, 1) 127.5 m.
+        assert!(within(Part::Objects, 2, 75.0));
+        assert!(!within(Part::Objects, 2, 74.0));
+        assert!(within(Part::Undergrowth, 2, 128.0));
+        assert!(!within(Part::Undergrowth, 2, 127.0));
+        assert!(!within(Part::Light, 2, 127.0));
     }
 }

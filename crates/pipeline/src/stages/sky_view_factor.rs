@@ -15,6 +15,15 @@ use crate::world::assets::WorldAssets;
 use crate::world::chunk_geometry::ObjectGeometry;
 use crate::world::ground::ChunkGround;
 
+/// The chunks whose trees may hide the sky from a chunk: as many rings as cover the reach of the
+/// rays.
+pub(crate) fn chunks_of_trees(
+    at: ChunkCoord,
+    chunk_size_m: f64,
+) -> impl Iterator<Item = ChunkCoord> {
+    at.square((REACH_M / chunk_size_m).ceil() as i32)
+}
+
 /// Measures the [`SkyViewFactor`] of a chunk from the trees in it and in its neighbours.
 #[derive(Clone, Copy, Debug)]
 pub struct SkyViewStage {
@@ -44,9 +53,7 @@ impl Stage<Forest> for SkyViewStage {
         _: Key,
         (assets, ground, objects): Values<'_, Self>,
     ) -> Result<SkyViewFactor, Error> {
-        // The number of rings of chunks that covers the reach of the rays.
-        let rings = (REACH_M / self.chunk_size_m).ceil() as i32;
-        let around: Vec<ChunkCoord> = at.square(rings).collect();
+        let around: Vec<ChunkCoord> = chunks_of_trees(at, self.chunk_size_m).collect();
         let groups = around.iter().zip(objects.all(&around)?);
         let offset = |chunk: &ChunkCoord| chunk_offset_m(*chunk, at, self.chunk_size_m);
         let groups = groups.map(|(chunk, objects)| (offset(chunk), Arc::clone(&objects.0)));
