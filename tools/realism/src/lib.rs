@@ -1,6 +1,8 @@
 //! Measures of realism that need no photographs: the pattern of stems, the gaps between leaves, the
 //! distribution of light over a picture, the diameter of a stem in a scan. All of them are
 //! independent of the crates under test.
+//!
+//! It also has the worlds ([`World`], [`store`], [`grown`]) that tests of the pipeline share.
 
 mod asked;
 mod canopy;

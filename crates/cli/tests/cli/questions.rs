@@ -73,7 +73,7 @@ fn presets_are_fine() {
 }
 
 #[test]
-#[ignore = "grows the plants of every preset"]
+#[ignore = "grows the plants of every preset: .ci/full runs it"]
 fn all_presets_are_fine() {
     are_fine(&PRESETS);
 }
