@@ -331,12 +331,7 @@ impl AreaDensityGrid {
             let weight = cosine.abs() * if direction.z > 0.0 { 1.0 } else { FROM_BELOW };
             let start = at + if cosine > 0.0 { off } else { -off };
             let step = direction * self.cell_m;
-            let mut depth = 0.0;
-            let mut p = start + 0.5 * step;
-            for _ in 0..steps {
-                depth += self.cell(p).map_or(0.0, |cell| self.depths[cell]);
-                p += step;
-            }
+            let depth = self.depth(start + 0.5 * step, step, steps);
             all += weight;
             sum += if depth > 0.0 {
                 weight * libm::expf(-depth)
@@ -345,6 +340,23 @@ impl AreaDensityGrid {
             };
         }
         if all > 0.0 { sum / all } else { 1.0 }
+    }
+
+    /// The optical depth along `steps` steps. Steps in one direction that have left the grid never
+    /// come back to it.
+    #[inline]
+    fn depth(&self, mut at: Vec3, step: Vec3, steps: u32) -> f32 {
+        let (mut depth, mut has_entered) = (0.0, false);
+        for _ in 0..steps {
+            if let Some(cell) = self.cell(at) {
+                depth += self.depths[cell];
+                has_entered = true;
+            } else if has_entered {
+                break;
+            }
+            at += step;
+        }
+        depth
     }
 }
 
@@ -408,6 +420,37 @@ mod tests {
         (0..50)
             .map(|k| card(middle(k), 14.0 * u, 14.0 * v))
             .collect()
+    }
+
+    #[test]
+    fn a_depth_is_that_of_all_steps() {
+        let mut rng = Key::world(5).rng();
+        let mut number = |most: f64| rng.range_f64(-most, most) as f32;
+        let mut grid = AreaDensityGrid {
+            low: super::number(Vec3::new(-0.4, -0.2, 0.0), 0.1),
+            cell_m: 0.1,
+            cells: UVec3::new(9, 5, 12),
+            depths: Vec::new(),
+        };
+        grid.depths.resize_with(9 * 5 * 12, || number(1.0).abs());
+        let (mut crossing, mut missing) = (0, 0);
+        for k in 0..4000 {
+            let at = Vec3::new(number(0.8), number(0.6), number(0.8) + 0.6);
+            let mut way = Vec3::new(number(1.0), number(1.0), number(1.0));
+            if k % 4 < 3 {
+                way[k % 4] = 0.0;
+            }
+            let step = way.normalize_or(Vec3::Z) * grid.cell_m;
+            let (mut all, mut p) = (0.0_f32, at);
+            for _ in 0..60 {
+                all += grid.cell(p).map_or(0.0, |cell| grid.depths[cell]);
+                p += step;
+            }
+            assert_eq!(grid.depth(at, step, 60).to_bits(), all.to_bits());
+            crossing += usize::from(all > 0.0);
+            missing += usize::from(all == 0.0);
+        }
+        assert!(crossing > 500 && missing > 500, "{crossing} {missing}");
     }
 
     #[test]
