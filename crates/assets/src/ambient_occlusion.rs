@@ -342,8 +342,8 @@ impl AreaDensityGrid {
         if all > 0.0 { sum / all } else { 1.0 }
     }
 
-    /// The optical depth along `steps` steps. Steps in one direction that have left the grid never
-    /// come back to it.
+    /// The optical depth along `steps` steps. It stops where they leave the grid, a box, to which
+    /// steps in one direction never come back.
     #[inline]
     fn depth(&self, mut at: Vec3, step: Vec3, steps: u32) -> f32 {
         let (mut depth, mut has_entered) = (0.0, false);
@@ -424,11 +424,12 @@ mod tests {
 
     #[test]
     fn a_depth_is_that_of_all_steps() {
+        let low = number(Vec3::new(-0.4, -0.2, 0.0), NEAR.cell_m);
         let mut rng = Key::world(5).rng();
         let mut number = |most: f64| rng.range_f64(-most, most) as f32;
         let mut grid = AreaDensityGrid {
-            low: super::number(Vec3::new(-0.4, -0.2, 0.0), 0.1),
-            cell_m: 0.1,
+            low,
+            cell_m: NEAR.cell_m,
             cells: UVec3::new(9, 5, 12),
             depths: Vec::new(),
         };
