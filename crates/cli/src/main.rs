@@ -2,10 +2,12 @@
 
 use std::process::ExitCode;
 
-/// Chunks are made by one thread and dropped by another, for hours. The C library's heap grows
-/// under that pattern; this one does not.
+/// All threads allocate while a forest grows, and chunks are made by one thread and dropped by
+/// another, for hours. The C library's heap grows by that; this one does not, and its threads
+/// do not wait for each other.
+#[cfg(unix)]
 #[global_allocator]
-static ALLOCATOR: dlmalloc::GlobalDlmalloc = dlmalloc::GlobalDlmalloc;
+static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 
 fn main() -> ExitCode {
     ExitCode::from(nemoral_cli::run(std::env::args_os(), None))
