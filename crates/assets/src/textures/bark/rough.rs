@@ -3,49 +3,45 @@
 use glam::{IVec2, Vec2, Vec3};
 
 use super::{HEIGHT, WIDTH, with_lichen};
-use crate::textures::noise::{fbm, gradient, ridged, smoothstep, unit, warp, worley};
+use crate::textures::noise::{fbm, gradient, ridged, scramble, smoothstep, unit, warp, worley};
 use crate::textures::tile::{Texel, Tile};
 
-/// Maritime pine: long plates of flaking layers between dark, deep fissures.
+/// Maritime pine: long plates of flakes on flakes between dark, deep fissures.
 pub(super) fn plates(seed: u32) -> Tile {
     let mut tile = Tile::bake(WIDTH, HEIGHT, |p| {
-        let q = warp(p, IVec2::new(5, 6), Vec2::new(0.045, 0.04), seed);
-        // Torn edges: the fine warp is as wide as a fissure.
-        let q = warp(q, IVec2::new(40, 52), Vec2::new(0.007, 0.007), seed ^ 0x11);
-        let plates = worley(q, IVec2::new(12, 9), 1.0, seed ^ 0x22);
-        // Fissures close here and there, so that plates run together.
-        let open = 0.085 + 0.12 * gradient(p, IVec2::new(8, 10), seed ^ 0x33);
-        let plate = if open > 0.0 {
-            smoothstep(0.15 * open, open, plates.border())
-        } else {
-            1.0
-        };
-        // Long flakes peel off in steps; each step shows an edge.
-        let flakes =
-            0.75 * fbm(q, IVec2::new(11, 12), 3, 0.5, seed ^ 0x55) + 0.55 * plates.border();
-        let layers = 6.0 * flakes;
-        let layer = layers.floor();
-        let step = layers - layer;
-        let lift = smoothstep(0.0, 0.22, step);
+        let q = warp(p, IVec2::new(6, 5), Vec2::new(0.030, 0.05), seed);
+        let q = warp(q, IVec2::new(36, 24), Vec2::new(0.007, 0.008), seed ^ 0x11);
+        // Fissures along the stem part long plates; finer ones across part these.
+        let long = worley(q, IVec2::new(14, 5), 1.0, seed ^ 0x22);
+        let short = worley(q, IVec2::new(18, 19), 1.0, seed ^ 0x23);
+        let shallow = 0.16 + 0.22 * gradient(p, IVec2::new(9, 8), seed ^ 0x33);
+        // Flakes lie on flakes: towards a fissure there are fewer of them, in torn steps.
+        let torn = fbm(q, IVec2::new(24, 14), 4, 0.62, seed ^ 0x55);
+        let from_edge = (long.border() / 0.30).min(short.border() / 0.22 + 1.2 * shallow.max(0.0));
+        let stack = 4.8 * smoothstep(0.0, 1.0, from_edge + 0.18 * torn) + 1.4 * torn;
+        let layer = stack.floor().max(0.0);
+        let step = (stack - layer).clamp(0.0, 1.0);
+        let lift = smoothstep(0.0, 0.25, step);
         let mottle = fbm(p, IVec2::new(9, 12), 4, 0.6, seed ^ 0x44);
-        let grain = fbm(p, IVec2::new(120, 90), 2, 0.6, seed ^ 0x66);
-        let height = plate * (0.70 + 0.05 * layer + 0.05 * lift) + 0.03 * grain;
-        // Layers differ in how long they have seen the weather.
-        let age = unit(plates.id ^ (layer as i32 as u32).wrapping_mul(0x9E37_79B1));
-        let tone =
-            (0.30 + 0.75 * (age - 0.5) + 0.25 * unit(plates.id) + 0.55 * mottle).clamp(0.0, 1.0);
-        let weathered = Vec3::new(0.146, 0.122, 0.102);
-        let fresh = Vec3::new(0.158, 0.092, 0.058);
-        let mut top = fresh.lerp(weathered, tone);
-        top *= (0.72 + 0.28 * lift) * (1.0 + 0.20 * mottle + 0.22 * grain);
+        let grain = fbm(p, IVec2::new(130, 80), 2, 0.6, seed ^ 0x66);
+        let height = 0.17 * (layer + lift) + 0.04 * grain;
+        // Each flake has seen the weather for another time: red when fresh, then grey.
+        let age = unit(scramble(long.id ^ (layer as u32).wrapping_mul(0x9E37_79B1)));
+        let outer = (0.22 * (layer - 1.0) + 0.9 * (age - 0.5) + 0.8 * mottle).clamp(0.0, 1.0);
+        let fissure = Vec3::new(0.040, 0.025, 0.019);
+        let inner = Vec3::new(0.150, 0.084, 0.054);
+        let weathered = Vec3::new(0.140, 0.112, 0.094);
+        let mut top = inner.lerp(weathered, outer);
+        top = fissure.lerp(top, smoothstep(-0.1, 1.9, stack));
+        top *= (0.58 + 0.42 * lift) * (1.0 + 0.25 * mottle + 0.28 * grain);
+        top *= 0.9 + 0.2 * unit(long.id);
         let top = with_lichen(p, top, 0.03, seed ^ 0x77);
-        let fissure = Vec3::new(0.034, 0.025, 0.020) * (1.0 + 0.4 * grain);
         Texel {
-            albedo: fissure.lerp(top, plate),
+            albedo: top,
             height,
         }
     });
-    tile.darken_hollows(10, 0.6, 1.1);
+    tile.darken_hollows(9, 0.5, 0.8);
     tile
 }
 
