@@ -52,7 +52,8 @@ pub struct AssetParams {
     /// The surfaces that trails have, each once, in any order. The others have the textures of the
     /// first one of these; there are none without one.
     pub trail_surfaces: Vec<TrailSurfaceKind>,
-    /// Whether roots across trails and beds of stones beside them are made.
+    /// Whether roots across trails, beds of stones beside them, and what sticks out of their banks
+    /// are made.
     pub wayside: bool,
     /// Whether each of the stand's living trees is also grown as it would be at the wood's edge:
     /// with a crown that reaches down on the side of +x. These follow the stand's trees in
@@ -171,6 +172,9 @@ pub struct Library {
     pub trail_roots: Vec<PlantAsset>,
     /// Beds of stones for ditches and edges, a metre wide; none if they were not asked for.
     pub stone_beds: Vec<PlantAsset>,
+    /// What sticks out of slopes that trails have cut, downhill along x: the first half without
+    /// roots, the second with them; none if they were not asked for.
+    pub banks: Vec<PlantAsset>,
     /// What lies of dead trees; nothing if it was not asked for.
     pub deadwood: Deadwood,
     /// What climbs on trees; nothing if it was not asked for.
@@ -355,6 +359,7 @@ impl Library {
             } else {
                 Vec::new()
             },
+            banks: plants.banks(),
             communities: plants.communities(&params.communities),
             deadwood: (materials.deadwood.as_ref())
                 .map(|of| plants.deadwood(&params.species, of))

@@ -47,7 +47,7 @@ struct StoredLibrary<'a> {
     /// Trees, saplings and snags.
     trees: [Vec<StoredTree<'a>>; 3],
     /// The kinds of plants, in the order of [`Library`]'s fields.
-    plants: [Vec<StoredPlant<'a>>; 16],
+    plants: [Vec<StoredPlant<'a>>; 17],
     /// Logs, and stems of thrown trees.
     logs: [Vec<StoredLog<'a>>; 2],
     /// Ivy and moss of each tree, and of each snag.
@@ -161,6 +161,7 @@ impl Library {
                 &self.trail_stones,
                 &self.trail_roots,
                 &self.stone_beds,
+                &self.banks,
                 &self.deadwood.root_plates,
                 &self.deadwood.branches,
                 &self.deadwood.brash,
@@ -229,6 +230,7 @@ impl Library {
             trail_stones,
             trail_roots,
             stone_beds,
+            banks,
             root_plates,
             branches,
             brash,
@@ -290,6 +292,7 @@ impl Library {
             trail_stones: trail_stones?,
             trail_roots: trail_roots?,
             stone_beds: stone_beds?,
+            banks: banks?,
             climbers: Climbers {
                 trees: on_trees?,
                 snags: on_snags?,

@@ -228,6 +228,7 @@ impl ForestPlan {
         let undergrowth_geometry = plan.add(
             UndergrowthGeometryStage {
                 climbers: config.climbers.clone(),
+                banks: config.trails.banks,
                 chunk_size_m,
             },
             (

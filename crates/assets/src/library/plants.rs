@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use super::{PlantAsset, prototype, with_occlusion};
 use crate::ambient_occlusion::{MaskCoverage, OcclusionParams};
 use crate::materials::WorldMaterials;
+use crate::plant::bank::{BankMaterials, bank};
 use crate::plant::rock::{RockPlan, rock};
 use crate::plant::seedling::seedling;
 use crate::plant::shape::Shape;
@@ -29,6 +30,7 @@ const TRAIL_TUFTS: Domain = Domain::new("assets.trail_tufts");
 const TRAIL_STONES: Domain = Domain::new("assets.trail_stones");
 const TRAIL_ROOTS: Domain = Domain::new("assets.trail_roots");
 const STONE_BEDS: Domain = Domain::new("assets.stone_beds");
+const BANKS: Domain = Domain::new("assets.banks");
 
 const SHRUBS_PER_KIND: u32 = 4;
 const STUMP_COUNT: u32 = 9;
@@ -178,6 +180,22 @@ impl PlantGrower<'_> {
     pub(super) fn stone_beds(&self) -> Vec<PlantAsset> {
         self.collect(STONE_BEDS, 8, &|i, key| {
             self.patch("stone_bed", i, wayside::bed(self.materials.stone, key))
+        })
+    }
+
+    /// What sticks out of cut slopes, if its materials are there.
+    pub(super) fn banks(&self) -> Vec<PlantAsset> {
+        let (Some(soil), Some(root)) = (self.materials.bank_soil, self.materials.surface_root)
+        else {
+            return Vec::new();
+        };
+        let materials = BankMaterials {
+            stone: self.materials.stone,
+            soil,
+            root,
+        };
+        self.collect(BANKS, PATCHES, &|i, key| {
+            self.patch("bank", i, bank(i >= PATCHES / 2, &materials, key))
         })
     }
 

@@ -63,6 +63,8 @@ pub(crate) struct WorldMaterials {
     pub(crate) fallen_twig: MaterialId,
     /// Bark of roots across trails, if they were asked for.
     pub(crate) surface_root: Option<MaterialId>,
+    /// Lumps of the earth that trails are cut through, if roots across trails were asked for.
+    pub(crate) bank_soil: Option<MaterialId>,
     pub(crate) cone: MaterialId,
     /// The materials of what each species sheds; empty if that was not asked for.
     pub(crate) shed: Vec<ShedMaterials>,
@@ -157,6 +159,12 @@ impl WorldMaterials {
                 name: "surface_root".to_owned(),
                 semantic: Semantic::SurfaceRoot,
                 ..bark
+            }));
+            let soil = all.library.get(all.ground.cut_slope).clone();
+            all.bank_soil = Some(all.library.add(Material {
+                name: "bank.soil".to_owned(),
+                ground: false,
+                ..soil
             }));
         }
         if litter {
@@ -305,6 +313,7 @@ impl WorldMaterials {
             herb_stalk,
             fallen_twig,
             surface_root: None,
+            bank_soil: None,
             cone,
             shed: Vec::new(),
             fruit: None,

@@ -1,5 +1,6 @@
 //! Everything that stands or lies in a forest and is not a tree.
 
+pub(crate) mod bank;
 pub(crate) mod branch;
 pub(crate) mod climber;
 pub(crate) mod floor;

@@ -41,10 +41,12 @@ pub(crate) fn surfaces(t: &config::Trails) -> Vec<TrailSurfaceKind> {
     TrailSurfaceKind::ALL.into_iter().filter(has).collect()
 }
 
-/// Whether roots lie across any of a config's trails, or stones beside them.
+/// Whether roots lie across any of a config's trails, stones beside them, or either in their banks.
 pub(crate) fn has_wayside(t: &config::Trails) -> bool {
     let mut ways = trail_params(t).ways.into_iter();
-    t.enabled && ways.any(|(w, share)| share > 0.0 && w.roots_per_m + w.stone_beds > 0.0)
+    t.enabled
+        && (t.banks > 0.0
+            || ways.any(|(w, share)| share > 0.0 && w.roots_per_m + w.stone_beds > 0.0))
 }
 
 /// Share of skid trails that is covered with brash, where there are any.

@@ -19,6 +19,8 @@ use crate::{Error, InputFiles};
 #[derive(Clone, Debug)]
 pub struct UndergrowthGeometryStage {
     pub(crate) climbers: config::Climbers,
+    /// `trails.banks`.
+    pub(crate) banks: f64,
     pub(crate) chunk_size_m: f64,
 }
 
@@ -26,9 +28,11 @@ impl Encode for UndergrowthGeometryStage {
     fn encode(&self, encoder: &mut dyn Encoder) {
         let Self {
             climbers,
+            banks,
             chunk_size_m,
         } = self;
         encoder.field("climbers", climbers);
+        encoder.field("banks", banks);
         encoder.field("chunk_size_m", chunk_size_m);
     }
 }
@@ -45,7 +49,7 @@ impl Stage<Forest> for UndergrowthGeometryStage {
     );
     type Output = UndergrowthGeometry;
     const ID: &'static str = "chunk.undergrowth_geometry";
-    const VERSION: u32 = 7;
+    const VERSION: u32 = 8;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         InputFiles::default().encode(hasher, self);
@@ -62,9 +66,10 @@ impl Stage<Forest> for UndergrowthGeometryStage {
             patches: &patches,
             seedlings: &seedlings,
             dressing: &dressing,
+            banks: self.banks,
         };
         let place = (at, self.chunk_size_m);
-        let mut instances = plants.instances(place, world, &assets, &ground);
+        let mut instances = plants.instances(place, world, &assets, &ground)?;
         if !assets.climbers.is_empty() {
             let climbing = Climbing::new(&self.climbers, world)?;
             instances.extend(climbing.instances(place, &objects, &assets, &ground));

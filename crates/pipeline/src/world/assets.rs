@@ -56,6 +56,8 @@ pub struct WorldAssets {
     pub trail_stones: Vec<Arc<Blas>>,
     /// Of `library.trail_roots`.
     pub trail_roots: Vec<Arc<Blas>>,
+    /// Of `library.banks`.
+    pub banks: Vec<Arc<Blas>>,
     /// Of `library.stone_beds`.
     pub stone_beds: Vec<Arc<Blas>>,
     /// Of `library.deadwood.logs`, then of its `thrown` stems.
@@ -210,6 +212,7 @@ impl WorldAssets {
             trail_stones: plants(&library.trail_stones),
             trail_roots: plants(&library.trail_roots),
             stone_beds: plants(&library.stone_beds),
+            banks: plants(&library.banks),
             logs: build(logs(&library).map(|log| &log.prototype).collect()),
             root_plates: plants(&library.deadwood.root_plates),
             branches: plants(&library.deadwood.branches),

@@ -368,6 +368,12 @@ impl ChunkGround {
             .map_or(f64::INFINITY, |g| g.edge_m(world_m))
     }
 
+    /// [`trail_edge_m`](Self::trail_edge_m) and its gradient.
+    pub(crate) fn trail_edge(&self, world_m: DVec2) -> (f64, DVec2) {
+        let carved = self.carved.as_ref();
+        carved.map_or((f64::INFINITY, DVec2::ZERO), |g| g.edge(world_m))
+    }
+
     /// The part of a trail that a piece of the ground's mesh lies on, by its middle and its side of
     /// the break-lines.
     #[must_use]

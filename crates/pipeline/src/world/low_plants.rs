@@ -10,19 +10,24 @@ use nemoral_stand::{LOW_PLANT_VARIATION, LowPlant, PatchKind};
 use nemoral_trails::{DressingKind, TrailDressing};
 
 use super::assets::WorldAssets;
+use super::banks::banks;
 use super::flora::share_of_fall;
 use super::ground::ChunkGround;
 use super::patch::Patch;
 use super::stream_stones::StreamStones;
+use crate::Error;
 
 /// How far the variants of neighbouring tiles differ, as a share of all.
 const VARIANT_SPREAD: f64 = 0.16;
 
-/// The low plants of a chunk: undergrowth, seedlings, and grass on trails.
+/// The low plants of a chunk: undergrowth, seedlings, and grass on trails; what lies along trails
+/// and streams.
 pub(crate) struct LowPlants<'a> {
     pub(crate) patches: &'a [Patch],
     pub(crate) seedlings: &'a [CoverPoint],
     pub(crate) dressing: &'a [TrailDressing],
+    /// `trails.banks`.
+    pub(crate) banks: f64,
 }
 
 impl LowPlants<'_> {
@@ -33,7 +38,7 @@ impl LowPlants<'_> {
         world: Key,
         assets: &WorldAssets,
         ground: &ChunkGround,
-    ) -> Vec<(InstancePlace, Arc<Blas>)> {
+    ) -> Result<Vec<(InstancePlace, Arc<Blas>)>, Error> {
         let origin = at.origin_m(chunk_size_m);
         let mut instances = Vec::new();
         let mut plant = |shapes: &[Arc<Blas>], weights: Option<&[f64]>, plant: LowPlant| {
@@ -104,7 +109,13 @@ impl LowPlants<'_> {
         for stone in along.stones {
             plant(&assets.trail_stones, None, stone);
         }
-        instances
+        let (bare, rooty) = assets.banks.split_at(assets.banks.len() / 2);
+        for piece in banks((at, chunk_size_m), world, self.banks, ground)? {
+            let shapes = if piece.is_rooty { rooty } else { bare };
+            let placed = piece.place(shapes, origin);
+            instances.extend(placed.map(|(place, shape)| (place, Arc::clone(shape))));
+        }
+        Ok(instances)
     }
 }
 

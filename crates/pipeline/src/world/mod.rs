@@ -2,6 +2,7 @@
 
 pub mod assets;
 pub mod balance;
+pub(crate) mod banks;
 pub(crate) mod built_ways;
 pub mod cameras;
 pub mod chunk_geometry;

@@ -82,6 +82,9 @@ section! {
         /// Room for tufts of grass on a metre of each edge, of which about half grow; 0 for bare
         /// verges.
         verge_per_m: f64 = 6.0, Real(0.0, 20.0), "grassed verges, which get light and water";
+        /// Stones, lumps of earth and ends of roots in the slopes that trails cut, relative to the
+        /// usual; 0 for smooth slopes.
+        banks: f64 = 1.0, Real(0.0, 2.0), "our choice: a cut of some years";
         /// Most stones along a track, and in proportion along other ways, at most 120; 0 for none.
         rocks_max: u32 = 25, Whole(0, 500), "paper, IV-C";
     }
