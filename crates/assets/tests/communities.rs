@@ -57,8 +57,21 @@ fn roots_and_beds_of_stones_are_what_they_say() {
     }
     let restored = Library::from_bytes(&library.to_bytes()).expect("it can be read");
     assert_eq!(restored.trail_roots.len() + restored.stone_beds.len(), 24);
+    // Roots are in the second half of what sticks out of banks.
+    assert_eq!((library.banks.len(), restored.banks.len()), (16, 16));
+    for (i, asset) in library.banks.iter().enumerate() {
+        let triangles = &asset.prototype.mesh().triangles;
+        let has = |semantic| {
+            let is_of = |m| library.materials.get(m).semantic == semantic;
+            triangles.iter().any(|t| is_of(t.material))
+        };
+        assert!(has(Semantic::CutSlope));
+        assert_eq!(has(Semantic::SurfaceRoot), i >= 8);
+        assert!((0.02..0.25).contains(&asset.height_m), "{}", asset.height_m);
+    }
     // Nothing of them is made where it is not asked for.
     assert!(LIBRARY.trail_roots.is_empty() && LIBRARY.stone_beds.is_empty());
+    assert!(LIBRARY.banks.is_empty());
 }
 
 #[test]

@@ -1,4 +1,5 @@
 //! Litter in relief: how much of it lies where, that it lies on the ground, and that chunks agree.
+//! What sticks out of banks.
 #![allow(clippy::print_stdout, reason = "what was measured, for --nocapture")]
 
 use std::sync::{Arc, LazyLock};
@@ -8,7 +9,8 @@ use nemoral_pipeline::world::litter::LitterPatch;
 use nemoral_raycast::RayScene;
 use nemoral_realism::{World, config};
 use nemoral_scene::glam::{DVec2, Vec3};
-use nemoral_scene::{ChunkCoord, ObjectKind, Ray, RayCaster, Surface};
+use nemoral_scene::{ChunkCoord, Instance, ObjectKind, Ray, RayCaster, Surface};
+use nemoral_trails::TrailZone;
 
 /// A world of few plants.
 fn world(preset: &str, settings: &[&str]) -> World {
@@ -342,6 +344,50 @@ fn it_adds_few_instances() {
     println!("{with} instances in view with litter, {without} without");
     // Without it there are the patches of `undergrowth.litter`.
     assert!(with < without + 6_000, "{with} {without}");
+}
+
+/// Pieces of banks: the place, how well their z is the ground's normal, and the slope away from the
+/// trail.
+fn banks(world: &World, at: ChunkCoord) -> Vec<(DVec2, f64, f64)> {
+    let runner = world.runner(2);
+    let ground = runner.get(world.forest.ground, at).expect("a chunk");
+    let node = world.forest.undergrowth_geometry;
+    let geometry = runner.get(node, at).expect("a chunk");
+    let instances = geometry.0.iter().flat_map(|group| group.instances());
+    let of_banks = instances.filter(|(i, _)| i.prototype.name().starts_with("bank."));
+    let piece = |instance: &Instance| {
+        assert!(instance.object.is_none());
+        let p = at.origin_m(50.0) + instance.position_m.truncate().as_dvec2();
+        assert_eq!(ground.trail_zone(p, false), TrailZone::CutSlope, "{p}");
+        let sample = ground.sample(p);
+        let gap_m = f64::from(instance.position_m.z) - sample.height_m;
+        assert!(gap_m.abs() < 0.04, "{gap_m}");
+        let normal = (-sample.gradient).extend(1.0).normalize();
+        let z = instance.linear.z_axis.as_dvec3().normalize();
+        // Away from the trail, by differences.
+        let edge_m = |off: DVec2| ground.trail_edge_m(p + off) - ground.trail_edge_m(p - off);
+        let away = DVec2::new(edge_m(DVec2::X * 0.01), edge_m(DVec2::Y * 0.01));
+        (p, z.dot(normal), sample.gradient.dot(away.normalize()))
+    };
+    of_banks.map(|(instance, _)| piece(instance)).collect()
+}
+
+#[test]
+fn what_sticks_out_of_banks_is_in_cut_slopes() {
+    let (mut pieces, mut aligned) = (0, 0);
+    for at in chunks().take(2) {
+        for (p, alignment, rise) in banks(&BEECH, at) {
+            assert_eq!(ChunkCoord::containing(p, 50.0), at);
+            assert!(rise > 0.35, "{rise}");
+            pieces += 1;
+            aligned += usize::from(alignment > 0.95);
+        }
+    }
+    println!("{pieces} pieces, {aligned} of them within 18 degrees of the bank");
+    assert!(pieces > 40 && aligned * 10 > pieces * 9);
+    for preset in ["low", "medium", "high", "demo"] {
+        assert_eq!(config(preset, &[]).trails.banks, 0.0, "{preset}");
+    }
 }
 
 #[test]
