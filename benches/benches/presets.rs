@@ -1,5 +1,6 @@
 //! The cost of each preset: its assets grown and baked, and read from the cache's files; a new
-//! chunk; a scan and a draft picture of frame 0. Seconds and milliseconds are wall-clock time on
+//! chunk; a scan and a draft picture of frame 0; what is in view there: instances, and the memory of
+//! what rays are cast at, textures not counted. Seconds and milliseconds are wall-clock time on
 //! two threads, the best of three but for growing, which is done once.
 //!
 //! `cargo bench -p nemoral-benches --bench presets -- [PRESET]...`
@@ -12,6 +13,7 @@ use nemoral_benches::{Grown, settings};
 use nemoral_pipeline::ForestPlan;
 use nemoral_pipeline::config::Preset;
 use nemoral_pipeline::plan::{At, Cache, Runner, Store};
+use nemoral_raycast::RayScene;
 use nemoral_scene::ChunkCoord;
 
 /// Prefix of the nodes that belong to one chunk, all of which are computed anew.
@@ -26,9 +28,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         .filter(|w| !w.starts_with("--"))
         .collect();
     println!(
-        "| preset | assets, s | from the cache | a chunk, ms | scan of 50,000, ms | draft, s |"
+        "| preset | assets, s | from the cache | a chunk, ms | scan of 50,000, ms | draft, s | in \
+         view | MB |"
     );
-    println!("|---|---|---|---|---|---|");
+    println!("|---|---|---|---|---|---|---|---|");
     let all = Preset::ALL.iter().map(|p| p.name);
     let wanted = all.filter(|p| named.is_empty() || named.iter().any(|n| n == p));
     for preset in wanted {
@@ -83,10 +86,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             let images = grown.runner().get(forest.images, 0);
             images.expect("taken before");
         });
+        let groups = &grown.runner().get(forest.scene, 0)?.groups;
+        let in_view: usize = groups.iter().map(|(_, g)| g.instances().len()).sum();
+        let bytes = RayScene::new(groups.clone()).memory_bytes();
         println!(
-            "| `{preset}` | {grown_s:.1} | {cached_s:.2} | {:.0} | {:.1} | {draft_s:.2} |",
+            "| `{preset}` | {grown_s:.1} | {cached_s:.2} | {:.0} | {:.1} | {draft_s:.2} | {in_view} \
+             | {:.0} |",
             1e3 * chunk_s,
-            1e3 * scan_s
+            1e3 * scan_s,
+            bytes as f64 / 1e6
         );
     }
     Ok(())

@@ -1,5 +1,4 @@
 //! Trees at the edges of meadows: they are the wood's own, and their crowns face the open.
-#![allow(clippy::print_stdout, reason = "what was measured, for --nocapture")]
 
 use std::sync::Arc;
 

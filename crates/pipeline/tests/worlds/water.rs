@@ -1,6 +1,5 @@
 //! Water in a stand: nothing else stands or lies in it, it is inside of its banks, and chunks
 //! agree.
-#![allow(clippy::print_stdout, reason = "what was measured, for --nocapture")]
 
 use std::sync::LazyLock;
 

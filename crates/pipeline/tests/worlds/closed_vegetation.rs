@@ -1,6 +1,5 @@
 //! Swards and thickets: where they were asked for, as far as light allows, and off trails unless
 //! these are grassy.
-#![allow(clippy::print_stdout, reason = "what was measured, for --nocapture")]
 
 use nemoral_pipeline::world::patch::Patch;
 use nemoral_realism::World;

@@ -1,6 +1,5 @@
 //! Litter in relief: how much of it lies where, that it lies on the ground, and that chunks agree.
 //! What sticks out of banks.
-#![allow(clippy::print_stdout, reason = "what was measured, for --nocapture")]
 
 use std::sync::{Arc, LazyLock};
 

@@ -1,6 +1,5 @@
 //! Meadows and clearings, and what the lie of the ground does: trees end where the wood does, a
 //! mantle closes its edge, grass covers what is kept, moss is where it is wet.
-#![allow(clippy::print_stdout, reason = "what was measured, for --nocapture")]
 
 use nemoral_pipeline::world::ground::ChunkGround;
 use nemoral_placement::Site;

@@ -1,5 +1,4 @@
 //! Deadwood: as much as was asked for, of the stages that were asked for, lying on the ground.
-#![allow(clippy::print_stdout, reason = "what was measured, for --nocapture")]
 
 use std::sync::LazyLock;
 

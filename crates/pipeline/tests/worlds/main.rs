@@ -1,0 +1,11 @@
+//! Whole worlds: what stands, lies and grows in them, and where. They are in one program, as each
+//! keeps a processor busy for seconds but seldom two.
+#![allow(clippy::print_stdout, reason = "what was measured, for --nocapture")]
+
+mod closed_vegetation;
+mod deadwood;
+mod edge_trees;
+mod export;
+mod litter;
+mod meadows;
+mod water;
