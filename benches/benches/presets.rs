@@ -1,7 +1,7 @@
 //! The cost of each preset: its assets grown and baked, and read from the cache's files; a new
-//! chunk; a scan and a draft picture of frame 0; what is in view there: instances, and the memory of
-//! what rays are cast at, textures not counted. Seconds and milliseconds are wall-clock time on
-//! two threads, the best of three but for growing, which is done once.
+//! chunk; a scan and a draft picture of frame 0; the instances in view there, and the memory of
+//! what rays are cast at, textures not counted. Seconds and milliseconds are wall-clock time on two
+//! threads, the best of three but for growing, which is done once.
 //!
 //! `cargo bench -p nemoral-benches --bench presets -- [PRESET]...`
 #![allow(clippy::print_stdout, reason = "a report for its user")]
@@ -90,8 +90,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let in_view: usize = groups.iter().map(|(_, g)| g.instances().len()).sum();
         let bytes = RayScene::new(groups.clone()).memory_bytes();
         println!(
-            "| `{preset}` | {grown_s:.1} | {cached_s:.2} | {:.0} | {:.1} | {draft_s:.2} | {in_view} \
-             | {:.0} |",
+            "| `{preset}` | {grown_s:.1} | {cached_s:.2} | {:.0} | {:.1} | {draft_s:.2} | \
+             {in_view} | {:.0} |",
             1e3 * chunk_s,
             1e3 * scan_s,
             bytes as f64 / 1e6

@@ -307,22 +307,27 @@ impl Frame {
 
 #[test]
 fn a_preset_is_the_same_for_both_renderers() {
-    presets(&["medium"]);
+    // A quarter of what is in view otherwise.
+    let near = [
+        "chunks.visible_radius_m=50",
+        "chunks.undergrowth_radius_m=50",
+    ];
+    presets(&["medium"], &near);
 }
 
 #[test]
 #[ignore = "takes long: for .ci/full"]
 fn the_three_presets_are_the_same_for_both_renderers() {
-    presets(&["low", "medium", "high"]);
+    presets(&["low", "medium", "high"], &[]);
 }
 
-fn presets(presets: &[&str]) {
+fn presets(presets: &[&str], settings: &[&str]) {
     let Some(gpu) = gpu("presets") else { return };
     let camera = camera(gpu, GpuParams::default());
     for preset in presets {
-        // The presets keep their range and resolution. A software renderer's time is that of
-        // vertices, not of pixels.
-        let frame = Frame::new(&World::new(preset, &[]), 0);
+        // The presets keep their resolution. A software renderer's time is that of vertices, not of
+        // pixels.
+        let frame = Frame::new(&World::new(preset, settings), 0);
         let drawn = camera
             .draw(&frame.scene(), &frame.view)
             .unwrap_or_else(|e| panic!("{e}"));
