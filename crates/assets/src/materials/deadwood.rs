@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::GroundMaterials;
 use super::optics;
 use super::solid::{SolidTextures, laser, solid};
-use crate::textures::bark;
+use crate::textures::{bark, mineral};
 use crate::tree::Species;
 
 /// What the logs of a species are made of.
@@ -23,6 +23,8 @@ pub(crate) struct LogMaterials {
     pub(crate) torn: [MaterialId; 5],
     /// What is left of branches.
     pub(crate) stub: MaterialId,
+    /// Bracket fungi.
+    pub(crate) fungus: MaterialId,
 }
 
 /// What root plates are made of.
@@ -51,6 +53,7 @@ pub(crate) struct DeadwoodMaterials {
 pub(super) struct DeadwoodTextures {
     /// Sides at the last three stages of decay.
     decayed: [Arc<Texture>; 3],
+    fungus: Arc<Texture>,
 }
 
 impl DeadwoodTextures {
@@ -65,6 +68,7 @@ impl DeadwoodTextures {
             .collect();
         Self {
             decayed: decayed.try_into().expect("three stages"),
+            fungus: Arc::new(mineral::fungus(key.item(20).to_u64() as u32).texture()),
         }
     }
 }
@@ -94,6 +98,7 @@ impl DeadwoodMaterials {
             log("log.rotten", rotten, 0.95, decayed_optics[2]),
         ];
         let weathered = log("log.weathered", &solids.dead, 0.9, optics::CUT_WOOD);
+        let fungus = log("log.fungus", &textures.fungus, 0.8, optics::CUT_WOOD);
         let mut logs = Vec::new();
         for (species, barks) in species.iter().zip(&solids.barks) {
             let look = &species.bark;
@@ -113,6 +118,7 @@ impl DeadwoodMaterials {
                 faces,
                 torn: [weathered, weathered, weathered, soft, rotten],
                 stub: weathered,
+                fungus,
             });
         }
         let albedo_of = |library: &MaterialLibrary, id| library.get(id).albedo.clone();

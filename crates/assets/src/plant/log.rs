@@ -4,8 +4,9 @@ use std::f32::consts::TAU;
 
 use glam::{IVec2, Vec2, Vec3};
 use nemoral_scene::{DecayStage, MaterialId};
-use nemoral_seed::{Draw, Key, Rng};
+use nemoral_seed::{Domain, Draw, Key, Rng};
 
+use super::fungus::bracket;
 use super::shape::Shape;
 use crate::materials::LogMaterials;
 use crate::textures::noise::{fbm, smoothstep};
@@ -14,6 +15,11 @@ use crate::textures::noise::{fbm, smoothstep};
 const FLATNESS: [f32; 5] = [1.0, 1.0, 0.94, 0.76, 0.52];
 /// How uneven its surface is, relative to its radius, by stage.
 const UNEVEN: [f32; 5] = [0.02, 0.03, 0.06, 0.13, 0.17];
+const FUNGI: Domain = Domain::new("assets.log.fungi");
+
+/// Groups of bracket fungi on a metre of a log at most, by stage: they feed on wood that is dead
+/// for some years and still sound enough to hold them.
+const FUNGI_PER_M: [f32; 5] = [0.0, 0.5, 1.0, 0.8, 0.0];
 /// Distance of two rings, metres.
 const RING_M: f32 = 0.34;
 
@@ -56,6 +62,7 @@ pub(crate) fn log(plan: &LogPlan, materials: &LogMaterials, key: Key) -> Shape {
         surface.end(at_tip, !cut, material, &mut shape);
     }
     stubs(plan, materials, &mut shape, &mut rng);
+    surface.fungi(materials.fungus, &mut shape, &mut key.domain(FUNGI).rng());
     shape
 }
 
@@ -152,6 +159,40 @@ impl<'a> Surface<'a> {
                 let (b, c, d) = (a + 1, a + columns, a + columns + 1);
                 shape.triangle([a, b, d], material);
                 shape.triangle([a, d, c], material);
+            }
+        }
+    }
+
+    /// Bracket fungi along the sides and upper flanks, in groups.
+    fn fungi(&self, material: MaterialId, shape: &mut Shape, rng: &mut impl Rng) {
+        let most = FUNGI_PER_M[self.plan.stage.index()] * self.plan.length_m;
+        let groups = (most * rng.unit_f32()).round() as u32;
+        for _ in 0..groups {
+            let is_left = rng.chance(0.5);
+            let middle = rng.range_f32(0.08, 0.92);
+            let largest_m = (0.5 * self.plan.radius_m[0]).clamp(0.03, 0.1);
+            for _ in 0..4 + rng.below(8) {
+                let t =
+                    (middle + rng.normal() as f32 * 0.22 / self.plan.length_m).clamp(0.03, 0.97);
+                // From a little below the widest place to the upper flank.
+                let u = rng.range_f32(0.22, 0.40);
+                let u = if is_left { 1.0 - u } else { u };
+                let at = self.point(u, t);
+                let level = (at - self.centre(t))
+                    .with_x(0.0)
+                    .with_z(0.0)
+                    .normalize_or(Vec3::Y);
+                let turn = Vec3::X * rng.range_f32(-0.3, 0.3);
+                let share = rng.unit_f32();
+                let radius_m = largest_m * (0.3 + 0.7 * share * share);
+                bracket(
+                    shape,
+                    at,
+                    (level + turn).normalize_or(level),
+                    radius_m,
+                    material,
+                    rng,
+                );
             }
         }
     }

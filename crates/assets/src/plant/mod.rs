@@ -4,6 +4,7 @@ pub(crate) mod bank;
 pub(crate) mod branch;
 pub(crate) mod climber;
 pub(crate) mod floor;
+pub(crate) mod fungus;
 pub(crate) mod log;
 pub(crate) mod rock;
 pub(crate) mod root_plate;

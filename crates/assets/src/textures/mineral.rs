@@ -1,4 +1,4 @@
-//! Rock, and the cut face of a stump.
+//! Rock, the cut face of a stump, and bracket fungi.
 
 use glam::{IVec2, Vec2, Vec3};
 
@@ -115,4 +115,20 @@ pub(crate) fn cut_wood(seed: u32, age: f32) -> Tile {
     });
     let mean = Vec3::new(0.40, 0.28, 0.165).lerp(Vec3::new(0.150, 0.132, 0.108), age);
     tile.with_luminance_of(mean)
+}
+
+/// A bracket fungus: zones from its foot (u = 0) to its pale rim (u = 1).
+pub(crate) fn fungus(seed: u32) -> Tile {
+    Tile::bake(64, 64, |p| {
+        let wavy = p.x + 0.03 * fbm(p, IVec2::splat(3), 2, 0.5, seed);
+        let zones = fbm(Vec2::new(wavy, 0.5), IVec2::new(7, 1), 3, 0.7, seed ^ 1);
+        let brown = Vec3::new(0.125, 0.078, 0.046);
+        let grey = Vec3::new(0.205, 0.172, 0.135);
+        let cream = Vec3::new(0.46, 0.39, 0.28);
+        let zone = brown.lerp(grey, smoothstep(-0.35, 0.35, zones));
+        Texel {
+            albedo: zone.lerp(cream, smoothstep(0.80, 0.95, wavy)),
+            height: 0.0,
+        }
+    })
 }

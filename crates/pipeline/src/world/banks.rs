@@ -1,7 +1,7 @@
 //! What sticks out of the slopes that trails cut: stones, lumps of earth, ends of roots.
 
 use nemoral_placement::{CoverVariety, GroundCover, GroundCoverParams};
-use nemoral_scene::glam::{DMat3, DVec2};
+use nemoral_scene::glam::{DMat3, DVec2, DVec3};
 use nemoral_scene::{ChunkCoord, InstancePlace, ObjectId, Surface};
 use nemoral_seed::{Domain, Draw, Key};
 use nemoral_stand::{GroundPlane, LOW_PLANT_VARIATION};
@@ -54,8 +54,10 @@ impl BankPiece {
         let last = u32::try_from(shapes.len()).ok()?.checked_sub(1)?;
         let shape = shapes.get(rng.below(last + 1) as usize)?;
         let gradient = self.plane.gradient;
-        let normal = (-gradient).extend(1.0).normalize();
-        let down = (-gradient).extend(-gradient.length_squared()).normalize();
+        let normal = (-gradient).extend(1.0).normalize_or(DVec3::Z);
+        let down = (-gradient)
+            .extend(-gradient.length_squared())
+            .normalize_or(DVec3::X);
         let turn = DMat3::from_cols(down, normal.cross(down), normal);
         let at_m = (self.plane.middle_m - origin_m).extend(self.plane.height_m);
         let place = InstancePlace {

@@ -7,7 +7,7 @@ use nemoral_assets::LitterPatches;
 use nemoral_pipeline::world::litter::LitterPatch;
 use nemoral_raycast::RayScene;
 use nemoral_realism::{World, config};
-use nemoral_scene::glam::{DVec2, Vec3};
+use nemoral_scene::glam::{DVec2, DVec3, Vec3};
 use nemoral_scene::{ChunkCoord, Instance, ObjectKind, Ray, RayCaster, Surface};
 use nemoral_trails::TrailZone;
 
@@ -361,12 +361,16 @@ fn banks(world: &World, at: ChunkCoord) -> Vec<(DVec2, f64, f64)> {
         let sample = ground.sample(p);
         let gap_m = f64::from(instance.position_m.z) - sample.height_m;
         assert!(gap_m.abs() < 0.04, "{gap_m}");
-        let normal = (-sample.gradient).extend(1.0).normalize();
-        let z = instance.linear.z_axis.as_dvec3().normalize();
+        let normal = (-sample.gradient).extend(1.0).normalize_or(DVec3::Z);
+        let z = instance.linear.z_axis.as_dvec3().normalize_or(DVec3::Z);
         // Away from the trail, by differences.
         let edge_m = |off: DVec2| ground.trail_edge_m(p + off) - ground.trail_edge_m(p - off);
         let away = DVec2::new(edge_m(DVec2::X * 0.01), edge_m(DVec2::Y * 0.01));
-        (p, z.dot(normal), sample.gradient.dot(away.normalize()))
+        (
+            p,
+            z.dot(normal),
+            sample.gradient.dot(away.normalize_or(DVec2::X)),
+        )
     };
     of_banks.map(|(instance, _)| piece(instance)).collect()
 }
