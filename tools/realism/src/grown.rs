@@ -1,7 +1,7 @@
 //! Plants that are grown once for all tests.
 
 use std::io;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, LazyLock};
 
 use nemoral_pipeline::plan::Cache;
@@ -24,8 +24,12 @@ fn open() -> io::Result<Cache> {
         let build = folder.join("build");
         return Cache::open_for(folder, &build);
     }
-    // Programs are in target/debug/deps. Another build has another hash, and grows its own.
+    // Tests are in target/debug/deps, other programs in target/debug. Another build of a test has
+    // another hash, and grows its own.
     let program = std::env::current_exe()?;
-    let target = program.ancestors().nth(3).ok_or(io::ErrorKind::NotFound)?;
+    let mut folders = program.ancestors().skip(1);
+    let profile = folders.find(|folder| !folder.ends_with("deps"));
+    let target = profile.and_then(Path::parent);
+    let target = target.ok_or(io::ErrorKind::NotFound)?;
     Cache::open(target.join("tmp/grown"))
 }

@@ -474,6 +474,10 @@ fn why(measure: &str) -> &'static str {
             "crowns keep to their own width and leave the ground between them free; gaps and \
              trails count too"
         }
+        "off the curve" => {
+            "few shrubs beside open trails and thickets behind them: what is seen falls off late, \
+             and then faster than one exponential; the range is an assumption"
+        }
         "GCC" => "PROSPECT's pine needle alone has .45",
         "kurtosis of steps" => {
             "twigs and small leaves everywhere: few even surfaces; the range is an assumption"
