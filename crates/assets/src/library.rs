@@ -61,6 +61,10 @@ pub struct AssetParams {
     pub edge_trees: bool,
     /// What litter is made of what the trees shed; `None` for none.
     pub litter: Option<LitterParams>,
+    /// Whether bark, wood, stone and ground have textures. Without, each is of one grey, and
+    /// nothing else differs: shapes, masks of leaves, semantics and what lasers meet are the same.
+    /// Scans need no more, and much of the time to grow a library goes into textures.
+    pub textures: bool,
     /// Wood of at least this radius is a limb, thinner wood a branch; metres, 0.01..=0.2.
     pub trunk_radius_m: f64,
     /// How thick the trees of a stand are.
@@ -209,6 +213,7 @@ impl Default for AssetParams {
             wayside: false,
             edge_trees: false,
             litter: None,
+            textures: true,
             trunk_radius_m: 0.04,
             stand: StandParams::default(),
             measured: Vec::new(),
@@ -301,6 +306,7 @@ impl Library {
             seedlings: params.seedlings_per_species > 0,
             deadwood: params.deadwood,
             climbers: params.climbers.is_some(),
+            textures: params.textures,
         };
         let materials = WorldMaterials::bake(&species, wanted, key);
         let masks = MaskCoverage::of(&materials.library);

@@ -17,6 +17,7 @@ static LIBRARY: LazyLock<Library> = LazyLock::new(|| {
             amount: 1.0,
             height_m: 1.2,
         }),
+        textures: false,
         ..AssetParams::default()
     };
     Library::grow(&params, Key::world(11)).expect("valid")

@@ -19,6 +19,7 @@ fn params(edge_trees: bool) -> AssetParams {
             .collect(),
         individuals_per_species: INDIVIDUALS as u32,
         edge_trees,
+        textures: false,
         ..AssetParams::default()
     }
 }

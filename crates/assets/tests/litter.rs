@@ -22,6 +22,7 @@ fn params(names: &[&str]) -> AssetParams {
             wood: 1.0,
             stones: 1.0,
         }),
+        textures: false,
         ..AssetParams::default()
     }
 }

@@ -38,6 +38,7 @@ static LIBRARY: LazyLock<Library> = LazyLock::new(|| {
         stand,
         // The thinnest stems count as trunk too, so that the calipers find them.
         trunk_radius_m: 0.02,
+        textures: false,
         ..AssetParams::default()
     };
     Library::grow(&params, Key::world(11)).expect("the default grows")

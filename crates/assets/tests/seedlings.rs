@@ -23,6 +23,7 @@ fn grow(species: Vec<Species>, seedlings_per_species: u32) -> Library {
         species: species.into_iter().map(of).collect(),
         individuals_per_species: 1,
         seedlings_per_species,
+        textures: false,
         ..AssetParams::default()
     };
     Library::grow(&params, KEY).expect("valid")

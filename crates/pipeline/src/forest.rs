@@ -60,6 +60,8 @@ pub struct ForestPlan {
     pub library: Node<(), Library>,
     /// World: the library, prepared for ray casting.
     pub assets: Node<(), WorldAssets>,
+    /// World: the same with textures, which `assets` lacks where no camera looks at them.
+    pub textured_assets: Node<(), WorldAssets>,
     /// World: how objects are placed.
     pub placement: Node<(), Placement>,
     /// World: the robot's path.
@@ -146,8 +148,20 @@ impl ForestPlan {
         let ground_model = plan.add(GroundStage(GroundRecipe::new(config, inputs)), ());
         let recipe = Recipe::new(config, inputs);
         let models = ModelRecipe::new(config, inputs);
-        let library = plan.add(LibraryStage(recipe.clone()), ());
-        let assets = plan.add(AssetStage { recipe, models }, (library.global(),));
+        let mut add_assets = |recipe: Recipe| {
+            let library = plan.add(LibraryStage(recipe.clone()), ());
+            let models = models.clone();
+            (
+                library,
+                plan.add(AssetStage { recipe, models }, (library.global(),)),
+            )
+        };
+        let (library, assets) = add_assets(recipe.clone());
+        // Grown only when asked for, and the same node where there is a camera.
+        let textured_assets = match config.all_cameras().next() {
+            Some(_) => assets,
+            None => add_assets(recipe.textured()).1,
+        };
         let placement = plan.add(
             PlacementStage(PlacementRecipe::new(config)),
             (assets.global(), ground_model.global()),
@@ -358,6 +372,7 @@ impl ForestPlan {
             ground_model,
             library,
             assets,
+            textured_assets,
             placement,
             trajectory,
             cameras,

@@ -4,10 +4,10 @@ use std::cell::Cell;
 
 use nemoral_pipeline::config::{Layers, Sequences};
 use nemoral_pipeline::recording::scene::visible_chunks;
-use nemoral_pipeline::{Backend, Error, Observation, Recorder};
+use nemoral_pipeline::{Backend, Error, ExportArea, Observation, Recorder};
 use nemoral_realism::grown;
 use nemoral_scene::glam::{DQuat, DVec2, DVec3};
-use nemoral_scene::{RigidTransform, Twist};
+use nemoral_scene::{MaterialLibrary, RigidTransform, Twist};
 
 /// A recorder of a robot that holds still at stations, or drives.
 fn recorder(settings: &[&str]) -> Result<Recorder, Error> {
@@ -91,6 +91,31 @@ fn without_cameras_scans_are_the_same_and_less_light_is_computed() -> Result<(),
     // Undergrowth grows by the light, so near chunks have it in any case.
     let (lit, unlit) = (skies(&lit), skies(&unlit));
     assert!(unlit < lit, "{unlit} {lit}");
+    Ok(())
+}
+
+/// Lasers do not see textures, but who opens an export does.
+#[test]
+fn without_cameras_there_are_textures_in_exports_alone() -> Result<(), Error> {
+    let few = [
+        "frames=2",
+        "camera.enabled=false",
+        "assets.individuals=1",
+        "placement.trees=12",
+        "chunks.visible_radius_m=10",
+        "chunks.undergrowth_radius_m=0",
+    ];
+    let recorder = recorder(&few)?;
+    let textured = |materials: &MaterialLibrary| {
+        let textures = materials.materials().iter().filter(|m| m.mask.is_none());
+        textures.filter(|m| m.albedo.width() > 1).count()
+    };
+    let runner = recorder.runner();
+    let assets = runner.get(recorder.forest().assets, ())?;
+    assert_eq!(textured(&assets.library.materials), 0);
+    let exported = recorder.export_scene(ExportArea::Frame(1))?;
+    assert!(textured(&exported.materials) > 20);
+    assert!(!exported.instances.is_empty());
     Ok(())
 }
 

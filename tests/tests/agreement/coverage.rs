@@ -32,6 +32,7 @@ static LIBRARY: LazyLock<Library> = LazyLock::new(|| {
     let params = AssetParams {
         species: Species::all().into_iter().map(of).collect(),
         individuals_per_species: 1,
+        textures: false,
         ..AssetParams::default()
     };
     Library::grow(&params, Key::world(3)).expect("valid")

@@ -170,6 +170,7 @@ fn every_card_of_the_library_lets_through_what_its_mask_does_not_stop() {
     let params = AssetParams {
         species: Species::all().into_iter().map(of).collect(),
         individuals_per_species: 1,
+        textures: false,
         ..AssetParams::default()
     };
     let library = Library::grow(&params, Key::world(3)).expect("valid");

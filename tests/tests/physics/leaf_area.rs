@@ -122,6 +122,7 @@ fn check(seed: u64) {
     let params = AssetParams {
         individuals_per_species: 1,
         stand,
+        textures: false,
         ..AssetParams::default()
     };
     let library = Library::grow(&params, Key::world(seed)).expect("the default parameters");

@@ -31,7 +31,7 @@ struct Floor {
 }
 
 fn floor(preset: &str, settings: &[&str]) -> Floor {
-    let world = World::new(preset, &[&SETTINGS, settings].concat());
+    let world = World::without_cameras(preset, &[&SETTINGS, settings].concat());
     let runner = world.runner(2);
     let assets = runner.get(world.forest.assets, ()).expect("assets");
     let survey = Survey::of(&world, &runner, &assets, SIDE);

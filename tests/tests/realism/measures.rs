@@ -38,7 +38,7 @@ struct Stand {
 }
 
 fn stand(preset: &str, settings: &[&str]) -> Stand {
-    let world = World::new(preset, settings);
+    let world = World::without_cameras(preset, settings);
     let runner = world.runner(2);
     let assets = runner.get(world.forest.assets, ()).expect("assets");
     Stand {
@@ -227,7 +227,7 @@ fn copies_that_stand_alike_are_noticed() {
         "terrain.cell_m=1",
         "frames=1",
     ];
-    let world = World::new("beech", &settings);
+    let world = World::without_cameras("beech", &settings);
     let runner = world.runner(2);
     let assets = runner.get(world.forest.assets, ()).expect("assets");
     let survey = Survey::of(&world, &runner, &assets, SIDE);

@@ -39,7 +39,7 @@ static STANDS: LazyLock<Vec<Stand>> = LazyLock::new(|| {
     // Three plans share a store, and the library, which is the same, is grown once.
     let store = store();
     let stand = |(name, target): (&'static str, f64)| {
-        let config = config(name, &[]);
+        let config = config(name, &["camera.enabled=false"]);
         let forest = ForestPlan::new(&config).expect("a preset");
         let runner = Runner::new(forest.plan(), &store, 2);
         let square = (0..SIDE * SIDE).map(|i| ChunkCoord::new(i % SIDE - 5, i / SIDE - 5));

@@ -18,7 +18,7 @@ const CHUNK_M: f64 = 50.0;
 
 /// A mixed stand with many trails.
 static OAKS: LazyLock<World> =
-    LazyLock::new(|| World::new("oak-mixed", &[FEW, "trails.spawn_probability=0.1"]));
+    LazyLock::new(|| World::without_cameras("oak-mixed", &[FEW, "trails.spawn_probability=0.1"]));
 
 /// The chunks of a square with this side.
 fn square(side: i32) -> impl Iterator<Item = ChunkCoord> {
@@ -93,7 +93,7 @@ impl Strata {
 #[test]
 #[ignore = "half a minute: .ci/full runs it"]
 fn they_come_up_in_clusters_and_in_light() {
-    let world = World::new("spruce", &[FEW, "trails.enabled=false"]);
+    let world = World::without_cameras("spruce", &[FEW, "trails.enabled=false"]);
     let strata = Strata::of(&world, 6);
     println!("spruce, in shade and in light: {strata:?}");
     let asked = world.config.placement.regeneration.seedlings;
@@ -142,7 +142,7 @@ fn none_is_on_a_trail_and_none_is_in_a_row() {
 #[ignore = "half a minute: .ci/full runs it"]
 fn a_chunk_does_not_know_its_neighbours() {
     let at = ChunkCoord::new(1, -1);
-    let world = || World::new("beech", &[FEW]);
+    let world = || World::without_cameras("beech", &[FEW]);
     let (alone, among) = (world(), world());
     let first = places(&alone.runner(1), &alone, at);
     let runner = among.runner(2);
@@ -229,8 +229,8 @@ fn they_are_the_stands_own_and_stand_on_its_ground() {
 #[ignore = "a minute: .ci/full runs it"]
 fn other_plants_do_not_move_for_them_and_their_cards_are_few() {
     let at = ChunkCoord::new(0, 0);
-    let with = low(&World::new("medium", &[FEW]), at);
-    let without = World::new("medium", &[FEW, "placement.regeneration.seedlings=0"]);
+    let with = low(&World::without_cameras("medium", &[FEW]), at);
+    let without = World::without_cameras("medium", &[FEW, "placement.regeneration.seedlings=0"]);
     let library = without.runner(2).get(without.forest.library, ());
     let library = library.expect("a library");
     let mut materials = library.materials.materials().iter();

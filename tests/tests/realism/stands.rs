@@ -131,7 +131,7 @@ fn an_own_species_stands_in_the_forest() {
         "placement.regeneration.saplings=1".to_owned(),
     ]);
     let settings: Vec<&str> = settings.iter().map(String::as_str).collect();
-    let world = World::new("demo", &settings);
+    let world = World::without_cameras("demo", &settings);
     let all = trees(&world, &world.runner(2));
     assert!(all.len() > 200, "{} trees", all.len());
     for t in &all {

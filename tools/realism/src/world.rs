@@ -62,6 +62,16 @@ impl World {
         }
     }
 
+    /// The world of a preset overridden by settings, for who takes no picture: without cameras no
+    /// textures are made, which is much of the time that its plants take.
+    ///
+    /// # Panics
+    /// If the config is refused.
+    #[must_use]
+    pub fn without_cameras(preset: &str, settings: &[&str]) -> Self {
+        Self::new(preset, &[settings, &["camera.enabled=false"]].concat())
+    }
+
     /// A runner that computes this many nodes at once.
     #[must_use]
     pub fn runner(&self, threads: usize) -> Runner<'_> {

@@ -1,6 +1,6 @@
 //! One tree on its own.
 
-use nemoral_scene::{MaterialLibrary, ParamError, TrailSurfaceKind};
+use nemoral_scene::{MaterialLibrary, ParamError};
 use nemoral_seed::{Domain, Key};
 
 use super::{AssetParams, Grow, TreeAsset, TreeGrower};
@@ -42,8 +42,9 @@ impl SingleTree {
             seedlings: false,
             deadwood: false,
             climbers: false,
+            textures: true,
             communities: &[],
-            trail_surfaces: &TrailSurfaceKind::ALL,
+            trail_surfaces: &[],
             wayside: false,
             litter: false,
         };

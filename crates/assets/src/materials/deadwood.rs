@@ -6,9 +6,8 @@ use nemoral_scene::{DecayStage, MaterialId, MaterialLibrary, Semantic, Texture};
 use nemoral_seed::Key;
 use rayon::prelude::*;
 
-use super::GroundMaterials;
-use super::optics;
 use super::solid::{SolidTextures, laser, solid};
+use super::{GroundMaterials, Painter, optics};
 use crate::textures::{bark, mineral};
 use crate::tree::Species;
 
@@ -57,18 +56,18 @@ pub(super) struct DeadwoodTextures {
 }
 
 impl DeadwoodTextures {
-    pub(super) fn bake(key: Key) -> Self {
+    pub(super) fn bake(painter: &Painter, key: Key) -> Self {
         let stages = [DecayStage::Bare, DecayStage::Soft, DecayStage::Rotten];
         let decayed: Vec<Arc<Texture>> = stages
             .into_par_iter()
             .map(|stage| {
                 let seed = key.item(stage.index() as u64).to_u64() as u32;
-                Arc::new(bark::decayed(stage, seed).texture())
+                painter.paint(|| bark::decayed(stage, seed))
             })
             .collect();
         Self {
             decayed: decayed.try_into().expect("three stages"),
-            fungus: Arc::new(mineral::fungus(key.item(20).to_u64() as u32).texture()),
+            fungus: painter.paint(|| mineral::fungus(key.item(20).to_u64() as u32)),
         }
     }
 }

@@ -1,13 +1,14 @@
 //! The ground and the surfaces of trails.
 
+use std::cell::LazyCell;
 use std::sync::Arc;
 
 use nemoral_scene::{Material, MaterialId, MaterialLibrary, Semantic, Texture, TrailSurfaceKind};
 use nemoral_seed::Key;
 use rayon::prelude::*;
 
-use super::optics;
 use super::solid::solid;
+use super::{Painter, optics};
 use crate::textures::ground;
 use crate::textures::tile::Tile;
 use crate::textures::trail::{self, TRAIL_M};
@@ -46,10 +47,18 @@ pub struct TrailMaterials {
 
 /// Surface, rut and strip of each kind of trail. Those that are not wanted, which nothing shows,
 /// share the textures of one that is.
-pub(super) fn bake_trails(wanted: &[TrailSurfaceKind], key: Key) -> Vec<[Arc<Texture>; 3]> {
+pub(super) fn bake_trails(
+    painter: &Painter,
+    wanted: &[TrailSurfaceKind],
+    key: Key,
+) -> Vec<[Arc<Texture>; 3]> {
     let bake = |kind: TrailSurfaceKind| {
-        let tiles = trail::bake(kind, key.item(kind.index() as u64));
-        [&tiles.surface, &tiles.rut, &tiles.strip].map(|tile| Arc::new(tile.texture()))
+        let tiles = LazyCell::new(|| trail::bake(kind, key.item(kind.index() as u64)));
+        [
+            painter.paint(|| tiles.surface.clone()),
+            painter.paint(|| tiles.rut.clone()),
+            painter.paint(|| tiles.strip.clone()),
+        ]
     };
     let first = wanted.first().copied().unwrap_or(TrailSurfaceKind::ALL[0]);
     let is_baked = |kind: TrailSurfaceKind| kind == first || wanted.contains(&kind);
@@ -63,7 +72,7 @@ pub(super) fn bake_trails(wanted: &[TrailSurfaceKind], key: Key) -> Vec<[Arc<Tex
 }
 
 /// Leaf litter, needle litter, moss and soil, bare soil.
-pub(super) fn bake_floors(key: Key) -> Vec<Texture> {
+pub(super) fn bake_floors(painter: &Painter, key: Key) -> Vec<Arc<Texture>> {
     let recipes: [fn(Key) -> Tile; 4] = [
         ground::leaf_litter,
         ground::needle_litter,
@@ -73,13 +82,13 @@ pub(super) fn bake_floors(key: Key) -> Vec<Texture> {
     recipes
         .par_iter()
         .enumerate()
-        .map(|(i, recipe)| recipe(key.item(i as u64)).texture())
+        .map(|(i, recipe)| painter.paint(|| recipe(key.item(i as u64))))
         .collect()
 }
 
 pub(super) fn register_ground(
     library: &mut MaterialLibrary,
-    floors: Vec<Texture>,
+    floors: Vec<Arc<Texture>>,
     trails: Vec<[Arc<Texture>; 3]>,
 ) -> GroundMaterials {
     let mut add = |name: String, semantic, albedo, roughness, tile_m, optics| {
@@ -102,7 +111,7 @@ pub(super) fn register_ground(
             add(
                 name.to_owned(),
                 semantic,
-                Arc::new(texture),
+                texture,
                 0.92,
                 ground::FLOOR_M,
                 optics,

@@ -13,6 +13,7 @@ mod trees;
 
 use std::sync::Arc;
 
+use glam::Vec3;
 use nemoral_scene::{Material, TrailSurfaceKind};
 use nemoral_scene::{MaterialId, MaterialLibrary, PlantCommunity, Semantic, Texture};
 use nemoral_seed::{Domain, Key};
@@ -24,6 +25,7 @@ use self::ground::{bake_floors, bake_trails, register_ground};
 use self::solid::{SolidTextures, register_stump, solid};
 use self::trees::register_tree;
 use crate::cards::card_raster::CardImage;
+use crate::textures::tile::Tile;
 use crate::tree::{FoliageCard, Species, TreeMaterials};
 
 pub(crate) use self::climbers::ClimberMaterials;
@@ -36,6 +38,26 @@ pub(crate) use self::solid::StumpMaterials;
 
 const TEXTURES: Domain = Domain::new("assets.textures");
 const CARDS: Domain = Domain::new("assets.cards");
+
+/// Turns tiles into textures, or spares their making.
+#[derive(Clone, Debug)]
+struct Painter {
+    /// What every tile has if textures are not wanted.
+    plain: Option<Arc<Texture>>,
+}
+
+impl Painter {
+    fn new(textures: bool) -> Self {
+        let plain = (!textures).then(|| Arc::new(Texture::plain(Vec3::splat(0.2))));
+        Self { plain }
+    }
+
+    /// The texture of a tile, which is only made if textures are wanted.
+    fn paint(&self, tile: impl FnOnce() -> Tile) -> Arc<Texture> {
+        let plain = self.plain.clone();
+        plain.unwrap_or_else(|| Arc::new(tile().texture()))
+    }
+}
 
 /// The materials that plants are made of, with the library that holds them.
 #[derive(Clone, Debug)]
@@ -95,6 +117,8 @@ pub(crate) struct Wanted<'a> {
     pub(crate) trail_surfaces: &'a [TrailSurfaceKind],
     pub(crate) wayside: bool,
     pub(crate) litter: bool,
+    /// Whether bark, wood, stone and ground have textures.
+    pub(crate) textures: bool,
 }
 
 /// Images of seedlings, textures of deadwood, images of climbers and of closed vegetation.
@@ -117,17 +141,22 @@ impl WorldMaterials {
             trail_surfaces,
             wayside,
             litter,
+            textures: is_textured,
         } = wanted;
+        let painter = &Painter::new(is_textured);
         let textures = key.domain(TEXTURES);
         let cards = key.domain(CARDS);
         let (trails, (floors, (solids, (images, leaves)))) = rayon::join(
-            || bake_trails(trail_surfaces, textures.item(100)),
+            || bake_trails(painter, trail_surfaces, textures.item(100)),
             || {
                 rayon::join(
-                    || bake_floors(textures.item(200)),
+                    || bake_floors(painter, textures.item(200)),
                     || {
                         rayon::join(
-                            || SolidTextures::bake(species, deadwood, textures.item(300)),
+                            || {
+                                let key = textures.item(300);
+                                SolidTextures::bake(painter, species, deadwood, key)
+                            },
                             || {
                                 let kinds = KINDS.par_iter().map(|kind| kind.images(cards));
                                 let trees = species.par_iter().map(|s| {
@@ -146,7 +175,7 @@ impl WorldMaterials {
             .filter(|_| seedlings)
             .map(|s| seedling::images(&s.leaves, cards.domain(Domain::new(&s.name))))
             .collect();
-        let dead = deadwood.then(|| DeadwoodTextures::bake(textures.item(400)));
+        let dead = deadwood.then(|| DeadwoodTextures::bake(painter, textures.item(400)));
         let climbing = climbers.then(|| self::climbers::images(cards));
         let closed = self::communities::images(communities, cards);
         let rare = (young, dead, climbing, closed);
@@ -192,7 +221,7 @@ impl WorldMaterials {
 
     fn register(
         species: &[Species],
-        (trails, floors): (Vec<[Arc<Texture>; 3]>, Vec<Texture>),
+        (trails, floors): (Vec<[Arc<Texture>; 3]>, Vec<Arc<Texture>>),
         solids: SolidTextures,
         images: Vec<Vec<Vec<CardImage>>>,
         leaves: Vec<Vec<CardImage>>,

@@ -1,5 +1,6 @@
 //! Bark, wood and stone: textures without a mask, baked and registered as materials.
 
+use std::cell::LazyCell;
 use std::sync::Arc;
 
 use glam::Vec3;
@@ -7,8 +8,7 @@ use nemoral_scene::{LaserBand, Material, MaterialId, MaterialLibrary, Optics, Se
 use nemoral_seed::{Domain, Key};
 use rayon::prelude::*;
 
-use super::optics;
-use crate::textures::tile::Tile;
+use super::{Painter, optics};
 use crate::textures::{bark, mineral};
 use crate::tree::{BarkKind, Species, linear};
 
@@ -49,48 +49,47 @@ pub(super) struct BarkTextures {
 }
 
 impl BarkTextures {
-    fn bake(species: &Species, deadwood: bool, key: Key) -> Self {
+    fn bake(painter: &Painter, species: &Species, deadwood: bool, key: Key) -> Self {
         let seed = |item: u64| key.item(item).to_u64() as u32;
         let look = &species.bark;
-        let lower = bark::bake(&look.lower, seed(0));
-        let foot = bark::with_foot(&lower, look.moss as f32, seed(1));
-        let texture = |tile: &Tile| Arc::new(tile.texture());
-        let stem = texture(&lower);
+        let lower = LazyCell::new(|| bark::bake(&look.lower, seed(0)));
+        let stem = painter.paint(|| lower.clone());
+        let foot = painter.paint(|| bark::with_foot(&lower, look.moss as f32, seed(1)));
         let (change, upper) = look.upper.map_or_else(
             || (stem.clone(), stem.clone()),
             |layer| {
-                let upper = bark::bake(&layer, seed(2));
+                let upper = LazyCell::new(|| bark::bake(&layer, seed(2)));
                 // Paper thins out slowly; rough bark and cork end at an edge.
                 let soft = if layer.kind == BarkKind::Flakes {
                     0.26
                 } else {
                     0.06
                 };
-                let change = bark::between(&lower, &upper, soft, seed(3));
-                (texture(&change), texture(&upper))
+                let change = painter.paint(|| bark::between(&lower, &upper, soft, seed(3)));
+                (change, painter.paint(|| upper.clone()))
             },
         );
-        let branch = bark::twig(seed(4), linear(look.branch));
-        let loosening = deadwood.then(|| texture(&bark::loosening(&lower.halved(), seed(7))));
+        let loosening =
+            deadwood.then(|| painter.paint(|| bark::loosening(&lower.halved(), seed(7))));
         Self {
             loosening,
             lower: stem,
-            foot: texture(&foot),
+            foot,
             change,
             upper,
-            branch: texture(&branch),
+            branch: painter.paint(|| bark::twig(seed(4), linear(look.branch))),
             faces: [(5, 0.25), (6, 0.95)]
-                .map(|(item, age)| texture(&mineral::cut_wood(seed(item), age))),
+                .map(|(item, age)| painter.paint(|| mineral::cut_wood(seed(item), age))),
         }
     }
 }
 
 impl SolidTextures {
-    pub(super) fn bake(species: &[Species], deadwood: bool, key: Key) -> Self {
+    pub(super) fn bake(painter: &Painter, species: &[Species], deadwood: bool, key: Key) -> Self {
         let seed = |item: u64| key.item(item).to_u64() as u32;
         let barks = species
             .par_iter()
-            .map(|s| BarkTextures::bake(s, deadwood, key.domain(Domain::new(&s.name))))
+            .map(|s| BarkTextures::bake(painter, s, deadwood, key.domain(Domain::new(&s.name))))
             .collect();
         let twigs = [
             Vec3::new(0.098, 0.078, 0.058),
@@ -100,15 +99,14 @@ impl SolidTextures {
         let small: Vec<Arc<Texture>> = (0..7_u64)
             .into_par_iter()
             .map(|i| {
-                let tile = match i {
+                painter.paint(|| match i {
                     0..3 => bark::twig(seed(23 + i), twigs[i as usize]),
                     3 => bark::dead(seed(26)),
                     4 => mineral::stone(seed(27)),
                     5 => mineral::rock(seed(40)),
                     // A dead stem: the same wood, greyer, most of its bark lost.
                     _ => bark::dead(seed(41)).with_mean(Vec3::new(0.140, 0.126, 0.110)),
-                };
-                Arc::new(tile.texture())
+                })
             })
             .collect();
         let at = |i: usize| small[i].clone();

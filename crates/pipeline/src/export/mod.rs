@@ -99,7 +99,7 @@ impl Recorder {
         (name, origin_m, instances): (String, DVec3, Vec<Instance>),
     ) -> Result<ExportScene, Error> {
         let config = &self.sequence().config;
-        let assets = runner.get(self.forest().assets, ())?;
+        let assets = runner.get(self.forest().textured_assets, ())?;
         let mut present: Vec<_> = instances.iter().map(|instance| instance.object).collect();
         present.sort_unstable();
         let (mut objects, mut trees) = (Vec::new(), Vec::new());

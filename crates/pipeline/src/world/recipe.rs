@@ -28,6 +28,8 @@ pub(crate) struct Recipe {
     edge_trees: bool,
     /// The amounts of leaves, of wood and of stones in litter; `None` without litter.
     litter: Option<[f64; 3]>,
+    /// Whether anything is to be looked at.
+    textures: bool,
     /// Its materials do not change what is grown.
     water: bool,
     /// The trees of a stem map; their places do not matter here.
@@ -50,6 +52,7 @@ impl Encode for Recipe {
             wayside,
             edge_trees,
             litter,
+            textures,
             water: _,
             site,
             tree_models,
@@ -113,6 +116,9 @@ impl Encode for Recipe {
         }
         // Without litter, no leaves.
         encoder.field("litter", &litter.unwrap_or([0.0; 3]));
+        if !textures {
+            encoder.field("textures", textures);
+        }
         // Without climbers, no moss of any height.
         encoder.field("climbers", &climbers.unwrap_or([-1.0, 0.0]));
         encoder.field("stems", &site.stems.path);
@@ -171,10 +177,19 @@ impl Recipe {
                 let of = &config.litter;
                 of.is_any().then_some([of.leaves, of.wood, of.stones])
             },
+            textures: config.all_cameras().next().is_some(),
             water: config.water.is_any(),
             site: config.site.clone(),
             tree_models: config.tree_models(),
             inputs: inputs.clone(),
+        }
+    }
+
+    /// The same with textures, which a forest without cameras has not.
+    pub(crate) fn textured(self) -> Self {
+        Self {
+            textures: true,
+            ..self
         }
     }
 
@@ -274,6 +289,7 @@ impl Recipe {
             trail_surfaces: self.trail_surfaces.clone(),
             wayside: self.wayside,
             edge_trees: self.edge_trees,
+            textures: self.textures,
             trunk_radius_m: a.trunk_radius_m,
             stand: StandParams {
                 shape: a.dbh_shape,

@@ -9,7 +9,7 @@ use nemoral_stand::PatchKind;
 
 /// A world of few plants.
 fn world(preset: &str, settings: &[&str]) -> World {
-    World::new(
+    World::without_cameras(
         preset,
         &[
             &["assets.individuals=1", "trails.spawn_probability=0.1"],

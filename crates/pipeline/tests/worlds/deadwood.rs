@@ -14,7 +14,7 @@ const FEW: &str = "assets.individuals=1";
 /// An oak stand with trails in most chunks.
 static OAKS: LazyLock<World> = LazyLock::new(|| {
     let trails = ["trails.spawn_probability=0.1", FEW];
-    World::new("oak-mixed", &trails)
+    World::without_cameras("oak-mixed", &trails)
 });
 
 fn square(side: i32) -> impl Iterator<Item = ChunkCoord> {
@@ -95,7 +95,7 @@ fn volume_and_decay_are_as_asked() {
 fn twice_the_volume_is_twice_as_much_and_none_is_none() {
     let of = |volume: &str| {
         let volume = format!("deadwood.volume_m3_ha={volume}");
-        let world = World::new("spruce", &[FEW, &volume, "deadwood.thrown_per_ha=0"]);
+        let world = World::without_cameras("spruce", &[FEW, &volume, "deadwood.thrown_per_ha=0"]);
         let logs = records(&world, 6, ObjectKind::Log);
         logs.iter().map(|l| l.volume_m3).sum::<f64>() / per_hectare(6)
     };
@@ -103,7 +103,7 @@ fn twice_the_volume_is_twice_as_much_and_none_is_none() {
     println!("{some:.2} and {twice:.2} m3/ha");
     assert!((1.5..2.6).contains(&(twice / some)), "{some} {twice}");
     assert_eq!(of("0"), 0.0);
-    let demo = World::new("demo", &[]);
+    let demo = World::without_cameras("demo", &[]);
     assert!(records(&demo, 4, ObjectKind::Log).is_empty());
 }
 
@@ -173,7 +173,7 @@ fn logs_keep_clear_of_trails_and_trees() {
             }
         }
     });
-    let across = World::new(
+    let across = World::without_cameras(
         "oak-mixed",
         &[
             FEW,
@@ -221,7 +221,7 @@ fn a_thrown_tree_has_its_plate_and_its_pit() {
 #[test]
 fn the_order_of_chunks_does_not_matter() {
     let of = |chunks: &[ChunkCoord], threads: usize| {
-        let world = World::new("oak-mixed", &[FEW]);
+        let world = World::without_cameras("oak-mixed", &[FEW]);
         let runner = world.runner(threads);
         let mut texts: Vec<(ChunkCoord, String)> = Vec::new();
         for &at in chunks {

@@ -14,7 +14,7 @@ fn world(settings: &[&str]) -> World {
         "trails.spawn_probability=0",
         "placement.meadows.scale_m=90",
     ];
-    World::new("meadow-edge", &[&few, settings].concat())
+    World::without_cameras("meadow-edge", &[&few, settings].concat())
 }
 
 fn chunks() -> impl Iterator<Item = ChunkCoord> {
@@ -101,7 +101,7 @@ fn how_many_grew_there_changes_no_place() {
 
 #[test]
 fn woods_without_meadows_grow_none() {
-    let forest = World::new("oak-mixed", &["assets.individuals=1"]);
+    let forest = World::without_cameras("oak-mixed", &["assets.individuals=1"]);
     let trees = &assets(&forest).library.trees;
     assert_eq!(trees.len(), assets(&forest).shares.len());
 }

@@ -13,7 +13,7 @@ use nemoral_trails::TrailZone;
 
 /// A world of few plants.
 fn world(preset: &str, settings: &[&str]) -> World {
-    World::new(preset, &[&["assets.individuals=1"], settings].concat())
+    World::without_cameras(preset, &[&["assets.individuals=1"], settings].concat())
 }
 
 /// The litter of a chunk.

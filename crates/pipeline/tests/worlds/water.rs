@@ -17,7 +17,7 @@ static VALLEY: LazyLock<World> = LazyLock::new(|| {
         "water.puddles=1",
         "trails.spawn_probability=0.05",
     ];
-    World::new("stream-valley", &settings)
+    World::without_cameras("stream-valley", &settings)
 });
 
 fn chunks() -> impl Iterator<Item = ChunkCoord> {

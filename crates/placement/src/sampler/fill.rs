@@ -81,7 +81,7 @@ fn fill_window<K: SampleKey>(
         index: QuadTree::new(low, 2.0 * half),
         half,
     };
-    window.resolve_round(seeds(sizes, key, tile, half));
+    window.resolve_round(&seeds(sizes, key, tile, half));
     let mut active = 0;
     for _ in 0..rounds {
         // A thrower reaches as far as twice the sum of two hard cores. Nearer to the border of the
@@ -96,7 +96,7 @@ fn fill_window<K: SampleKey>(
         for thrower in newest {
             window.throw(&window.points[thrower], &mut darts);
         }
-        window.resolve_round(darts);
+        window.resolve_round(&darts);
     }
     if window.half < need {
         return None;
@@ -152,15 +152,20 @@ impl<K: SampleKey> ResolvedWindow<'_, K> {
 
     /// Resolves one round of darts, which are all those in the square of half edge `half` that
     /// overlap no earlier point. Shrinks `half` to the part without unknown darts.
-    fn resolve_round(&mut self, mut darts: Vec<SamplePoint<K>>) {
+    fn resolve_round(&mut self, darts: &[SamplePoint<K>]) {
+        let of_dart = |(i, dart): (usize, &SamplePoint<K>)| (dart.key.priority(), i);
+        let mut order: Vec<(u64, usize)> = darts.iter().enumerate().map(of_dart).collect();
         // Priorities are pseudo-random; the key itself breaks ties.
-        darts.sort_unstable_by_key(|dart| (dart.key.priority(), dart.key));
+        order.sort_unstable_by(|(a, i), (b, j)| {
+            (a.cmp(b)).then_with(|| darts[*i].key.cmp(&darts[*j].key))
+        });
         let first = self.points.len();
         // Darts that are points, and unknown ones: `certain` tells them apart.
         let mut index = QuadTree::new(DVec2::splat(0.5 - self.half), 2.0 * self.half);
         let mut certain = Vec::new();
         let mut half = self.half;
-        for point in darts {
+        for (_, dart) in order {
+            let point = darts[dart];
             let away = from_centre(point.p);
             let mut sure = away + point.core + self.sizes.max_core <= self.half;
             let verdict = index.search(point.p, point.core, &mut |i| {
