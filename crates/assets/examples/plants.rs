@@ -1,5 +1,5 @@
-//! Draws undergrowth, shrubs, stumps, rocks and trees on the forest floor, in sun and shadow:
-//! `plants FOLDER [SEED]`. One PNG for each list of the library, seen from 25° above the horizon.
+//! Draws undergrowth, shrubs, stumps, rocks, trees and what climbs them on the forest floor, in sun
+//! and shadow: `plants FOLDER [SEED]`. One PNG for each list of the library, seen from 25° above the horizon.
 
 #![allow(
     clippy::disallowed_methods,
@@ -10,7 +10,9 @@ use std::path::Path;
 use std::sync::Arc;
 
 use image::{Rgb, RgbImage};
-use nemoral_assets::{AssetParams, Library, PlantAsset, Species, StandSpecies};
+use nemoral_assets::{
+    AssetParams, ClimberParams, Library, PlantAsset, Species, StandSpecies, StemMoss,
+};
 use nemoral_scene::glam::{Mat3, Vec2, Vec3};
 use nemoral_scene::{MaterialLibrary, Prototype};
 use nemoral_seed::Key;
@@ -23,6 +25,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let params = AssetParams {
         individuals_per_species: 2,
         seedlings_per_species: 8,
+        climbers: Some(ClimberParams {
+            moss: StemMoss {
+                amount: 1.0,
+                height_m: 0.9,
+            },
+            lianas: true,
+            resin: true,
+        }),
         species: Species::all()
             .into_iter()
             .map(|species| StandSpecies {
@@ -48,13 +58,32 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         ("trail_stones", &library.trail_stones, 0.25, 6),
     ];
     for (i, (name, list, spacing_m, columns)) in lists.into_iter().enumerate() {
-        let things: Vec<_> = list.iter().map(|p| p.prototype.clone()).collect();
+        let things: Vec<_> = list.iter().map(|p| vec![p.prototype.clone()]).collect();
         let ground = floor[i % floor.len()];
         let picture = picture(&things, spacing_m, columns, ground, &library.materials);
         picture.save(folder.join(format!("{name}.png")))?;
     }
-    let trees: Vec<_> = library.trees.iter().map(|t| t.prototype.clone()).collect();
+    let trees: Vec<_> = library
+        .trees
+        .iter()
+        .map(|t| vec![t.prototype.clone()])
+        .collect();
     picture(&trees, 9.0, 6, floor[0], &library.materials).save(folder.join("trees.png"))?;
+    // Each species with ivy, with honeysuckle and resin, and with clematis.
+    let mut climbed = Vec::new();
+    for (tree, on) in library.trees.iter().zip(&library.climbers.trees).step_by(2) {
+        let high = on.ivy.last().into_iter();
+        let kinds = [
+            high.collect::<Vec<_>>(),
+            on.honeysuckle.iter().chain(&on.resin).collect(),
+        ];
+        for kind in kinds.into_iter().chain([on.clematis.iter().collect()]) {
+            let mut all = vec![tree.prototype.clone()];
+            all.extend(kind.into_iter().cloned());
+            climbed.push(all);
+        }
+    }
+    picture(&climbed, 7.0, 9, floor[0], &library.materials).save(folder.join("climbers.png"))?;
     Ok(())
 }
 
@@ -167,7 +196,7 @@ fn facets(things: &[(Arc<Prototype>, Vec3)]) -> Vec<Facet> {
 }
 
 fn picture(
-    things: &[Arc<Prototype>],
+    things: &[Vec<Arc<Prototype>>],
     spacing_m: f32,
     columns: usize,
     ground: nemoral_scene::MaterialId,
@@ -176,9 +205,9 @@ fn picture(
     let placed: Vec<_> = things
         .iter()
         .enumerate()
-        .map(|(i, thing)| {
+        .flat_map(|(i, thing)| {
             let at = Vec2::new((i % columns) as f32 + 0.5, (i / columns) as f32 + 0.5) * spacing_m;
-            (thing.clone(), at.extend(0.0))
+            thing.iter().map(move |part| (part.clone(), at.extend(0.0)))
         })
         .collect();
     let rows = things.len().div_ceil(columns) as f32;

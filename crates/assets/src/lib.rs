@@ -26,9 +26,9 @@ struct ReadmeDoctests;
 
 pub use ambient_occlusion::with_ambient_occlusion;
 pub use library::{
-    AssetParams, Climbers, CommunityTiles, Deadwood, Library, LitterParams, LitterPatches,
-    LogAsset, MeasuredTree, PlantAsset, SingleTree, StandParams, StandSpecies, StemMoss, TreeAsset,
-    TreeClimbers,
+    AssetParams, ClimberParams, Climbers, CommunityTiles, Deadwood, Library, LitterParams,
+    LitterPatches, LogAsset, MeasuredTree, PlantAsset, SingleTree, StandParams, StandSpecies,
+    StemMoss, TreeAsset, TreeClimbers,
 };
 pub use materials::{GroundMaterials, TrailMaterials};
 pub use nemoral_scene::ParamError;

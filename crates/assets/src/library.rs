@@ -13,7 +13,7 @@ use nemoral_scene::{MaterialLibrary, PlantCommunity, Prototype, TrailSurfaceKind
 use nemoral_seed::{Domain, Key};
 use rayon::prelude::*;
 
-pub use self::climbers::{Climbers, StemMoss, TreeClimbers};
+pub use self::climbers::{ClimberParams, Climbers, StemMoss, TreeClimbers};
 pub use self::communities::CommunityTiles;
 pub use self::deadwood::{Deadwood, LogAsset};
 pub use self::litter::{LitterParams, LitterPatches};
@@ -45,8 +45,8 @@ pub struct AssetParams {
     pub snags_per_species: u32,
     /// Whether logs, root plates, branches and brash are made.
     pub deadwood: bool,
-    /// Whether ivy and moss that grow on trees are made, and how the moss grows.
-    pub climbers: Option<StemMoss>,
+    /// What grows on trees; `None` for nothing.
+    pub climbers: Option<ClimberParams>,
     /// The communities of low plants of which tiles are made, each once, in any order.
     pub communities: Vec<PlantCommunity>,
     /// The surfaces that trails have, each once, in any order. The others have the textures of the
@@ -264,9 +264,9 @@ impl AssetParams {
         let n = f64::from(self.snags_per_species);
         ParamError::check_within("snags_per_species", n, 0.0, 64.0)?;
         ParamError::check_within("trunk_radius_m", self.trunk_radius_m, 0.01, 0.2)?;
-        if let Some(StemMoss { amount, height_m }) = self.climbers {
-            ParamError::check_within("climbers.amount", amount, 0.0, 3.0)?;
-            ParamError::check_within("climbers.height_m", height_m, 0.1, 10.0)?;
+        if let Some(ClimberParams { moss, .. }) = self.climbers {
+            ParamError::check_within("climbers.moss.amount", moss.amount, 0.0, 3.0)?;
+            ParamError::check_within("climbers.moss.height_m", moss.height_m, 0.1, 10.0)?;
         }
         let n = self.measured.len() as f64;
         ParamError::check_within("measured.len()", n, 0.0, 4096.0)?;
@@ -306,6 +306,8 @@ impl Library {
             seedlings: params.seedlings_per_species > 0,
             deadwood: params.deadwood,
             climbers: params.climbers.is_some(),
+            lianas: params.climbers.is_some_and(|of| of.lianas),
+            resin: params.climbers.is_some_and(|of| of.resin),
             textures: params.textures,
         };
         let materials = WorldMaterials::bake(&species, wanted, key);
@@ -337,7 +339,7 @@ impl Library {
         };
         let climbers = (materials.climbers.as_ref())
             .zip(params.climbers.as_ref())
-            .map(|(of, moss)| plants.climbers([&trees, &snags], moss, of))
+            .map(|(of, wanted)| plants.climbers([&trees, &snags], wanted, of))
             .unwrap_or_default();
         Ok(Self {
             climbers,

@@ -50,8 +50,8 @@ struct StoredLibrary<'a> {
     plants: [Vec<StoredPlant<'a>>; 17],
     /// Logs, and stems of thrown trees.
     logs: [Vec<StoredLog<'a>>; 2],
-    /// Ivy and moss of each tree, and of each snag.
-    climbers: [Vec<[Vec<StoredShape<'a>>; 2]>; 2],
+    /// What grows on each tree, and on each snag, in the order of [`TreeClimbers`]' fields.
+    climbers: [Vec<[Vec<StoredShape<'a>>; 5]>; 2],
     /// Wide and narrow patches of what each species sheds.
     shed: Vec<[Vec<StoredPlant<'a>>; 2]>,
     /// Wide and narrow tiles of each community.
@@ -238,13 +238,16 @@ impl Library {
         ] = plants;
         let [on_trees, on_snags] = stored.climbers.map(|trees| {
             let trees = trees.into_iter().map(|shapes| {
-                let [ivy, moss] = shapes.map(|shapes| {
+                let [ivy, moss, honeysuckle, clematis, resin] = shapes.map(|shapes| {
                     let shapes = shapes.into_iter().map(|s| s.restore(&materials));
                     shapes.collect::<Result<Vec<_>, _>>()
                 });
                 Ok(TreeClimbers {
                     ivy: ivy?,
                     moss: moss?,
+                    honeysuckle: honeysuckle?,
+                    clematis: clematis?,
+                    resin: resin?,
                 })
             });
             trees.collect::<Result<Vec<_>, DeserializeError>>()
@@ -412,9 +415,17 @@ impl<'a> StoredPlant<'a> {
     }
 }
 
-/// Ivy and moss of a tree.
-fn stored_climbers(tree: &TreeClimbers) -> [Vec<StoredShape<'_>>; 2] {
-    [&tree.ivy, &tree.moss].map(|shapes| shapes.iter().map(|s| StoredShape::of(s)).collect())
+/// What grows on a tree.
+fn stored_climbers(tree: &TreeClimbers) -> [Vec<StoredShape<'_>>; 5] {
+    let TreeClimbers {
+        ivy,
+        moss,
+        honeysuckle,
+        clematis,
+        resin,
+    } = tree;
+    let all = [ivy, moss, honeysuckle, clematis, resin];
+    all.map(|shapes| shapes.iter().map(|s| StoredShape::of(s)).collect())
 }
 
 impl<'a> StoredLog<'a> {
@@ -458,9 +469,13 @@ mod tests {
             seedlings_per_species: 1,
             snags_per_species: 1,
             deadwood: true,
-            climbers: Some(crate::StemMoss {
-                amount: 1.0,
-                height_m: 1.0,
+            climbers: Some(crate::ClimberParams {
+                lianas: true,
+                resin: true,
+                moss: crate::StemMoss {
+                    amount: 1.0,
+                    height_m: 1.0,
+                },
             }),
             ..AssetParams::default()
         };

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::sync::LazyLock;
 
 use glam::Vec3;
-use nemoral_assets::{AssetParams, Library, LogAsset, StemMoss};
+use nemoral_assets::{AssetParams, ClimberParams, Library, LogAsset, StemMoss};
 use nemoral_scene::{DecayStage, Prototype, Semantic};
 use nemoral_seed::Key;
 
@@ -13,9 +13,13 @@ static LIBRARY: LazyLock<Library> = LazyLock::new(|| {
         individuals_per_species: 2,
         snags_per_species: 1,
         deadwood: true,
-        climbers: Some(StemMoss {
-            amount: 1.0,
-            height_m: 1.2,
+        climbers: Some(ClimberParams {
+            moss: StemMoss {
+                amount: 1.0,
+                height_m: 1.2,
+            },
+            lianas: true,
+            resin: true,
         }),
         textures: false,
         ..AssetParams::default()

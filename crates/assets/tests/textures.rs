@@ -2,7 +2,9 @@
 
 use std::sync::{Arc, LazyLock};
 
-use nemoral_assets::{AssetParams, Library, LitterParams, Species, StandSpecies, StemMoss};
+use nemoral_assets::{
+    AssetParams, ClimberParams, Library, LitterParams, Species, StandSpecies, StemMoss,
+};
 use nemoral_scene::{Material, MaterialLibrary, TrailSurfaceKind};
 use nemoral_seed::Key;
 
@@ -18,9 +20,13 @@ fn grow(textures: bool) -> Library {
         snags_per_species: 1,
         seedlings_per_species: 1,
         deadwood: true,
-        climbers: Some(StemMoss {
-            amount: 1.0,
-            height_m: 1.0,
+        climbers: Some(ClimberParams {
+            moss: StemMoss {
+                amount: 1.0,
+                height_m: 1.0,
+            },
+            lianas: true,
+            resin: true,
         }),
         trail_surfaces: vec![TrailSurfaceKind::Grassy],
         wayside: true,

@@ -10,11 +10,16 @@ use super::plants::PlantGrower;
 use super::{PlantAsset, TreeAsset, prototype, with_occlusion};
 use crate::ambient_occlusion::OcclusionParams;
 use crate::materials::ClimberMaterials;
-use crate::plant::climber::{Bark, carpet, ivy, moss};
+use crate::plant::climber::{Bark, carpet, ivy, moss, resin};
+use crate::plant::liana::{clematis, honeysuckle};
 use crate::plant::shape::Shape;
+use crate::tree::LeafKind;
 
 const IVY: Domain = Domain::new("assets.ivy");
 const MOSS: Domain = Domain::new("assets.stem_moss");
+const HONEYSUCKLE: Domain = Domain::new("assets.honeysuckle");
+const CLEMATIS: Domain = Domain::new("assets.clematis");
+const RESIN: Domain = Domain::new("assets.resin");
 const CARPET: Domain = Domain::new("assets.ivy_carpet");
 
 /// How high the two ivies of a tree climb, as shares of the height of its crown's base.
@@ -23,13 +28,30 @@ const REACHES: [f64; 2] = [0.35, 1.05];
 const CARPETS: u32 = 6;
 
 /// What may grow on one tree; shapes are in the tree's own frame.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct TreeClimbers {
     /// Ivy that climbs a third of the stem, and ivy that climbs into the crown.
     pub ivy: Vec<Arc<Prototype>>,
     /// Moss on the foot of the stem, densest towards the tree's own azimuths 0, a quarter turn, a
     /// half turn and three quarters; nothing without moss.
     pub moss: Vec<Arc<Prototype>>,
+    /// Honeysuckle that winds up the stem: one shape, or none.
+    pub honeysuckle: Vec<Arc<Prototype>>,
+    /// Clematis that hangs from the crown: one shape, or none, as where the crown begins too high.
+    pub clematis: Vec<Arc<Prototype>>,
+    /// Runs of resin on the bark of a conifer: one shape, or none.
+    pub resin: Vec<Arc<Prototype>>,
+}
+
+/// What grows on trees besides ivy, which is always made.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ClimberParams {
+    /// How moss grows.
+    pub moss: StemMoss,
+    /// Whether clematis and honeysuckle are made.
+    pub lianas: bool,
+    /// Whether resin runs down the bark of conifers.
+    pub resin: bool,
 }
 
 /// What climbs.
@@ -56,13 +78,13 @@ impl PlantGrower<'_> {
     pub(super) fn climbers(
         &self,
         [trees, snags]: [&[TreeAsset]; 2],
-        growth: &StemMoss,
+        wanted: &ClimberParams,
         of: &ClimberMaterials,
     ) -> Climbers {
         let on = |trees: &[TreeAsset], part: u64| -> Vec<TreeClimbers> {
             let trees = trees.par_iter().enumerate();
             trees
-                .map(|(i, tree)| self.on_tree(tree, i as u32, part, growth, of))
+                .map(|(i, tree)| self.on_tree(tree, i as u32, part, &wanted.moss, of))
                 .collect()
         };
         Climbers {
@@ -116,7 +138,33 @@ impl PlantGrower<'_> {
         // All sides have moss, or none: the choice is by side.
         let moss: Vec<_> = moss.filter(|(_, shape)| !shape.cards.is_empty()).collect();
         let has_moss = moss.len() == 4;
+        let lianas = self.materials.lianas.as_ref();
+        let honeysuckle = lianas.map(|of| {
+            let top_m = (0.9 * tree.size.crown_base_m).clamp(1.5, 6.5) as f32;
+            let bark = Bark::of(&tree.prototype, library, top_m);
+            let mut rng = key(HONEYSUCKLE, 0).rng();
+            let shape = honeysuckle(&bark, top_m, of, &mut rng);
+            (format!("{name}.honeysuckle"), shape)
+        });
+        let clematis = lianas.map(|of| {
+            let mut rng = key(CLEMATIS, 0).rng();
+            let shape = clematis(&tree.prototype, tree.radius_m as f32, of, &mut rng);
+            (format!("{name}.clematis"), shape)
+        });
+        let runs = &self.materials.resin;
+        let resin = (tree.alive && self.is_conifer(tree) && !runs.is_empty()).then(|| {
+            let bark = Bark::of(&tree.prototype, library, 4.0);
+            let shape = resin(&bark, runs, &mut key(RESIN, 0).rng());
+            (format!("{name}.resin"), shape)
+        });
+        let some = |made: Option<(String, Shape)>| -> Vec<Arc<Prototype>> {
+            let made = made.filter(|(_, shape)| !shape.cards.is_empty());
+            made.map(finish).into_iter().collect()
+        };
         TreeClimbers {
+            honeysuckle: some(honeysuckle),
+            clematis: some(clematis),
+            resin: some(resin),
             ivy: (ivy.filter(|(_, shape)| !shape.cards.is_empty()))
                 .map(finish)
                 .collect(),
@@ -124,5 +172,10 @@ impl PlantGrower<'_> {
                 .map(finish)
                 .collect(),
         }
+    }
+    fn is_conifer(&self, tree: &TreeAsset) -> bool {
+        let species = self.species.iter().find(|s| s.name == tree.species);
+        species
+            .is_some_and(|s| matches!(s.leaves.kind, LeafKind::NeedleTuft | LeafKind::NeedleSpray))
     }
 }

@@ -42,6 +42,8 @@ impl SingleTree {
             seedlings: false,
             deadwood: false,
             climbers: false,
+            lianas: false,
+            resin: false,
             textures: true,
             communities: &[],
             trail_surfaces: &[],

@@ -5,6 +5,7 @@ mod communities;
 mod deadwood;
 mod foliage;
 mod ground;
+mod lianas;
 pub(crate) mod optics;
 mod seedling;
 mod shed;
@@ -32,6 +33,7 @@ pub(crate) use self::climbers::ClimberMaterials;
 pub(crate) use self::communities::{CommunityMaterials, Hue};
 pub(crate) use self::deadwood::{DeadwoodMaterials, LogMaterials, RootPlateMaterials};
 pub use self::ground::{GroundMaterials, TrailMaterials};
+pub(crate) use self::lianas::LianaMaterials;
 pub(crate) use self::seedling::SeedlingMaterials;
 pub(crate) use self::shed::ShedMaterials;
 pub(crate) use self::solid::StumpMaterials;
@@ -73,6 +75,10 @@ pub(crate) struct WorldMaterials {
     pub(crate) deadwood: Option<DeadwoodMaterials>,
     /// The materials of what grows on stems, if anything does.
     pub(crate) climbers: Option<ClimberMaterials>,
+    /// The materials of clematis and honeysuckle, if there are any.
+    pub(crate) lianas: Option<LianaMaterials>,
+    /// Runs of resin on bark; none if they were not asked for.
+    pub(crate) resin: Vec<FoliageCard>,
     /// The materials of closed vegetation.
     pub(crate) communities: CommunityMaterials,
     pub(crate) ground: GroundMaterials,
@@ -113,6 +119,8 @@ pub(crate) struct Wanted<'a> {
     pub(crate) seedlings: bool,
     pub(crate) deadwood: bool,
     pub(crate) climbers: bool,
+    pub(crate) lianas: bool,
+    pub(crate) resin: bool,
     pub(crate) communities: &'a [PlantCommunity],
     pub(crate) trail_surfaces: &'a [TrailSurfaceKind],
     pub(crate) wayside: bool,
@@ -137,6 +145,8 @@ impl WorldMaterials {
             seedlings,
             deadwood,
             climbers,
+            lianas,
+            resin,
             communities,
             trail_surfaces,
             wayside,
@@ -198,6 +208,13 @@ impl WorldMaterials {
         }
         if litter {
             all.shed(species, cards);
+        }
+        if lianas {
+            let (images, wood) = (self::lianas::liana_images(cards), all.shrub_wood);
+            all.lianas = Some(LianaMaterials::register(&mut all.library, images, wood));
+        }
+        if resin {
+            all.resin = self::lianas::resin(&mut all.library, cards);
         }
         all
     }
@@ -329,6 +346,8 @@ impl WorldMaterials {
             library,
             deadwood,
             climbers,
+            lianas: None,
+            resin: Vec::new(),
             communities,
             trees,
             stumps,

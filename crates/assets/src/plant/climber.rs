@@ -1,4 +1,4 @@
-//! Ivy and moss on the bark of a tree.
+//! Ivy, moss and resin on the bark of a tree.
 
 use std::f32::consts::TAU;
 
@@ -50,6 +50,30 @@ impl Bark {
         Self { corners, areas }
     }
 
+    /// The outline at a height; `None` where there is no bark.
+    pub(crate) fn section(&self, z: f32) -> Option<Section> {
+        let mut chords = Vec::new();
+        let (mut centre, mut length) = (Vec2::ZERO, 0.0);
+        for corners in &self.corners {
+            let cut = |i: usize| {
+                let (a, b) = (corners[i], corners[(i + 1) % 3]);
+                let between = (a.z <= z) != (b.z <= z);
+                between.then(|| a.lerp(b, (z - a.z) / (b.z - a.z)).truncate())
+            };
+            let mut ends = (0..3).filter_map(cut);
+            if let (Some(a), Some(b)) = (ends.next(), ends.next()) {
+                let chord = a.distance(b);
+                centre += chord * a.midpoint(b);
+                length += chord;
+                chords.push([a, b]);
+            }
+        }
+        (length > 0.0).then(|| Section {
+            centre: centre / length,
+            chords,
+        })
+    }
+
     fn area_m2(&self) -> f32 {
         self.areas.last().copied().unwrap_or(0.0)
     }
@@ -66,6 +90,51 @@ impl Bark {
         let out = (b - a).cross(c - a).normalize_or(Vec3::X);
         Some((a + (b - a) * u + (c - a) * v, out))
     }
+}
+
+/// The outline of bark at a height.
+#[derive(Debug)]
+pub(crate) struct Section {
+    centre: Vec2,
+    chords: Vec<[Vec2; 2]>,
+}
+
+impl Section {
+    /// Where its outermost part is in a direction from its centre, by the angle from +x.
+    pub(crate) fn surface(&self, angle: f32) -> Option<Vec2> {
+        let way = around(angle).truncate();
+        let away = self.chords.iter().filter_map(|[a, b]| {
+            let (chord, from) = (*b - *a, *a - self.centre);
+            let across = way.perp_dot(chord);
+            let along = from.perp_dot(way) / across;
+            ((0.0..=1.0).contains(&along)).then(|| from.perp_dot(chord) / across)
+        });
+        let farthest = away.fold(0.0, f32::max);
+        (farthest > 0.0).then(|| self.centre + way * farthest)
+    }
+}
+
+/// Runs of resin from wounds of the bark, 0.3 to 4 m up.
+pub(crate) fn resin(bark: &Bark, runs: &[FoliageCard], rng: &mut impl Rng) -> Shape {
+    let mut shape = Shape::default();
+    for _ in 0..3 + rng.below(6) {
+        let Some((at, out)) = bark.draw(rng) else {
+            break;
+        };
+        if at.z < 0.3 || at.truncate().length() < 0.03 {
+            continue;
+        }
+        let down = (out * out.z - Vec3::Z).normalize_or(Vec3::NEG_Z);
+        let across = out.cross(down);
+        // A wound is often wider than one run.
+        for _ in 0..1 + rng.below(3) {
+            let image = runs[rng.below(runs.len() as u32) as usize];
+            let beside = across * rng.range_f32(-0.03, 0.03) + down * rng.range_f32(-0.04, 0.04);
+            let foot = at + beside + out * rng.range_f32(0.004, 0.008);
+            shape.card(&image, foot, down, across, rng.range_f32(0.6, 1.15));
+        }
+    }
+    shape
 }
 
 /// Ivy that climbs to `top_m`, dense below and in tongues above.

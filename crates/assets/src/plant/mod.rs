@@ -5,6 +5,7 @@ pub(crate) mod branch;
 pub(crate) mod climber;
 pub(crate) mod floor;
 pub(crate) mod fungus;
+pub(crate) mod liana;
 pub(crate) mod log;
 pub(crate) mod rock;
 pub(crate) mod root_plate;

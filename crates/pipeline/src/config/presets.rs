@@ -1,6 +1,8 @@
 //! Named requests.
 
-use super::{Config, Deadwood, GroundEffects, Litter, Sward, Thickets, TrailKinds, Water, stands};
+use super::{
+    Climbers, Config, Deadwood, GroundEffects, Litter, Sward, Thickets, TrailKinds, Water, stands,
+};
 
 /// A named request.
 #[derive(Clone, Copy, Debug)]
@@ -142,6 +144,11 @@ fn paper(config: &mut Config, trees: f64) {
     config.water = Water::none();
     config.undergrowth.ground = GroundEffects::none();
     config.litter = Litter::none();
+    config.climbers = Climbers {
+        ivy: config.climbers.ivy,
+        moss: config.climbers.moss,
+        ..Climbers::none()
+    };
     one_kind_of_way(config);
 }
 
@@ -163,7 +170,7 @@ fn demo(config: &mut Config) {
         branches: 0.0,
         ..Deadwood::default()
     };
-    (config.climbers.ivy, config.climbers.moss) = (0.0, 0.0);
+    config.climbers = Climbers::none();
     config.undergrowth.sward = Sward {
         cover: 0.0,
         ..Sward::default()

@@ -6,7 +6,8 @@
 //! of a hectare.
 
 use super::{
-    Assets, Config, Deadwood, Floor, Meadows, PathWander, RobotPath, Sward, Thickets, Water,
+    Assets, Climbers, Config, Deadwood, Floor, Meadows, PathWander, RobotPath, Sward, Thickets,
+    Water,
 };
 
 /// Removes all species, as each recipe names its own.
@@ -26,6 +27,19 @@ fn deadwood([volume_m3_ha, decay, thrown_per_ha, branches]: [f64; 4]) -> Deadwoo
         thrown_per_ha,
         branches,
         ..Deadwood::default()
+    }
+}
+
+/// The shares of trees with ivy, the density of moss, the shares of trees with honeysuckle and with
+/// clematis, and of conifers with resin.
+fn climbers([ivy, moss, honeysuckle, clematis, resin]: [f64; 5]) -> Climbers {
+    Climbers {
+        ivy,
+        moss,
+        honeysuckle,
+        clematis,
+        resin,
+        ..Climbers::default()
     }
 }
 
@@ -93,7 +107,7 @@ pub(super) fn maritime_pine(c: &mut Config) {
     c.trails.surface = "sand".to_owned();
     c.trails.rocks_max = 2;
     c.deadwood = deadwood([5.0, 2.5, 1.0, 4.0]);
-    (c.climbers.ivy, c.climbers.moss) = (0.01, 0.1);
+    c.climbers = climbers([0.01, 0.1, 0.03, 0.0, 0.3]);
 }
 
 /// Eucalyptus globulus in rows of 3 x 3 m, 1111/ha planted, of which 15 % died or were thinned. The
@@ -127,7 +141,7 @@ pub(super) fn eucalyptus_plantation(c: &mut Config) {
     c.trails.surface = "dry_earth".to_owned();
     c.trails.width_m = 3.2;
     c.deadwood = deadwood([4.0, 2.2, 0.5, 9.0]);
-    (c.climbers.ivy, c.climbers.moss) = (0.02, 0.15);
+    c.climbers = climbers([0.02, 0.15, 0.03, 0.0, 0.0]);
 }
 
 /// The main species has 60-80 %, with nearly all ages: a Weibull shape of 1.7 (1 to 1.5 is fully
@@ -162,7 +176,7 @@ pub(super) fn oak_mixed(c: &mut Config) {
     c.undergrowth.thickets = thickets([0.18, 0.12, 0.0, 0.06, 0.08]);
     c.trails.surface = "leaf_litter".to_owned();
     c.deadwood = deadwood([12.0, 3.0, 1.5, 4.0]);
-    (c.climbers.ivy, c.climbers.moss) = (0.18, 0.9);
+    c.climbers = climbers([0.18, 0.9, 0.12, 0.03, 0.1]);
 }
 
 /// Beech 200-600/ha, LAI 5-7. The cover of undergrowth is about exp(-LAI/2), so there is little but
@@ -199,7 +213,7 @@ pub(super) fn beech(c: &mut Config) {
     c.undergrowth.thickets = thickets([0.20, 0.08, 0.0, 0.04, 0.06]);
     c.trails.surface = "leaf_litter".to_owned();
     c.deadwood = deadwood([10.0, 2.8, 1.0, 5.0]);
-    (c.climbers.ivy, c.climbers.moss) = (0.05, 0.6);
+    c.climbers = climbers([0.05, 0.6, 0.02, 0.0, 0.0]);
 }
 
 /// Spruce 400-1200/ha, LAI 4-8; there are a quarter as many stumps (10-60 % in managed stands).
@@ -231,7 +245,7 @@ pub(super) fn spruce(c: &mut Config) {
     c.undergrowth.thickets = thickets([0.12, 0.06, 0.0, 0.32, 0.04]);
     c.trails.surface = "needles".to_owned();
     c.deadwood = deadwood([11.0, 2.8, 2.5, 6.0]);
-    (c.climbers.ivy, c.climbers.moss) = (0.01, 0.5);
+    c.climbers = climbers([0.01, 0.5, 0.0, 0.0, 0.2]);
 }
 
 /// Birch 500-1500/ha, mixed with pine; heather stands for the dwarf shrubs; boulders up to 300/ha.
@@ -266,7 +280,7 @@ pub(super) fn boreal_birch_pine(c: &mut Config) {
     c.trails.surface = "dry_earth".to_owned();
     c.trails.width_m = 2.2;
     c.deadwood = deadwood([8.0, 3.2, 2.0, 4.0]);
-    (c.climbers.ivy, c.climbers.moss) = (0.0, 0.3);
+    c.climbers = climbers([0.0, 0.3, 0.0, 0.0, 0.12]);
 }
 
 /// Montado with 40-120 trees/ha, LAI 0.5-2, over pasture on gentle hills.
@@ -299,7 +313,7 @@ pub(super) fn montado(c: &mut Config) {
     c.undergrowth.thickets = thickets([0.01, 0.0, 0.01, 0.0, 0.02]);
     c.trails.surface = "sand".to_owned();
     c.deadwood = deadwood([1.0, 2.4, 0.0, 0.8]);
-    (c.climbers.ivy, c.climbers.moss) = (0.02, 0.2);
+    c.climbers = climbers([0.02, 0.2, 0.01, 0.0, 0.0]);
 }
 
 /// A glade: two fifths of the ground without trees, as far as gaps reach, under grass that is
@@ -326,7 +340,7 @@ pub(super) fn glade(c: &mut Config) {
     c.undergrowth.thickets = thickets([0.08, 0.05, 0.0, 0.0, 0.05]);
     c.trails.surface = "grassy".to_owned();
     c.deadwood = deadwood([4.0, 3.0, 0.5, 2.0]);
-    (c.climbers.ivy, c.climbers.moss) = (0.1, 0.4);
+    c.climbers = climbers([0.1, 0.4, 0.1, 0.06, 0.1]);
 }
 
 /// The edge of an oak wood towards meadows that are cut late: the wood ends in a mantle of
@@ -356,6 +370,7 @@ pub(super) fn meadow_edge(c: &mut Config) {
     c.terrain.max_height_m = 18.0;
     c.undergrowth.sward = sward(0.5, [1.0, 0.15, 0.25, 0.5, 0.45]);
     c.undergrowth.thickets = thickets([0.3, 0.14, 0.0, 0.02, 0.16]);
+    c.climbers.clematis = 0.1;
     c.trails.surface = "grassy".to_owned();
     c.deadwood = deadwood([10.0, 3.0, 1.0, 4.0]);
     // In the meadow, along the edge, in the world of the seed that it comes with.
@@ -395,6 +410,7 @@ pub(super) fn rank_clearing(c: &mut Config) {
     c.undergrowth.litter = 0.1;
     c.undergrowth.sward = sward(0.6, [1.0, 0.0, 0.5, 0.3, 0.8]);
     c.undergrowth.thickets = thickets([0.34, 0.24, 0.0, 0.0, 0.14]);
+    c.climbers.clematis = 0.06;
     c.deadwood = deadwood([9.0, 2.6, 1.0, 9.0]);
     // In a clearing, towards the wood, in the world of the seed that it comes with.
     (c.robot.start_x_m, c.robot.start_y_m, c.robot.heading_deg) = (62.0, 2.0, 285.0);
@@ -433,7 +449,7 @@ pub(super) fn stream_valley(c: &mut Config) {
     c.undergrowth.thickets = thickets([0.12, 0.08, 0.0, 0.1, 0.12]);
     c.trails.surface = super::VARIED_SURFACES.to_owned();
     c.deadwood = deadwood([14.0, 3.2, 2.0, 5.0]);
-    (c.climbers.ivy, c.climbers.moss) = (0.1, 1.4);
+    c.climbers = climbers([0.1, 1.4, 0.1, 0.06, 0.1]);
     // By a stream and a pond, in the world of the seed that it comes with.
     (c.robot.start_x_m, c.robot.start_y_m, c.robot.heading_deg) = (39.0, 60.0, 2.0);
     c.robot.path = RobotPath::Wander(PathWander::default());

@@ -49,7 +49,7 @@ impl Stage<Forest> for UndergrowthGeometryStage {
     );
     type Output = UndergrowthGeometry;
     const ID: &'static str = "chunk.undergrowth_geometry";
-    const VERSION: u32 = 8;
+    const VERSION: u32 = 9;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         InputFiles::default().encode(hasher, self);

@@ -68,9 +68,9 @@ pub struct WorldAssets {
     pub branches: Vec<Arc<Blas>>,
     /// Of `library.deadwood.brash`.
     pub brash: Vec<Arc<Blas>>,
-    /// Of `library.climbers`: ivy and moss of each grown tree of `standing`; empty if nothing
+    /// Of `library.climbers`: what may grow on each grown tree of `standing`; empty if nothing
     /// climbs.
-    pub climbers: Vec<[Vec<Arc<Blas>>; 2]>,
+    pub climbers: Vec<ClimberShapes>,
     /// Of `library.communities`: wide tiles and narrow ones.
     pub communities: Vec<[Vec<Arc<Blas>>; 2]>,
     /// Of `library.climbers.carpets`.
@@ -99,6 +99,21 @@ pub(crate) struct MeasuredObject {
     pub(crate) size: MeasuredSize,
     /// The radius of its foot, metres.
     pub(crate) radius_m: f64,
+}
+
+/// The shapes of a tree's `TreeClimbers`.
+#[derive(Clone, Debug)]
+pub struct ClimberShapes {
+    /// Ivy that climbs a third of the stem, and ivy that climbs into the crown.
+    pub ivy: Vec<Arc<Blas>>,
+    /// Moss by the side where it is densest.
+    pub moss: Vec<Arc<Blas>>,
+    /// Honeysuckle, or nothing.
+    pub honeysuckle: Vec<Arc<Blas>>,
+    /// Clematis, or nothing.
+    pub clematis: Vec<Arc<Blas>>,
+    /// Resin, or nothing.
+    pub resin: Vec<Arc<Blas>>,
 }
 
 /// A tree that can be placed.
@@ -221,7 +236,15 @@ impl WorldAssets {
                 let of = &library.climbers;
                 let trees = of.trees.iter().chain(&of.snags);
                 let shapes = |shapes: &[Arc<Prototype>]| build(shapes.iter().collect());
-                trees.map(|t| [shapes(&t.ivy), shapes(&t.moss)]).collect()
+                trees
+                    .map(|t| ClimberShapes {
+                        ivy: shapes(&t.ivy),
+                        moss: shapes(&t.moss),
+                        honeysuckle: shapes(&t.honeysuckle),
+                        clematis: shapes(&t.clematis),
+                        resin: shapes(&t.resin),
+                    })
+                    .collect()
             },
             communities: (library.communities.iter())
                 .map(|tiles| [plants(&tiles.wide), plants(&tiles.narrow)])
@@ -253,6 +276,11 @@ impl WorldAssets {
         self.with_edge_trees
             .filter(|&count| asset < count)
             .map(|count| count + asset)
+    }
+
+    /// Whether a tree is one that grew up at the wood's edge.
+    pub(crate) fn is_at_edge(&self, asset: usize) -> bool {
+        (self.with_edge_trees).is_some_and(|count| (count..2 * count).contains(&asset))
     }
 
     /// An object's shape with its acceleration structure.

@@ -1,4 +1,4 @@
-//! Ivy and moss on the trees of a chunk.
+//! Ivy, lianas, moss and resin on the trees of a chunk.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::sync::Arc;
@@ -9,11 +9,15 @@ use nemoral_scene::{ChunkCoord, InstancePlace, ObjectId, ObjectKind};
 use nemoral_seed::{Domain, Draw, Key};
 use nemoral_stand::{FERN_FIELD, Field, LowPlant, SceneObject, SceneObjects};
 
-use super::assets::WorldAssets;
+use super::assets::{ClimberShapes, WorldAssets};
 use super::ground::{ChunkGround, TerrainField};
 use crate::{Error, config};
 
 const CLIMBERS: Domain = Domain::new("pipeline.climbers");
+const LIANAS: Domain = Domain::new("pipeline.lianas");
+
+/// How much more often clematis hangs from a tree that grew up in the open.
+const CLEMATIS_AT_EDGE: f64 = 3.0;
 
 /// Patches of carpet around a climbed tree: the least and the most.
 const CARPETS: [u32; 2] = [3, 7];
@@ -24,8 +28,8 @@ const CARPET_REACH_M: f64 = 2.0;
 #[derive(Clone, Debug)]
 pub(crate) struct Climbing {
     wanted: config::Climbers,
-    /// Where ivy is.
-    field: TerrainField,
+    /// Where ivy is, and where lianas are.
+    fields: [TerrainField; 2],
     key: Key,
 }
 
@@ -34,7 +38,10 @@ impl Climbing {
         let key = world.domain(CLIMBERS);
         Ok(Self {
             wanted: wanted.clone(),
-            field: TerrainField::new(FERN_FIELD, key)?,
+            fields: [
+                TerrainField::new(FERN_FIELD, key)?,
+                TerrainField::new(FERN_FIELD, world.domain(LIANAS))?,
+            ],
             key,
         })
     }
@@ -54,7 +61,7 @@ impl Climbing {
                 continue;
             }
             // Saplings, which come after all grown trees, are not climbed.
-            let Some([ivy, moss]) = assets.climbers.get(object.asset) else {
+            let Some(shapes) = assets.climbers.get(object.asset) else {
                 continue;
             };
             let key = self.key.chunk(at).item(u64::from(object.object.item()));
@@ -63,17 +70,21 @@ impl Climbing {
                 variation: rng.unit_f32(),
                 ..object.place(at, chunk_size_m)
             };
-            if let Some(shape) = self.mossy_side(object).and_then(|i| moss.get(i)) {
+            if let Some(shape) = self.mossy_side(object).and_then(|i| shapes.moss.get(i)) {
                 all.push((moss_place, Arc::clone(shape)));
             }
             let ivy_place = InstancePlace {
                 object: ObjectId::NONE,
                 ..moss_place
             };
+            for (shape, is_plant) in self.others(object, shapes, assets, key) {
+                let place = if is_plant { ivy_place } else { moss_place };
+                all.push((place, Arc::clone(shape)));
+            }
             let dbh_m = assets.standing[object.asset].tree.size.dbh_m * object.scale;
-            let climbed = rng.chance(self.chance(object.position_m.truncate(), dbh_m, assets));
+            let climbed = rng.chance(self.ivy_chance(object.position_m.truncate(), dbh_m, assets));
             let high = rng.chance(self.wanted.ivy_in_crown);
-            let Some(shape) = ivy.get(usize::from(high)).filter(|_| climbed) else {
+            let Some(shape) = shapes.ivy.get(usize::from(high)).filter(|_| climbed) else {
                 continue;
             };
             all.push((ivy_place, Arc::clone(shape)));
@@ -98,10 +109,51 @@ impl Climbing {
     }
 
     /// The chance that ivy climbs a tree: thick ones more often, and in patches.
-    fn chance(&self, world_m: DVec2, dbh_m: f64, assets: &WorldAssets) -> f64 {
+    fn ivy_chance(&self, world_m: DVec2, dbh_m: f64, assets: &WorldAssets) -> f64 {
         let thick = (dbh_m / assets.dbh_mean_m.max(0.05)).clamp(0.3, 1.7);
-        let patch = ((self.field.value(world_m) - 0.5) * 3.5 + 0.5).clamp(0.0, 1.0);
-        self.wanted.ivy * thick * (0.3 + 1.4 * patch)
+        self.wanted.ivy * thick * patchy(&self.fields[0], world_m)
+    }
+
+    /// Lianas and resin on a tree, each with whether it is a plant of its own.
+    fn others<'a>(
+        &self,
+        object: &SceneObject,
+        shapes: &'a ClimberShapes,
+        assets: &WorldAssets,
+        of_tree: Key,
+    ) -> impl Iterator<Item = (&'a Arc<Blas>, bool)> {
+        let mut rng = of_tree.domain(LIANAS).rng();
+        let near_each_other = patchy(&self.fields[1], object.position_m.truncate());
+        let dbh_m = assets.standing[object.asset].tree.size.dbh_m * object.scale;
+        // A twiner holds thin stems best.
+        let thin = (assets.dbh_mean_m / dbh_m.max(0.05)).clamp(0.4, 1.5);
+        let light = if assets.is_at_edge(object.asset) {
+            CLEMATIS_AT_EDGE
+        } else {
+            1.0
+        };
+        let all = [
+            (
+                &shapes.honeysuckle,
+                self.wanted.honeysuckle * thin * near_each_other,
+                true,
+            ),
+            (
+                &shapes.clematis,
+                self.wanted.clematis * light * near_each_other,
+                true,
+            ),
+            (&shapes.resin, self.wanted.resin, false),
+        ];
+        // Each is drawn, whether there is a shape or not.
+        let drawn = all.map(|(shape, share, is_plant)| {
+            let is_there = rng.chance(share.min(1.0));
+            shape
+                .first()
+                .filter(|_| is_there)
+                .map(|shape| (shape, is_plant))
+        });
+        drawn.into_iter().flatten()
     }
 
     /// The number of the moss whose side of a tree is the moist side; `None` without moss.
@@ -115,4 +167,10 @@ impl Climbing {
         let quarter = ((moist - turned) / FRAC_PI_2).round() as i64;
         Some(quarter.rem_euclid(4) as usize)
     }
+}
+
+/// A factor of the frequency of climbers, 0.3 to 1.7 by a field that is 0.5 on average.
+fn patchy(field: &TerrainField, world_m: DVec2) -> f64 {
+    let patch = ((field.value(world_m) - 0.5) * 3.5 + 0.5).clamp(0.0, 1.0);
+    0.3 + 1.4 * patch
 }

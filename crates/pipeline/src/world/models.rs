@@ -123,8 +123,9 @@ impl ModelRecipe {
                     (ObjectKind::Log, all.deadwood.logs.len() - 1)
                 }
                 (import::ModelKind::Tree, Some(measures), _) => {
+                    // Climbers are drawn on bark that is known to be one.
                     if !all.climbers.trees.is_empty() {
-                        all.climbers.trees.push(NOTHING_CLIMBS);
+                        all.climbers.trees.push(TreeClimbers::default());
                     }
                     let height_m = model.extent.height_m;
                     all.trees.push(tree(species, shape, &measures, height_m));
@@ -155,12 +156,6 @@ impl ModelRecipe {
         Ok((Arc::new(all), added))
     }
 }
-
-/// Climbers are drawn on bark that is known to be one.
-const NOTHING_CLIMBS: TreeClimbers = TreeClimbers {
-    ivy: Vec::new(),
-    moss: Vec::new(),
-};
 
 /// Nothing occupies less than this at the ground.
 const LEAST_RADIUS_M: f64 = 0.01;

@@ -1,6 +1,8 @@
 //! The library, as a config describes it.
 
-use nemoral_assets::{AssetParams, LitterParams, Species, StandParams, StandSpecies, StemMoss};
+use nemoral_assets::{
+    AssetParams, ClimberParams, LitterParams, Species, StandParams, StandSpecies, StemMoss,
+};
 use nemoral_scene::glam::Vec3;
 use nemoral_scene::{PlantCommunity, TrailSurfaceKind};
 use nemoral_seed::Key;
@@ -19,8 +21,7 @@ pub(crate) struct Recipe {
     saplings: bool,
     seedlings: bool,
     deadwood: bool,
-    /// Density and height of moss on stems; `None` if nothing climbs.
-    climbers: Option<[f64; 2]>,
+    climbers: Option<ClimberParams>,
     communities: Vec<PlantCommunity>,
     trail_surfaces: Vec<TrailSurfaceKind>,
     wayside: bool,
@@ -120,7 +121,12 @@ impl Encode for Recipe {
             encoder.field("textures", textures);
         }
         // Without climbers, no moss of any height.
-        encoder.field("climbers", &climbers.unwrap_or([-1.0, 0.0]));
+        let moss = climbers.map(|of| [of.moss.amount, of.moss.height_m]);
+        encoder.field("climbers", &moss.unwrap_or([-1.0, 0.0]));
+        if let Some(of) = climbers {
+            encoder.field("lianas", &of.lianas);
+            encoder.field("resin", &of.resin);
+        }
         encoder.field("stems", &site.stems.path);
         encoder.field("other_species", &site.stems.other_species);
         encoder.field("shapes", &site.stems.shapes);
@@ -152,7 +158,16 @@ impl Recipe {
             deadwood: config.deadwood.is_any() || skid_brash(&config.trails) > 0.0,
             climbers: {
                 let c = &config.climbers;
-                (c.ivy > 0.0 || c.moss > 0.0).then_some([c.moss, c.moss_height_m])
+                let wanted = ClimberParams {
+                    moss: StemMoss {
+                        amount: c.moss,
+                        height_m: c.moss_height_m,
+                    },
+                    lianas: c.honeysuckle > 0.0 || c.clematis > 0.0,
+                    resin: c.resin > 0.0,
+                };
+                let any = c.ivy > 0.0 || c.moss > 0.0 || wanted.lianas || wanted.resin;
+                any.then_some(wanted)
             },
             communities: community_params(&config.undergrowth).wanted(),
             trail_surfaces: {
@@ -284,7 +299,7 @@ impl Recipe {
             },
             seedlings_per_species: if self.seedlings { SEEDLINGS } else { 0 },
             deadwood: self.deadwood,
-            climbers: (self.climbers).map(|[amount, height_m]| StemMoss { amount, height_m }),
+            climbers: self.climbers,
             communities: self.communities.clone(),
             trail_surfaces: self.trail_surfaces.clone(),
             wayside: self.wayside,

@@ -26,19 +26,42 @@ section! {
 }
 
 section! {
-    /// What grows on the stems of trees: ivy and moss.
+    /// What grows on trees, and resin that runs down them.
     Climbers at "climbers" {
         /// Share of the trees that ivy climbs; thick ones are climbed more often, and those near
         /// each other.
         ivy: f64 = 0.05, Real(0.0, 1.0), "our choice: 0-0.3";
         /// Of these, the share whose ivy reaches the crown. The others' climbs a third as high.
         ivy_in_crown: f64 = 0.4, Real(0.0, 1.0), "our choice";
+        /// Share of the trees that honeysuckle winds up; thin ones more often, and those near each
+        /// other.
+        honeysuckle: f64 = 0.05, Real(0.0, 1.0), "our choice";
+        /// Share of the trees that clematis hangs from; those at meadows three times as often. It
+        /// hangs only where leaves begin below 9 m.
+        clematis: f64 = 0.02, Real(0.0, 1.0), "our choice: it needs light";
+        /// Share of living conifers whose bark has runs of resin.
+        resin: f64 = 0.15, Real(0.0, 1.0), "our choice";
         /// Cover of moss on the moist side of the stem's foot: 1 as in a moist forest.
         moss: f64 = 0.5, Real(0.0, 3.0), "our choice";
         /// How high moss reaches on that side; half as high elsewhere.
         moss_height_m: f64 = 0.9, Real(0.1, 6.0), "our choice";
         /// The azimuth of that side, clockwise from north.
         moss_azimuth_deg: f64 = 0.0, Real(-360.0, 360.0), "north, which the sun dries least";
+    }
+}
+
+impl Climbers {
+    /// Bare stems.
+    #[must_use]
+    pub fn none() -> Self {
+        Self {
+            ivy: 0.0,
+            honeysuckle: 0.0,
+            clematis: 0.0,
+            resin: 0.0,
+            moss: 0.0,
+            ..Self::default()
+        }
     }
 }
 

@@ -1,0 +1,113 @@
+//! The materials of lianas and of resin on bark.
+
+use glam::Vec3;
+use nemoral_scene::{Material, MaterialId, MaterialLibrary, Semantic};
+use nemoral_seed::Key;
+
+use super::foliage::{CardKind, register_flat};
+use super::optics::{self, LeafOptics};
+use crate::cards::card_raster::CardImage;
+use crate::cards::lianas::{self, Bears};
+use crate::tree::FoliageCard;
+
+/// Images of lianas, and what their stems are made of.
+#[derive(Clone, Debug)]
+pub(crate) struct LianaMaterials {
+    /// Clematis, which branches hold.
+    pub(crate) clematis: Vec<FoliageCard>,
+    /// Its stems, which hang free.
+    pub(crate) rope: MaterialId,
+    /// Honeysuckle, which the stem holds.
+    pub(crate) honeysuckle: Vec<FoliageCard>,
+    pub(crate) twiner: MaterialId,
+}
+
+const CLEMATIS: LeafOptics = LeafOptics {
+    albedo: lianas::CLEMATIS,
+    transmittance: Vec3::new(0.070, 0.132, 0.0),
+    laser: optics::HERB.laser,
+};
+const HONEYSUCKLE: LeafOptics = LeafOptics {
+    albedo: lianas::HONEYSUCKLE,
+    transmittance: Vec3::new(0.058, 0.112, 0.0),
+    laser: optics::HERB.laser,
+};
+const RESIN: LeafOptics = LeafOptics {
+    albedo: lianas::RESIN,
+    transmittance: Vec3::ZERO,
+    laser: optics::CUT_WOOD,
+};
+
+const LIANAS: [CardKind; 2] = [
+    CardKind::new(
+        "clematis.foliage",
+        6,
+        Semantic::Climber,
+        CLEMATIS,
+        |r, v| {
+            let bears = match v {
+                4 => Bears::Flowers,
+                5 => Bears::Silk,
+                _ => Bears::Leaves,
+            };
+            lianas::clematis(r, bears)
+        },
+    )
+    .on(Semantic::Branch),
+    CardKind::new(
+        "honeysuckle.foliage",
+        5,
+        Semantic::Climber,
+        HONEYSUCKLE,
+        |r, v| lianas::honeysuckle(r, v == 4),
+    )
+    .on(Semantic::Stem),
+];
+const RUNS: [CardKind; 1] = [CardKind::new(
+    "stem.resin",
+    5,
+    Semantic::Stem,
+    RESIN,
+    |r, _| lianas::resin(r),
+)];
+
+/// Draws the images of lianas.
+pub(super) fn liana_images(key: Key) -> Vec<Vec<Vec<CardImage>>> {
+    LIANAS.iter().map(|kind| kind.images(key)).collect()
+}
+
+/// Draws runs of resin and registers them.
+pub(super) fn resin(library: &mut MaterialLibrary, key: Key) -> Vec<FoliageCard> {
+    let images = RUNS.iter().map(|kind| kind.images(key)).collect();
+    register_flat(library, &RUNS, images)
+        .next()
+        .unwrap_or_default()
+}
+
+impl LianaMaterials {
+    /// `wood` is what their stems look like.
+    pub(super) fn register(
+        library: &mut MaterialLibrary,
+        images: Vec<Vec<Vec<CardImage>>>,
+        wood: MaterialId,
+    ) -> Self {
+        let mut cards = register_flat(library, &LIANAS, images);
+        let clematis = cards.next().unwrap_or_default();
+        let honeysuckle = cards.next().unwrap_or_default();
+        let wood = library.get(wood).clone();
+        let mut stem = |name: &str, support| {
+            library.add(Material {
+                name: name.to_owned(),
+                semantic: Semantic::Climber,
+                support,
+                ..wood.clone()
+            })
+        };
+        Self {
+            clematis,
+            rope: stem("clematis.rope", None),
+            honeysuckle,
+            twiner: stem("honeysuckle.stem", Some(Semantic::Stem)),
+        }
+    }
+}
