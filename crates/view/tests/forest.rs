@@ -9,6 +9,7 @@ use nemoral_pipeline::plan::{Runner, Store};
 use nemoral_pipeline::{
     Backend, ForestPlan, picture_of_classes, picture_of_instances, picture_of_scan,
 };
+use nemoral_realism::grown;
 use nemoral_scene::Ontology;
 use nemoral_scene::glam::DVec2;
 use nemoral_view::{
@@ -27,7 +28,7 @@ fn forest(settings: &[&str]) -> LiveForest {
         sequence,
         backend: Backend::Cpu,
         threads: 2,
-        cache: None,
+        cache: grown(),
     })
     .expect("a possible forest")
 }

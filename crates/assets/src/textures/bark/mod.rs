@@ -57,8 +57,8 @@ fn with_lichen(p: Vec2, albedo: Vec3, cover: f32, seed: u32) -> Vec3 {
     albedo.lerp(Vec3::new(0.20, 0.22, 0.15) * tone, 0.7 * there)
 }
 
-/// The same bark with moss (`mossy` times as much as on an oak) and splashed soil around v = 0, the
-/// foot of a stem. From v = 0.2 (0.4 m up) to 0.8 it is equal to `bark`, so that there is no
+/// The same bark with moss and a film of green algae (`mossy` times as much as on an oak) and
+/// splashed soil around v = 0, the foot of a stem. From v = 0.2 (0.4 m up) to 0.8 it is equal to `bark`, so that there is no
 /// visible border between the two.
 pub(crate) fn with_foot(bark: &Tile, mossy: f32, seed: u32) -> Tile {
     bark.recolour(|p, t| {
@@ -76,7 +76,12 @@ pub(crate) fn with_foot(bark: &Tile, mossy: f32, seed: u32) -> Tile {
             fade + 0.35 * gradient(p, IVec2::new(30, 60), seed ^ 1),
         );
         let cushion = 0.7 + 0.6 * value(p, IVec2::new(110, 220), seed ^ 2);
-        let soiled = t.albedo.lerp(Vec3::new(0.060, 0.045, 0.032), 0.55 * soil);
+        // Algae run down with the water, and do not hide the bark.
+        let runs = fbm(p, IVec2::new(22, 4), 3, 0.55, seed ^ 3);
+        let film = fade.sqrt() * smoothstep(-0.25, 0.45, runs);
+        let green = t.albedo * Vec3::new(0.66, 0.92, 0.34);
+        let filmed = t.albedo.lerp(green, (0.8 * mossy * film).min(0.8));
+        let soiled = filmed.lerp(Vec3::new(0.060, 0.045, 0.032), 0.55 * soil);
         soiled.lerp(
             Vec3::new(0.050, 0.064, 0.023) * cushion,
             0.85 * mossy * moss,
