@@ -1,6 +1,6 @@
 //! Draws undergrowth, shrubs, stumps, rocks, trees and what climbs them on the forest floor, in sun
-//! and shadow: `plants FOLDER [SEED]`. One PNG for each list of the library, seen from 25° above the
-//! horizon.
+//! and shadow: `plants FOLDER [SEED]`. One PNG for each list of the library, seen from 25° above
+//! the horizon.
 
 #![allow(
     clippy::disallowed_methods,

@@ -209,7 +209,7 @@ fn the_pipeline_wires_and_the_program_only_asks() {
             package.name
         );
     }
-    let view = find(&all, "nemoral-view").ours(&["normal", "build", "dev"]);
+    let view = find(&all, "nemoral-view").ours(&["normal", "build"]);
     assert_eq!(view, BTreeSet::from(["nemoral-pipeline", "nemoral-scene"]));
     // A crate that is not listed here would not be checked.
     let known: BTreeSet<&str> = STAGES

@@ -58,8 +58,8 @@ fn with_lichen(p: Vec2, albedo: Vec3, cover: f32, seed: u32) -> Vec3 {
 }
 
 /// The same bark with moss and a film of green algae (`mossy` times as much as on an oak) and
-/// splashed soil around v = 0, the foot of a stem. From v = 0.2 (0.4 m up) to 0.8 it is equal to `bark`, so that there is no
-/// visible border between the two.
+/// splashed soil around v = 0, the foot of a stem. From v = 0.2 (0.4 m up) to 0.8 it is equal to
+/// `bark`, so that there is no visible border between the two.
 pub(crate) fn with_foot(bark: &Tile, mossy: f32, seed: u32) -> Tile {
     bark.recolour(|p, t| {
         let from_foot = p.y.min(1.0 - p.y);
