@@ -301,13 +301,11 @@ impl ScanContext<'_> {
                 }
             };
             let normal = self.written(pose, towards);
-            (
-                self.materials.get(hit.material).semantic,
-                hit.object,
-                normal,
-            )
+            let material = self.materials.get(hit.material);
+            (material.semantic, material.support, hit.object, normal)
         });
-        let (semantic, object, normal) = met.unwrap_or((Semantic::Sky, ObjectId::NONE, Vec3::ZERO));
+        let (semantic, support, object, normal) =
+            met.unwrap_or((Semantic::Sky, None, ObjectId::NONE, Vec3::ZERO));
         LidarPoint {
             position_m: position.as_vec3(),
             true_range_m: reported.true_range_m,
@@ -323,7 +321,7 @@ impl ScanContext<'_> {
             pulse: cast.batch.start + reported.shot,
             incidence_cos: reported.incidence_cos,
             normal,
-            flags: reported.flags,
+            flags: PointFlags(reported.flags.0 | PointFlags::of_support(support)),
         }
     }
 

@@ -437,3 +437,47 @@ fn bad_beams_and_errors_are_refused_by_name() {
         assert_eq!(refused(ScannerParams { returns, ..base }), "returns");
     }
 }
+
+/// Two walls, of which something that grows on stems covers one half of the view.
+#[test]
+fn points_know_what_holds_the_surface() {
+    let step = Step {
+        near: 10.0,
+        far: 12.0,
+    };
+    let mut materials = MaterialLibrary::new();
+    for (semantic, support) in [
+        (Semantic::Climber, Some(Semantic::Stem)),
+        (Semantic::Climber, Some(Semantic::Branch)),
+    ] {
+        materials.add(Material {
+            support,
+            ..Material::plain("wall", semantic, Vec3::splat(0.2))
+        });
+    }
+    let scanner = Scanner::new(params(Beam::default(), Returns::First), Box::new(ahead()));
+    let points = scanner.expect("valid").scan(&ScanRequest {
+        first_pulse: 0,
+        caster: &step,
+        materials: &materials,
+        scene_from_lidar_at: &|_: f64| RigidTransform::IDENTITY,
+        range_model: &ExactRange,
+        key: KEY,
+    });
+    let mut of = [0, 0];
+    for p in &points {
+        let near = p.object.item() == 1;
+        let (on_stem, on_branch) = (
+            p.flags.has(PointFlags::ON_STEM),
+            p.flags.has(PointFlags::ON_BRANCH),
+        );
+        assert_eq!((on_stem, on_branch), (near, !near), "{p:?}");
+        assert_eq!(p.semantic, Semantic::Climber);
+        of[usize::from(near)] += 1;
+    }
+    assert!(of[0] > 1000 && of[1] > 1000, "{of:?}");
+    // The same walls by themselves.
+    let bare = scan_with(params(Beam::default(), Returns::First), &step);
+    let held = PointFlags::ON_STEM | PointFlags::ON_BRANCH;
+    assert!(!bare.is_empty() && bare.iter().all(|p| !p.flags.has(held)));
+}

@@ -18,6 +18,23 @@ impl PointFlags {
     /// the pulse, behind that surface, at the range of the whole path; semantic, object and
     /// incidence are of what the light met, and the normal is of its mirror image.
     pub const MIRRORED: u8 = 4;
+    /// What was hit grows on the stem of a tree, as ivy, honeysuckle and moss do.
+    pub const ON_STEM: u8 = 8;
+    /// What was hit grows on the branches of a tree, as clematis does.
+    pub const ON_BRANCH: u8 = 16;
+
+    /// The flag that says what holds a surface, by its material's [support]; 0 of what stands by
+    /// itself.
+    ///
+    /// [support]: crate::Material::support
+    #[must_use]
+    pub const fn of_support(support: Option<Semantic>) -> u8 {
+        match support {
+            Some(Semantic::Stem) => Self::ON_STEM,
+            Some(Semantic::Branch) => Self::ON_BRANCH,
+            _ => 0,
+        }
+    }
 
     /// Whether a flag is set.
     #[must_use]

@@ -137,7 +137,9 @@ class Points:
 
     @cached_property
     def flags(self) -> Array:
-        """(N,) uint8: 1 for mixed returns, 2 for false alarms, 4 for returns by way of water."""
+        """(N,) uint8: the sum of 1 for mixed returns, 2 for false alarms, 4 for returns by way of
+        water, 8 for what grows on a stem (ivy, honeysuckle, moss), 16 for what grows on branches
+        (clematis)."""
         return self._column("flags")
 
 

@@ -144,7 +144,7 @@ impl Stage<Forest> for ScanStage {
     );
     type Output = Vec<Vec<LidarPoint>>;
     const ID: &'static str = "frame.scans";
-    const VERSION: u32 = 4;
+    const VERSION: u32 = 5;
 
     fn fingerprint(&self, _: &mut Hasher) {}
 
