@@ -317,6 +317,20 @@ fn a_preset_is_the_same_for_both_renderers() {
 
 #[test]
 #[ignore = "takes long: for .ci/full"]
+fn a_whole_forest_floor_is_the_same_for_both_renderers() {
+    let thick = [
+        "chunks.visible_radius_m=30",
+        "chunks.undergrowth_radius_m=30",
+        "climbers.ivy=0.3",
+        "climbers.honeysuckle=0.5",
+        "climbers.clematis=0.5",
+        "deadwood.volume_m3_ha=40",
+    ];
+    presets(&["oak-mixed", "maritime-pine", "meadow-edge"], &thick);
+}
+
+#[test]
+#[ignore = "takes long: for .ci/full"]
 fn the_three_presets_are_the_same_for_both_renderers() {
     presets(&["low", "medium", "high"], &[]);
 }

@@ -116,17 +116,18 @@ impl LightingPass {
             1
         };
         let shadow_px = params.shadow_px;
-        let shadow_map = |sample_type| wgpu::BindingType::Texture {
+        let layers = |sample_type| wgpu::BindingType::Texture {
             sample_type,
             view_dimension: wgpu::TextureViewDimension::D2Array,
             multisampled: false,
         };
-        let compared = shadow_map(wgpu::TextureSampleType::Depth);
-        let read = shadow_map(wgpu::TextureSampleType::Float { filterable: false });
+        let albedos = layers(wgpu::TextureSampleType::Uint);
+        let compared = layers(wgpu::TextureSampleType::Depth);
+        let read = layers(wgpu::TextureSampleType::Float { filterable: false });
         let comparison = wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Comparison);
         let entries = [
             uniform_entry(0),
-            storage_entry(1),
+            entry(1, albedos),
             storage_entry(2),
             storage_entry(3),
             entry(4, compared),
@@ -269,13 +270,15 @@ impl LightingPass {
         let tables = tables(inputs.lighting, &haze);
         let tables = storage(gpu, "light", bytemuck::cast_slice(&tables))?;
         bytes += light.size() + sky_view_factor.size() + tables.size();
-        let shadows = self.shadows.create_view(&wgpu::TextureViewDescriptor {
-            dimension: Some(wgpu::TextureViewDimension::D2Array),
-            ..Default::default()
+        let [albedos, shadows] = [&inputs.materials.albedos, &self.shadows].map(|texture| {
+            texture.create_view(&wgpu::TextureViewDescriptor {
+                dimension: Some(wgpu::TextureViewDimension::D2Array),
+                ..Default::default()
+            })
         });
         let resources = [
             light.as_entire_binding(),
-            inputs.materials.texels.as_entire_binding(),
+            wgpu::BindingResource::TextureView(&albedos),
             tables.as_entire_binding(),
             sky_view_factor.as_entire_binding(),
             wgpu::BindingResource::TextureView(&shadows),

@@ -5,8 +5,14 @@ use std::sync::Arc;
 use bytemuck::{Pod, Zeroable};
 use nemoral_scene::{AlphaMask, Material, MaterialLibrary, Texture};
 
-use super::pipeline::storage;
+use super::pipeline::{storage, texture};
 use super::{Gpu, GpuError};
+
+/// The side of a layer of the albedo, texels: two to the power of `ALBEDO_SIDE`
+/// in `lighting.wgsl`.
+const SIDE: u32 = 1024;
+/// The texels of a layer.
+const LAYER: usize = (SIDE * SIDE) as usize;
 
 /// `Material` in `surface.wgsl`.
 #[repr(C)]
@@ -34,8 +40,10 @@ pub(crate) struct Materials {
     library: Vec<Material>,
     pub(crate) records: wgpu::Buffer,
     pub(crate) masks: wgpu::Buffer,
-    /// The albedo of all mips of all textures, as square roots of linear light with ten bits each.
-    pub(crate) texels: wgpu::Buffer,
+    /// The albedo of all mips of all textures, as square roots of linear light with ten bits each,
+    /// in the order of rows and layers. A texture, because GPUs limit a buffer to as little as
+    /// 128 MiB, which is less than a stand of many species has.
+    pub(crate) albedos: wgpu::Texture,
 }
 
 impl Materials {
@@ -78,7 +86,7 @@ impl Materials {
             library: library.materials().to_vec(),
             records: storage(gpu, "materials", bytemuck::cast_slice(&records))?,
             masks: storage(gpu, "masks", bytemuck::cast_slice(&masks))?,
-            texels: storage(gpu, "albedo", bytemuck::cast_slice(&texels))?,
+            albedos: albedos(gpu, texels)?,
         })
     }
 
@@ -105,8 +113,40 @@ impl Materials {
     }
 
     pub(crate) fn bytes(&self) -> u64 {
-        self.records.size() + self.masks.size() + self.texels.size()
+        let albedos = 4 * u64::from(self.albedos.depth_or_array_layers()) * LAYER as u64;
+        self.records.size() + self.masks.size() + albedos
     }
+}
+
+/// The texels of all textures, one after another in layers.
+fn albedos(gpu: &Gpu, mut texels: Vec<u32>) -> Result<wgpu::Texture, GpuError> {
+    let layers = texels.len().div_ceil(LAYER).max(1);
+    let limit = gpu.device().limits().max_texture_array_layers as usize;
+    if layers > limit {
+        return Err(GpuError::TooSmall {
+            name: gpu.name(),
+            what: format!(
+                "the textures of all materials take {layers} layers of {SIDE} x {SIDE} texels, a \
+                 shader sees {limit}"
+            ),
+        });
+    }
+    texels.resize(layers * LAYER, 0);
+    let usage = wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST;
+    let size = [SIDE, SIDE, layers as u32];
+    let albedos = texture(gpu, "albedo", size, 1, wgpu::TextureFormat::R32Uint, usage);
+    gpu.check()?;
+    gpu.queue().write_texture(
+        albedos.as_image_copy(),
+        bytemuck::cast_slice(&texels),
+        wgpu::TexelCopyBufferLayout {
+            offset: 0,
+            bytes_per_row: Some(4 * SIDE),
+            rows_per_image: Some(SIDE),
+        },
+        albedos.size(),
+    );
+    Ok(albedos)
 }
 
 /// The index in `out` of a shared mask or texture, which is written there if it is new.

@@ -33,7 +33,7 @@ struct Light {
 }
 
 @group(2) @binding(0) var<uniform> light: Light;
-@group(2) @binding(1) var<storage, read> albedos: array<u32>;
+@group(2) @binding(1) var albedos: texture_2d_array<u32>;
 // Background radiance, then irradiance by openness and normal.
 @group(2) @binding(2) var<storage, read> tables: array<vec4f>;
 @group(2) @binding(3) var<storage, read> openness: array<f32>;
@@ -176,9 +176,14 @@ fn sunlight(s: Surface, pixel: vec2f) -> f32 {
     return lit / f32(TAPS);
 }
 
+// The side of a layer of `albedos`, as a power of two.
+const ALBEDO_SIDE: u32 = 10u;
+
 // Square roots of linear light, ten bits each.
 fn texel(at: u32) -> vec3f {
-    let word = albedos[at];
+    let last = (1u << ALBEDO_SIDE) - 1u;
+    let place = vec2u(at & last, (at >> ALBEDO_SIDE) & last);
+    let word = textureLoad(albedos, place, at >> (2u * ALBEDO_SIDE), 0).r;
     let root = vec3f(vec3u(word & 1023u, (word >> 10u) & 1023u, word >> 20u)) / 1023.0;
     return root * root;
 }

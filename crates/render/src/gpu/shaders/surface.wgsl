@@ -54,7 +54,7 @@ struct Material {
     mask_height: u32,
     // Bit 0: ground.
     flags: u32,
-    // First texel in `texels`, and sides of level 0.
+    // First texel in `albedos`, and sides of level 0.
     albedo: u32,
     albedo_width: u32,
     albedo_height: u32,
