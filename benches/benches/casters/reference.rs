@@ -84,7 +84,7 @@ pub(crate) fn grow(leaves_are_triangles: bool) -> Result<Forest, Box<dyn Error>>
         let mut instances = vec![(still, ground)];
         for item in 0..260_u16 {
             let kinds = if item < 100 { &trees } else { &shrubs };
-            let blas = &kinds[rng.below(kinds.len() as u32) as usize];
+            let blas = rng.choose(kinds);
             let (x, y) = (rng.range_f32(0.0, CHUNK_M), rng.range_f32(0.0, CHUNK_M));
             let foot = Vec3::new(x, y, height(corner.x + x, corner.y + y));
             let (yaw, scale) = (rng.range_f32(0.0, TAU), rng.range_f32(0.8, 1.25));

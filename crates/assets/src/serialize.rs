@@ -245,9 +245,9 @@ impl Library {
                 Ok(TreeClimbers {
                     ivy: ivy?,
                     moss: moss?,
-                    honeysuckle: honeysuckle?,
-                    clematis: clematis?,
-                    resin: resin?,
+                    honeysuckle: honeysuckle?.pop(),
+                    clematis: clematis?.pop(),
+                    resin: resin?.pop(),
                 })
             });
             trees.collect::<Result<Vec<_>, DeserializeError>>()
@@ -424,6 +424,7 @@ fn stored_climbers(tree: &TreeClimbers) -> [Vec<StoredShape<'_>>; 5] {
         clematis,
         resin,
     } = tree;
+    let [honeysuckle, clematis, resin] = [honeysuckle, clematis, resin].map(Option::as_slice);
     let all = [ivy, moss, honeysuckle, clematis, resin];
     all.map(|shapes| shapes.iter().map(|s| StoredShape::of(s)).collect())
 }

@@ -128,7 +128,7 @@ fn scene(seed: u64, size: f32) -> (Groups, Vec<Vec3>) {
             let offset = cube(&mut rng, 20.0 * size);
             let instances = (0..rng.below(12))
                 .map(|_| {
-                    let (half, shape) = &shapes[rng.below(shapes.len() as u32) as usize];
+                    let (half, shape) = rng.choose(&shapes);
                     let position = cube(&mut rng, 4.0 * size);
                     // To about the size of the scene, or as it is.
                     let scale = if rng.chance(0.7) { size / half } else { 1.0 };
@@ -151,7 +151,7 @@ fn rays(seed: u64, targets: &[Vec3], size: f32) -> Vec<Ray> {
     let mut rng = rng(seed, "fuzzed rays");
     let mut rays = Vec::new();
     for fan in 0..12 {
-        let target = targets[rng.below(targets.len() as u32) as usize] + cube(&mut rng, size);
+        let target = *rng.choose(targets) + cube(&mut rng, size);
         let away = size * [0.5, 5.0, 50.0][fan % 3];
         let origin = target + direction(&mut rng) * away;
         let spread = size * [1e-3, 0.1, 1.0, 4.0][fan % 4];

@@ -80,7 +80,7 @@ proptest! {
         // moving origin.
         let rays: Vec<Ray> = (0..6)
             .flat_map(|fan| {
-                let target = targets[rng.below(targets.len() as u32) as usize];
+                let target = *rng.choose(&targets);
                 let away = [0.5, 4.0, 40.0][fan % 3];
                 let towards = [direction(&mut rng), Vec3::X, -Vec3::Y][fan % 3];
                 let origin = target - towards * away;

@@ -58,6 +58,15 @@ pub trait Draw: Rng {
         }
     }
 
+    /// One of these, with equal chances.
+    ///
+    /// # Panics
+    /// If there is none.
+    #[inline]
+    fn choose<'a, T>(&mut self, from: &'a [T]) -> &'a T {
+        &from[self.below(from.len() as u32) as usize]
+    }
+
     /// True with probability `p` (never for `p <= 0`, always for `p >= 1`).
     #[inline]
     fn chance(&mut self, p: f64) -> bool {

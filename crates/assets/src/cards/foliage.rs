@@ -402,8 +402,7 @@ mod tests {
     #[test]
     fn all_leaves_of_a_tree_are_drawn() {
         let species = Species::all().into_iter();
-        let broad = species
-            .filter(|s| !matches!(s.leaves.kind, LeafKind::NeedleTuft | LeafKind::NeedleSpray));
+        let broad = species.filter(|s| !s.leaves.kind.is_needle());
         let mut count = 0;
         for species in broad {
             let key = Key::world(5).domain(Domain::new(&species.name));

@@ -15,7 +15,7 @@ pub(crate) const CLEMATIS: Vec3 = Vec3::new(0.064, 0.116, 0.034);
 /// Reflectance of honeysuckle leaves, which are a little blue.
 pub(crate) const HONEYSUCKLE: Vec3 = Vec3::new(0.058, 0.108, 0.046);
 /// Reflectance of resin that has dried on bark.
-pub(crate) const RESIN: Vec3 = Vec3::new(0.50, 0.44, 0.30);
+pub(crate) const RESIN: Vec3 = Vec3::new(0.36, 0.30, 0.19);
 
 /// Petals of both, and silk of clematis' seeds.
 const CREAM: Vec3 = Vec3::new(0.62, 0.58, 0.40);
@@ -174,31 +174,33 @@ pub(crate) fn honeysuckle(rng: &mut impl Rng, flowers: bool) -> CardDrawing {
     drawing
 }
 
-/// Resin that ran from a wound in the bark and dried, some 0.3 m long; the wound is at its foot.
+/// Resin that ran from a wound in the bark and dried, some 0.2 m long; the wound is at its foot.
+/// The bark shows between the grains of the crust and between the runs.
 pub(crate) fn resin(rng: &mut impl Rng) -> CardDrawing {
     let mut drawing = CardDrawing::default();
-    let amber = Vec3::new(0.34, 0.20, 0.065);
-    for _ in 0..26 {
-        let from = Vec2::new(rng.range_f32(-0.018, 0.018), rng.range_f32(0.0, 0.03));
-        let to = from + Vec2::new(rng.range_f32(-0.006, 0.006), rng.range_f32(0.008, 0.02));
-        let colour = RESIN * rng.range_f32(0.75, 1.2);
-        drawing.stroke(Stroke::straight(from, to, [0.009, 0.005], colour));
+    let amber = Vec3::new(0.22, 0.115, 0.035);
+    for _ in 0..34 {
+        let spread = Vec2::new(rng.range_f32(-1.0, 1.0), rng.range_f32(-1.0, 1.0));
+        let from = Vec2::new(0.0, 0.016) + spread * spread.length() * Vec2::new(0.009, 0.012);
+        let to = from + Vec2::new(rng.range_f32(-0.002, 0.002), rng.range_f32(0.002, 0.006));
+        let colour = RESIN.lerp(amber, 0.6 * rng.unit_f32()) * rng.range_f32(0.6, 1.25);
+        drawing.stroke(Stroke::straight(from, to, [0.0035, 0.002], colour));
     }
-    for _ in 0..3 + rng.below(3) {
-        let from = Vec2::new(rng.range_f32(-0.016, 0.016), 0.015);
-        let length = 0.05 + 0.26 * rng.unit_f32() * rng.unit_f32();
-        let tip = from + Vec2::new(rng.range_f32(-0.012, 0.012), length);
-        let colour = RESIN.lerp(amber, 0.7 * rng.unit_f32()) * rng.range_f32(0.8, 1.1);
-        let sway = Vec2::new(rng.range_f32(-0.006, 0.006), 0.5 * length);
+    for _ in 0..2 + rng.below(3) {
+        let from = Vec2::new(rng.range_f32(-0.008, 0.008), 0.018);
+        let length = 0.03 + 0.17 * rng.unit_f32() * rng.unit_f32();
+        let tip = from + Vec2::new(rng.range_f32(-0.008, 0.008), length);
+        let colour = RESIN.lerp(amber, rng.unit_f32()) * rng.range_f32(0.7, 1.1);
+        let sway = Vec2::new(rng.range_f32(-0.004, 0.004), 0.5 * length);
         drawing.stroke(Stroke {
             points: [from, from + sway, tip],
-            width_m: [0.008, 0.0045],
-            colour: [RESIN * 0.95, colour],
+            width_m: [0.0045, 0.0022],
+            colour: [RESIN, colour],
             level: 0.0,
         });
         // It ends in a drop.
-        let drop = tip + Vec2::new(0.0, 0.007);
-        drawing.stroke(Stroke::straight(tip, drop, [0.008, 0.007], colour * 0.85));
+        let drop = tip + Vec2::new(0.0, 0.003);
+        drawing.stroke(Stroke::straight(tip, drop, [0.005, 0.004], colour * 0.8));
     }
     drawing
 }

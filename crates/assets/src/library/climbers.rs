@@ -10,10 +10,9 @@ use super::plants::PlantGrower;
 use super::{PlantAsset, TreeAsset, prototype, with_occlusion};
 use crate::ambient_occlusion::OcclusionParams;
 use crate::materials::ClimberMaterials;
-use crate::plant::climber::{Bark, carpet, ivy, moss, resin};
+use crate::plant::climber::{Bark, WOUNDS_M, carpet, ivy, moss, resin};
 use crate::plant::liana::{clematis, honeysuckle};
 use crate::plant::shape::Shape;
-use crate::tree::LeafKind;
 
 const IVY: Domain = Domain::new("assets.ivy");
 const MOSS: Domain = Domain::new("assets.stem_moss");
@@ -35,12 +34,12 @@ pub struct TreeClimbers {
     /// Moss on the foot of the stem, densest towards the tree's own azimuths 0, a quarter turn, a
     /// half turn and three quarters; nothing without moss.
     pub moss: Vec<Arc<Prototype>>,
-    /// Honeysuckle that winds up the stem: one shape, or none.
-    pub honeysuckle: Vec<Arc<Prototype>>,
-    /// Clematis that hangs from the crown: one shape, or none, as where the crown begins too high.
-    pub clematis: Vec<Arc<Prototype>>,
-    /// Runs of resin on the bark of a conifer: one shape, or none.
-    pub resin: Vec<Arc<Prototype>>,
+    /// Honeysuckle that winds up the stem.
+    pub honeysuckle: Option<Arc<Prototype>>,
+    /// Clematis that hangs from the crown; `None` also where the crown begins too high for it.
+    pub clematis: Option<Arc<Prototype>>,
+    /// Runs of resin on the bark of a conifer.
+    pub resin: Option<Arc<Prototype>>,
 }
 
 /// What grows on trees besides ivy, which is always made.
@@ -114,6 +113,7 @@ impl PlantGrower<'_> {
             let shape = prototype(&name, number, shape, library);
             Arc::new(with_occlusion(shape, self.masks, &OcclusionParams::SHRUB))
         };
+        let some = |(_, shape): &(String, Shape)| !shape.cards.is_empty();
         let name = tree.prototype.name();
         let ivy = (0..REACHES.len()).map(|i| {
             let top_m = (REACHES[i] * tree.size.crown_base_m)
@@ -136,7 +136,7 @@ impl PlantGrower<'_> {
             (format!("{name}.moss.{i}"), shape)
         });
         // All sides have moss, or none: the choice is by side.
-        let moss: Vec<_> = moss.filter(|(_, shape)| !shape.cards.is_empty()).collect();
+        let moss: Vec<_> = moss.filter(some).collect();
         let has_moss = moss.len() == 4;
         let lianas = self.materials.lianas.as_ref();
         let honeysuckle = lianas.map(|of| {
@@ -153,21 +153,15 @@ impl PlantGrower<'_> {
         });
         let runs = &self.materials.resin;
         let resin = (tree.alive && self.is_conifer(tree) && !runs.is_empty()).then(|| {
-            let bark = Bark::of(&tree.prototype, library, 4.0);
+            let bark = Bark::of(&tree.prototype, library, WOUNDS_M[1]);
             let shape = resin(&bark, runs, &mut key(RESIN, 0).rng());
             (format!("{name}.resin"), shape)
         });
-        let some = |made: Option<(String, Shape)>| -> Vec<Arc<Prototype>> {
-            let made = made.filter(|(_, shape)| !shape.cards.is_empty());
-            made.map(finish).into_iter().collect()
-        };
         TreeClimbers {
-            honeysuckle: some(honeysuckle),
-            clematis: some(clematis),
-            resin: some(resin),
-            ivy: (ivy.filter(|(_, shape)| !shape.cards.is_empty()))
-                .map(finish)
-                .collect(),
+            honeysuckle: honeysuckle.filter(some).map(finish),
+            clematis: clematis.filter(some).map(finish),
+            resin: resin.filter(some).map(finish),
+            ivy: ivy.filter(some).map(finish).collect(),
             moss: (moss.into_iter().filter(|_| has_moss))
                 .map(finish)
                 .collect(),
@@ -175,7 +169,6 @@ impl PlantGrower<'_> {
     }
     fn is_conifer(&self, tree: &TreeAsset) -> bool {
         let species = self.species.iter().find(|s| s.name == tree.species);
-        species
-            .is_some_and(|s| matches!(s.leaves.kind, LeafKind::NeedleTuft | LeafKind::NeedleSpray))
+        species.is_some_and(|s| s.leaves.kind.is_needle())
     }
 }

@@ -7,7 +7,7 @@ use nemoral_seed::Key;
 use rayon::prelude::*;
 
 use super::solid::{SolidTextures, laser, solid};
-use super::{GroundMaterials, Painter, optics};
+use super::{GroundMaterials, TextureBaker, optics};
 use crate::textures::{bark, mineral};
 use crate::tree::Species;
 
@@ -56,18 +56,18 @@ pub(super) struct DeadwoodTextures {
 }
 
 impl DeadwoodTextures {
-    pub(super) fn bake(painter: &Painter, key: Key) -> Self {
+    pub(super) fn bake(baker: &TextureBaker, key: Key) -> Self {
         let stages = [DecayStage::Bare, DecayStage::Soft, DecayStage::Rotten];
         let decayed: Vec<Arc<Texture>> = stages
             .into_par_iter()
             .map(|stage| {
                 let seed = key.item(stage.index() as u64).to_u64() as u32;
-                painter.paint(|| bark::decayed(stage, seed))
+                baker.bake(|| bark::decayed(stage, seed))
             })
             .collect();
         Self {
             decayed: decayed.try_into().expect("three stages"),
-            fungus: painter.paint(|| mineral::fungus(key.item(20).to_u64() as u32)),
+            fungus: baker.bake(|| mineral::fungus(key.item(20).to_u64() as u32)),
         }
     }
 }

@@ -8,7 +8,7 @@ use nemoral_seed::Key;
 use rayon::prelude::*;
 
 use super::solid::solid;
-use super::{Painter, optics};
+use super::{TextureBaker, optics};
 use crate::textures::ground;
 use crate::textures::tile::Tile;
 use crate::textures::trail::{self, TRAIL_M};
@@ -48,16 +48,16 @@ pub struct TrailMaterials {
 /// Surface, rut and strip of each kind of trail. Those that are not wanted, which nothing shows,
 /// share the textures of one that is.
 pub(super) fn bake_trails(
-    painter: &Painter,
+    baker: &TextureBaker,
     wanted: &[TrailSurfaceKind],
     key: Key,
 ) -> Vec<[Arc<Texture>; 3]> {
     let bake = |kind: TrailSurfaceKind| {
         let tiles = LazyCell::new(|| trail::bake(kind, key.item(kind.index() as u64)));
         [
-            painter.paint(|| tiles.surface.clone()),
-            painter.paint(|| tiles.rut.clone()),
-            painter.paint(|| tiles.strip.clone()),
+            baker.bake(|| tiles.surface.clone()),
+            baker.bake(|| tiles.rut.clone()),
+            baker.bake(|| tiles.strip.clone()),
         ]
     };
     let first = wanted.first().copied().unwrap_or(TrailSurfaceKind::ALL[0]);
@@ -72,7 +72,7 @@ pub(super) fn bake_trails(
 }
 
 /// Leaf litter, needle litter, moss and soil, bare soil.
-pub(super) fn bake_floors(painter: &Painter, key: Key) -> Vec<Arc<Texture>> {
+pub(super) fn bake_floors(baker: &TextureBaker, key: Key) -> Vec<Arc<Texture>> {
     let recipes: [fn(Key) -> Tile; 4] = [
         ground::leaf_litter,
         ground::needle_litter,
@@ -82,7 +82,7 @@ pub(super) fn bake_floors(painter: &Painter, key: Key) -> Vec<Arc<Texture>> {
     recipes
         .par_iter()
         .enumerate()
-        .map(|(i, recipe)| painter.paint(|| recipe(key.item(i as u64))))
+        .map(|(i, recipe)| baker.bake(|| recipe(key.item(i as u64))))
         .collect()
 }
 

@@ -41,21 +41,21 @@ pub(crate) use self::solid::StumpMaterials;
 const TEXTURES: Domain = Domain::new("assets.textures");
 const CARDS: Domain = Domain::new("assets.cards");
 
-/// Turns tiles into textures, or spares their making.
+/// Bakes textures, or spares their baking.
 #[derive(Clone, Debug)]
-struct Painter {
+struct TextureBaker {
     /// What every tile has if textures are not wanted.
     plain: Option<Arc<Texture>>,
 }
 
-impl Painter {
+impl TextureBaker {
     fn new(textures: bool) -> Self {
         let plain = (!textures).then(|| Arc::new(Texture::plain(Vec3::splat(0.2))));
         Self { plain }
     }
 
     /// The texture of a tile, which is only made if textures are wanted.
-    fn paint(&self, tile: impl FnOnce() -> Tile) -> Arc<Texture> {
+    fn bake(&self, tile: impl FnOnce() -> Tile) -> Arc<Texture> {
         let plain = self.plain.clone();
         plain.unwrap_or_else(|| Arc::new(tile().texture()))
     }
@@ -153,19 +153,19 @@ impl WorldMaterials {
             litter,
             textures: is_textured,
         } = wanted;
-        let painter = &Painter::new(is_textured);
+        let baker = &TextureBaker::new(is_textured);
         let textures = key.domain(TEXTURES);
         let cards = key.domain(CARDS);
         let (trails, (floors, (solids, (images, leaves)))) = rayon::join(
-            || bake_trails(painter, trail_surfaces, textures.item(100)),
+            || bake_trails(baker, trail_surfaces, textures.item(100)),
             || {
                 rayon::join(
-                    || bake_floors(painter, textures.item(200)),
+                    || bake_floors(baker, textures.item(200)),
                     || {
                         rayon::join(
                             || {
                                 let key = textures.item(300);
-                                SolidTextures::bake(painter, species, deadwood, key)
+                                SolidTextures::bake(baker, species, deadwood, key)
                             },
                             || {
                                 let kinds = KINDS.par_iter().map(|kind| kind.images(cards));
@@ -185,7 +185,7 @@ impl WorldMaterials {
             .filter(|_| seedlings)
             .map(|s| seedling::images(&s.leaves, cards.domain(Domain::new(&s.name))))
             .collect();
-        let dead = deadwood.then(|| DeadwoodTextures::bake(painter, textures.item(400)));
+        let dead = deadwood.then(|| DeadwoodTextures::bake(baker, textures.item(400)));
         let climbing = climbers.then(|| self::climbers::images(cards));
         let closed = self::communities::images(communities, cards);
         let rare = (young, dead, climbing, closed);

@@ -8,7 +8,7 @@ use nemoral_scene::{LaserBand, Material, MaterialId, MaterialLibrary, Optics, Se
 use nemoral_seed::{Domain, Key};
 use rayon::prelude::*;
 
-use super::{Painter, optics};
+use super::{TextureBaker, optics};
 use crate::textures::{bark, mineral};
 use crate::tree::{BarkKind, Species, linear};
 
@@ -49,12 +49,12 @@ pub(super) struct BarkTextures {
 }
 
 impl BarkTextures {
-    fn bake(painter: &Painter, species: &Species, deadwood: bool, key: Key) -> Self {
+    fn bake(baker: &TextureBaker, species: &Species, deadwood: bool, key: Key) -> Self {
         let seed = |item: u64| key.item(item).to_u64() as u32;
         let look = &species.bark;
         let lower = LazyCell::new(|| bark::bake(&look.lower, seed(0)));
-        let stem = painter.paint(|| lower.clone());
-        let foot = painter.paint(|| bark::with_foot(&lower, look.moss as f32, seed(1)));
+        let stem = baker.bake(|| lower.clone());
+        let foot = baker.bake(|| bark::with_foot(&lower, look.moss as f32, seed(1)));
         let (change, upper) = look.upper.map_or_else(
             || (stem.clone(), stem.clone()),
             |layer| {
@@ -65,31 +65,35 @@ impl BarkTextures {
                 } else {
                     0.06
                 };
-                let change = painter.paint(|| bark::between(&lower, &upper, soft, seed(3)));
-                (change, painter.paint(|| upper.clone()))
+                let change = baker.bake(|| bark::between(&lower, &upper, soft, seed(3)));
+                (change, baker.bake(|| upper.clone()))
             },
         );
-        let loosening =
-            deadwood.then(|| painter.paint(|| bark::loosening(&lower.halved(), seed(7))));
+        let loosening = deadwood.then(|| baker.bake(|| bark::loosening(&lower.halved(), seed(7))));
         Self {
             loosening,
             lower: stem,
             foot,
             change,
             upper,
-            branch: painter.paint(|| bark::twig(seed(4), linear(look.branch))),
+            branch: baker.bake(|| bark::twig(seed(4), linear(look.branch))),
             faces: [(5, 0.25), (6, 0.95)]
-                .map(|(item, age)| painter.paint(|| mineral::cut_wood(seed(item), age))),
+                .map(|(item, age)| baker.bake(|| mineral::cut_wood(seed(item), age))),
         }
     }
 }
 
 impl SolidTextures {
-    pub(super) fn bake(painter: &Painter, species: &[Species], deadwood: bool, key: Key) -> Self {
+    pub(super) fn bake(
+        baker: &TextureBaker,
+        species: &[Species],
+        deadwood: bool,
+        key: Key,
+    ) -> Self {
         let seed = |item: u64| key.item(item).to_u64() as u32;
         let barks = species
             .par_iter()
-            .map(|s| BarkTextures::bake(painter, s, deadwood, key.domain(Domain::new(&s.name))))
+            .map(|s| BarkTextures::bake(baker, s, deadwood, key.domain(Domain::new(&s.name))))
             .collect();
         let twigs = [
             Vec3::new(0.098, 0.078, 0.058),
@@ -99,7 +103,7 @@ impl SolidTextures {
         let small: Vec<Arc<Texture>> = (0..7_u64)
             .into_par_iter()
             .map(|i| {
-                painter.paint(|| match i {
+                baker.bake(|| match i {
                     0..3 => bark::twig(seed(23 + i), twigs[i as usize]),
                     3 => bark::dead(seed(26)),
                     4 => mineral::stone(seed(27)),

@@ -51,7 +51,7 @@ impl Bark {
     }
 
     /// The outline at a height; `None` where there is no bark.
-    pub(crate) fn section(&self, z: f32) -> Option<Section> {
+    pub(crate) fn cross_section(&self, z: f32) -> Option<CrossSection> {
         let mut chords = Vec::new();
         let (mut centre, mut length) = (Vec2::ZERO, 0.0);
         for corners in &self.corners {
@@ -68,7 +68,7 @@ impl Bark {
                 chords.push([a, b]);
             }
         }
-        (length > 0.0).then(|| Section {
+        (length > 0.0).then(|| CrossSection {
             centre: centre / length,
             chords,
         })
@@ -94,12 +94,12 @@ impl Bark {
 
 /// The outline of bark at a height.
 #[derive(Debug)]
-pub(crate) struct Section {
+pub(crate) struct CrossSection {
     centre: Vec2,
     chords: Vec<[Vec2; 2]>,
 }
 
-impl Section {
+impl CrossSection {
     /// Where its outermost part is in a direction from its centre, by the angle from +x.
     pub(crate) fn surface(&self, angle: f32) -> Option<Vec2> {
         let way = around(angle).truncate();
@@ -114,24 +114,29 @@ impl Section {
     }
 }
 
-/// Runs of resin from wounds of the bark, 0.3 to 4 m up.
+/// The lowest and the highest wounds that resin runs from, metres.
+pub(crate) const WOUNDS_M: [f32; 2] = [0.3, 4.0];
+
+/// Runs of resin from wounds of the bark.
 pub(crate) fn resin(bark: &Bark, runs: &[FoliageCard], rng: &mut impl Rng) -> Shape {
+    const TRIES: u32 = 20;
     let mut shape = Shape::default();
-    for _ in 0..3 + rng.below(6) {
-        let Some((at, out)) = bark.draw(rng) else {
-            break;
-        };
-        if at.z < 0.3 || at.truncate().length() < 0.03 {
-            continue;
-        }
+    let wounds = 3 + rng.below(6);
+    // The bark's triangles reach beyond its top.
+    let wounds: Vec<(Vec3, Vec3)> = (0..TRIES * wounds)
+        .filter_map(|_| bark.draw(rng))
+        .filter(|(at, _)| (WOUNDS_M[0]..WOUNDS_M[1]).contains(&at.z))
+        .take(wounds as usize)
+        .collect();
+    for (at, out) in wounds {
         let down = (out * out.z - Vec3::Z).normalize_or(Vec3::NEG_Z);
         let across = out.cross(down);
         // A wound is often wider than one run.
         for _ in 0..1 + rng.below(3) {
-            let image = runs[rng.below(runs.len() as u32) as usize];
+            let image = rng.choose(runs);
             let beside = across * rng.range_f32(-0.03, 0.03) + down * rng.range_f32(-0.04, 0.04);
             let foot = at + beside + out * rng.range_f32(0.004, 0.008);
-            shape.card(&image, foot, down, across, rng.range_f32(0.6, 1.15));
+            shape.card(image, foot, down, across, rng.range_f32(0.6, 1.15));
         }
     }
     shape
@@ -165,7 +170,7 @@ pub(crate) fn ivy(bark: &Bark, top_m: f32, leaves: &[FoliageCard], rng: &mut imp
         if at.z > top_m || !rng.chance(f64::from(cover(at))) {
             continue;
         }
-        let image = leaves[rng.below(leaves.len() as u32) as usize];
+        let image = rng.choose(leaves);
         // Shoots climb; their leaves face the light.
         let across = out.cross(Vec3::Z).normalize_or(Vec3::Y);
         let tilt = rng.range_f32(0.10, 0.45);
@@ -174,7 +179,7 @@ pub(crate) fn ivy(bark: &Bark, top_m: f32, leaves: &[FoliageCard], rng: &mut imp
         let scale = rng.range_f32(0.75, 1.15);
         let half = 0.5 * image.height_m * scale;
         let foot = at + out * OFF_BARK_M - along.normalize_or(Vec3::Z) * half;
-        shape.card(&image, foot + out * (half * tilt), along, across, scale);
+        shape.card(image, foot + out * (half * tilt), along, across, scale);
     }
     shape
 }
@@ -205,7 +210,7 @@ pub(crate) fn moss(
         if !rng.chance(f64::from(share * (0.25 + 0.75 * facing))) {
             continue;
         }
-        let image = cushions[rng.below(cushions.len() as u32) as usize];
+        let image = rng.choose(cushions);
         let any = around(rng.range_f32(0.0, TAU)) + Vec3::Z * rng.range_f32(-1.0, 1.0);
         // Flat on the bark, however turned.
         let along = (any - out * any.dot(out)).normalize_or(Vec3::Z);
@@ -216,7 +221,7 @@ pub(crate) fn moss(
         let foot = at + out * rng.range_f32(0.004, 0.012);
         let foot = foot - along * (0.5 * image.height_m * scale);
         shape.card(
-            &image,
+            image,
             foot,
             along + out * rng.range_f32(-0.06, 0.10),
             across,
@@ -235,12 +240,51 @@ pub(crate) fn carpet(leaves: &[FoliageCard], rng: &mut impl Rng) -> Shape {
         let at = around(rng.range_f32(0.0, TAU)) * r;
         let heading = rng.range_f32(0.0, TAU);
         let lift = rng.range_f32(0.05, 0.45);
-        let image = leaves[rng.below(leaves.len() as u32) as usize];
+        let image = rng.choose(leaves);
         let across = around(heading + 0.25 * TAU) + Vec3::Z * rng.range_f32(-0.25, 0.25);
         let height = rng.range_f32(0.02, 0.07) - 0.04 * (r / RADIUS_M);
         let foot = at + Vec3::Z * height.max(-0.01);
         let along = around(heading) + Vec3::Z * lift;
-        shape.card(&image, foot, along, across, rng.range_f32(0.7, 1.05));
+        shape.card(image, foot, along, across, rng.range_f32(0.7, 1.05));
     }
     shape
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    /// The bark of a leaning stem of this radius, whose middle is at `middle` of each height.
+    pub(crate) fn leaning_stem(radius_m: f32, top_m: f32, middle: impl Fn(f32) -> Vec2) -> Bark {
+        const SIDES: u32 = 96;
+        let (mut corners, mut areas) = (Vec::new(), Vec::new());
+        let corner = |k: u32, z: f32| {
+            let out = around(TAU * k as f32 / SIDES as f32).truncate();
+            (middle(z) + out * radius_m).extend(z)
+        };
+        for k in 0..SIDES {
+            let [a, b] = [corner(k, 0.0), corner(k + 1, 0.0)];
+            let [c, d] = [corner(k + 1, top_m), corner(k, top_m)];
+            corners.extend([[a, b, c], [a, c, d]]);
+            areas.extend([1.0 + k as f32, 1.5 + k as f32]);
+        }
+        Bark { corners, areas }
+    }
+
+    #[test]
+    fn a_cross_section_is_the_outline_at_its_height() {
+        let lean = |z: f32| Vec2::new(0.2 * z, -0.1 * z);
+        let bark = leaning_stem(0.15, 4.0, lean);
+        for z in [0.1, 1.37, 3.9] {
+            let section = bark.cross_section(z).expect("there is bark");
+            for k in 0..50 {
+                let angle = TAU * k as f32 / 50.0;
+                let at = section.surface(angle).expect("it is closed");
+                let out = at - lean(z);
+                assert!((out.length() - 0.15).abs() < 2e-4, "{z} {angle}: {out}");
+                assert!(out.dot(around(angle).truncate()) > 0.1499);
+            }
+        }
+        assert!(bark.cross_section(4.1).is_none() && bark.cross_section(-0.1).is_none());
+    }
 }

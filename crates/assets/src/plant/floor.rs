@@ -7,7 +7,7 @@ use nemoral_scene::MaterialId;
 use nemoral_seed::{Draw, Rng};
 
 use super::shape::{Shape, around};
-use super::undergrowth::{pick, scatter};
+use super::undergrowth::scatter;
 use crate::materials::WorldMaterials;
 
 /// Radius of a litter patch, metres.
@@ -151,7 +151,7 @@ fn leaf(shape: &mut Shape, at: Vec2, materials: &WorldMaterials, rng: &mut impl 
     let along = around(heading) + Vec3::Z * lift;
     let roll = rng.range_f32(-0.5, 0.5);
     let across = around(heading + 0.25 * TAU) + Vec3::Z * roll;
-    let kind = pick(&materials.fallen_leaf, rng);
+    let kind = rng.choose(&materials.fallen_leaf);
     // High enough that the lower edge of the rolled leaf is above the ground.
     let height = 0.004 + 0.5 * roll.abs() * kind.width_m + 0.05 * kind.height_m;
     shape.card(

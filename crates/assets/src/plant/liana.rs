@@ -3,7 +3,7 @@
 use std::f32::consts::TAU;
 
 use glam::{IVec2, Vec2, Vec3};
-use nemoral_scene::{Card, Prototype};
+use nemoral_scene::{Card, MaterialId, Prototype};
 use nemoral_seed::{Draw, Rng};
 
 use super::climber::Bark;
@@ -20,10 +20,6 @@ const HIGHEST_M: f32 = 9.0;
 const OVERLAP: f32 = 1.1;
 /// The least and the most cards of a veil.
 const VEIL_CARDS: [f32; 2] = [120.0, 650.0];
-
-fn one_of<'a>(images: &'a [FoliageCard], rng: &mut impl Rng) -> &'a FoliageCard {
-    &images[rng.below(images.len() as u32) as usize]
-}
 
 /// Honeysuckle that winds up to `top_m`, leafy from a quarter of that, with shoots that hang from
 /// its upper half. It turns clockwise as it climbs, seen from above (Darwin 1865, On the movements
@@ -67,7 +63,7 @@ fn winding(
     while z < top_m {
         let turns = z / rise_m;
         let angle = start - TAU * turns + 0.3 * libm::sinf(0.8 * TAU * turns + loose);
-        let Some(at) = bark.section(z).and_then(|s| s.surface(angle)) else {
+        let Some(at) = bark.cross_section(z).and_then(|s| s.surface(angle)) else {
             break;
         };
         let out = around(angle);
@@ -98,7 +94,7 @@ fn leaves_along(
             let up = Vec3::Z * rng.range_f32(-0.7, 0.6);
             let along = out * rng.range_f32(0.35, 0.9) + across + up;
             let flat = out.cross(along) + Vec3::Z * rng.range_f32(-0.3, 0.3);
-            let image = one_of(&of.honeysuckle, rng);
+            let image = rng.choose(&of.honeysuckle);
             shape.card(image, at, along, flat, rng.range_f32(0.65, 1.1));
         }
         if share > 0.45 && rng.chance(0.26) {
@@ -115,7 +111,7 @@ fn strand(
     shape: &mut Shape,
     from: Vec3,
     (out, length_m): (Vec3, f32),
-    (leaves, wood): (&[FoliageCard], nemoral_scene::MaterialId),
+    (leaves, wood): (&[FoliageCard], MaterialId),
     rng: &mut impl Rng,
 ) {
     const STEP_M: f32 = 0.10;
@@ -139,13 +135,13 @@ fn strand(
         let way = around(rng.range_f32(0.0, TAU));
         let along = way * rng.range_f32(0.3, 0.8) - Vec3::Z * rng.range_f32(0.3, 1.0);
         let across = way.cross(Vec3::Z) + Vec3::Z * rng.range_f32(-0.4, 0.4);
-        let image = one_of(leaves, rng);
+        let image = rng.choose(leaves);
         shape.card(image, at, along, across, rng.range_f32(0.5, 0.9));
     }
 }
 
 /// The leaves of a crown that clematis has reached, seen from the stem.
-struct Reached {
+struct ClimbedCrown {
     /// Outer leaves, the lowest first.
     outer: Vec<Vec3>,
     /// Leaves nearer to the stem, the lowest first.
@@ -156,13 +152,13 @@ struct Reached {
     area_m2: f32,
 }
 
-impl Reached {
+impl ClimbedCrown {
     /// The leaves on the side where the crown reaches lowest and farthest.
     fn of(tree: &Prototype, rng: &mut impl Rng) -> Option<Self> {
         const SLICE_M: f32 = 0.5;
         let middle = |c: &Card| c.corner + 0.5 * c.edge_u + 0.5 * c.edge_v;
         let mut twigs: Vec<Vec3> = tree.cards().iter().map(middle).collect();
-        twigs.sort_unstable_by(|a, b| a.z.total_cmp(&b.z).then(a.x.total_cmp(&b.x)));
+        twigs.sort_by(|a, b| a.z.total_cmp(&b.z));
         let low = twigs.get(twigs.len() / 20)?.z;
         let high = twigs.last()?.z;
         if twigs.len() < 60 || low > HIGHEST_M {
@@ -206,16 +202,16 @@ pub(crate) fn clematis(
     rng: &mut impl Rng,
 ) -> Shape {
     let mut shape = Shape::default();
-    let Some(reached) = Reached::of(tree, rng) else {
+    let Some(crown) = ClimbedCrown::of(tree, rng) else {
         return shape;
     };
-    veil(&mut shape, &reached, of, rng);
-    let [low, top] = reached.range_m;
-    let lower = reached
+    veil(&mut shape, &crown, of, rng);
+    let [low, top] = crown.range_m;
+    let lower = crown
         .outer
         .partition_point(|p| p.z < low + 0.5 * (top - low));
     for _ in 0..10 + rng.below(12) {
-        let Some(&from) = reached.outer.get(rng.below(lower.max(1) as u32) as usize) else {
+        let Some(&from) = crown.outer.get(rng.below(lower.max(1) as u32) as usize) else {
             break;
         };
         let long = 0.4 + 2.2 * rng.unit_f32() * rng.unit_f32();
@@ -223,10 +219,10 @@ pub(crate) fn clematis(
         let hanging = (out, long.min(from.z - 0.2).max(0.2));
         strand(&mut shape, from, hanging, (&of.clematis, of.rope), rng);
     }
-    let bearers = if reached.inner.len() < 4 {
-        &reached.outer
+    let bearers = if crown.inner.len() < 4 {
+        &crown.outer
     } else {
-        &reached.inner
+        &crown.inner
     };
     let lowest = (bearers.len() / 3).max(1) as u32;
     for _ in 0..2 + rng.below(4) {
@@ -242,14 +238,14 @@ pub(crate) fn clematis(
 }
 
 /// Shoots that lie over the outer leaves, in tongues.
-fn veil(shape: &mut Shape, reached: &Reached, of: &LianaMaterials, rng: &mut impl Rng) {
+fn veil(shape: &mut Shape, crown: &ClimbedCrown, of: &LianaMaterials, rng: &mut impl Rng) {
     let image = &of.clematis[0];
     let card_m2 = image.width_m * image.height_m * image.opaque_fraction;
-    let count = (OVERLAP * reached.area_m2 / card_m2).clamp(VEIL_CARDS[0], VEIL_CARDS[1]);
+    let count = (OVERLAP * crown.area_m2 / card_m2).clamp(VEIL_CARDS[0], VEIL_CARDS[1]);
     let seed = rng.below(u32::MAX);
-    let [low, top] = reached.range_m;
+    let [low, top] = crown.range_m;
     for _ in 0..count as u32 {
-        let at = reached.outer[rng.below(reached.outer.len() as u32) as usize];
+        let at = *rng.choose(&crown.outer);
         let turn = (libm::atan2f(at.y, at.x) / TAU).rem_euclid(1.0);
         let p = Vec2::new(turn, (0.11 * at.z).rem_euclid(1.0));
         let tongues = fbm(p, IVec2::new(9, 5), 3, 0.55, seed);
@@ -265,7 +261,7 @@ fn veil(shape: &mut Shape, reached: &Reached, of: &LianaMaterials, rng: &mut imp
         let foot = at + out * rng.range_f32(-0.05, 0.12) + Vec3::Z * rng.range_f32(0.0, 0.12);
         let flat = out.cross(Vec3::Z) + Vec3::Z * rng.range_f32(-0.5, 0.5);
         shape.card(
-            one_of(&of.clematis, rng),
+            rng.choose(&of.clematis),
             foot,
             along,
             flat,
@@ -283,7 +279,9 @@ fn rope(
     of: &LianaMaterials,
     rng: &mut impl Rng,
 ) {
-    const POINTS: usize = 26;
+    const POINTS: u32 = 26;
+    const TURNS_PER_M: f32 = 0.5;
+    let shares = || (0..POINTS).map(|i| i as f32 / (POINTS - 1) as f32);
     let flat = bearer.truncate();
     let away = foot_radius_m + rng.range_f32(0.15, 0.7);
     let turn = libm::atan2f(flat.y, flat.x) + rng.range_f32(-0.7, 0.7);
@@ -314,19 +312,52 @@ fn rope(
             + sway * (0.5 * t * s)
     };
     let radius_m = 0.009 + 0.020 * rng.unit_f32() * rng.unit_f32();
-    let twins = rng.chance(0.35);
-    for twin in 0..1 + u32::from(twins) {
-        let off_m = if twins { 0.9 * radius_m } else { 0.0 };
-        let phase = TAU * (0.5 * twin as f32 + bearer.z);
-        let points: Vec<Vec3> = (0..POINTS)
-            .map(|i| {
-                let t = i as f32 / (POINTS - 1) as f32;
-                middle(t) + around(phase + 1.6 * TAU * bearer.z * t * 0.3) * off_m
-            })
-            .collect();
-        let radii: Vec<f32> = (0..POINTS)
-            .map(|i| radius_m * (1.0 - 0.55 * i as f32 / (POINTS - 1) as f32))
+    let radii: Vec<f32> = shares().map(|t| radius_m * (1.0 - 0.55 * t)).collect();
+    // Two that are wound around each other lie on opposite sides of the middle.
+    let (stems, off_m) = if rng.chance(0.35) {
+        (2, 0.9 * radius_m)
+    } else {
+        (1, 0.0)
+    };
+    let turn = rng.range_f32(0.0, TAU);
+    for stem in 0..stems {
+        let phase = turn + TAU * stem as f32 / stems as f32;
+        let winding = TURNS_PER_M * bearer.z * TAU;
+        let points: Vec<Vec3> = shares()
+            .map(|t| middle(t) + around(phase + winding * t) * off_m)
             .collect();
         shape.tube(&points, &radii, 6, of.rope);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plant::climber::tests::leaning_stem;
+    use nemoral_seed::Key;
+
+    #[test]
+    fn honeysuckle_winds_clockwise_on_the_bark() {
+        let lean = |z: f32| Vec2::new(0.1 * z, 0.05 * z);
+        let bark = leaning_stem(0.12, 6.0, lean);
+        for seed in 0..20 {
+            let mut rng = Key::world(seed).rng();
+            let path = winding(&bark, 5.0, &|_| 0.01, &mut rng);
+            assert!(path[0].0.z < -0.2 && path[path.len() - 1].0.z > 4.8);
+            // Of a stem 1 cm thick whose middle is 8 mm off the bark, a part is in it.
+            for (at, _) in &path[1..] {
+                let away = (at.truncate() - lean(at.z)).length() - 0.12;
+                assert!((0.006..0.010).contains(&away), "{away}");
+            }
+            let turned: f32 = path[1..]
+                .windows(2)
+                .map(|pair| {
+                    let [a, b] = [0, 1].map(|i| pair[i].0.truncate() - lean(pair[i].0.z));
+                    a.perp_dot(b).atan2(a.dot(b))
+                })
+                .sum();
+            // A turn in 0.35 to 0.75 m, seen from above.
+            assert!((-15.0 * TAU..-6.0 * TAU).contains(&turned), "{turned}");
+        }
     }
 }

@@ -7,7 +7,7 @@ use nemoral_scene::MaterialId;
 use nemoral_seed::{Draw, Rng};
 
 use super::shape::{Shape, around, leaning};
-use super::undergrowth::{SUNK_M, arched, pick};
+use super::undergrowth::{SUNK_M, arched};
 use crate::materials::SeedlingMaterials;
 use crate::tree::{FoliageCard, LeafKind, LeafLook};
 
@@ -141,7 +141,7 @@ fn broadleaf(
         // Two rows stand left and right of the way that the stem leans.
         let azimuth = heading + 0.5 * PI + habit.turn * i as f32 + rng.range_f32(-0.35, 0.35);
         let tilt = rng.range_f32(1.25, 1.60) - 0.12 * up;
-        let image = pick(&materials.leaves, rng);
+        let image = rng.choose(&materials.leaves);
         // Leaves are in proportion to the stem, however large those of a tree of the species are.
         let most = (0.45 * height_m + 0.02) / image.height_m;
         let size = (vigour * rng.range_f32(0.85, 1.15)).min(most);

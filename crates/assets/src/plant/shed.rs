@@ -77,7 +77,7 @@ pub(crate) fn litter(plan: &LitterPlan<'_>, key: Key) -> Shape {
             rng.weighted(plan.shares).unwrap_or(plan.own)
         };
         let pieces = &plan.stand[of].materials.leaves;
-        let pieces = &pieces[rng.below(pieces.len() as u32) as usize];
+        let pieces = rng.choose(pieces);
         let middle = 1.0 - (at.length() / plan.radius_m).powi(2);
         let level = 0.002 + PILE_M * plan.depth * middle.max(0.0) * rng.unit_f32();
         match &pieces[..] {
@@ -120,7 +120,7 @@ fn within(radius_m: f32, rng: &mut impl Draw) -> Vec2 {
 fn strewn(radius_m: f32, clumps: &[Vec2], rng: &mut impl Draw) -> Vec2 {
     for _ in 0..4 {
         let at = if rng.chance(0.34) {
-            let middle = clumps[rng.below(clumps.len() as u32) as usize];
+            let middle = *rng.choose(clumps);
             middle + Vec2::new(rng.normal() as f32, rng.normal() as f32) * 0.1
         } else {
             within(radius_m, rng)

@@ -6,7 +6,7 @@ use glam::{Vec2, Vec3};
 use nemoral_seed::{Draw, Rng};
 
 use super::shape::{Shape, around, leaning};
-use super::undergrowth::{SUNK_M, arched, on_line, pick};
+use super::undergrowth::{SUNK_M, arched, on_line};
 use crate::materials::WorldMaterials;
 
 /// A shrub's kind.
@@ -76,7 +76,7 @@ fn gorse(height: f32, materials: &WorldMaterials, rng: &mut impl Rng) -> Shape {
                     .normalize_or(way);
                 let across = around(rng.range_f32(0.0, TAU));
                 shape.card(
-                    pick(&materials.gorse, rng),
+                    rng.choose(&materials.gorse),
                     at,
                     out,
                     across,
@@ -109,7 +109,7 @@ fn heather(height: f32, materials: &WorldMaterials, rng: &mut impl Rng) -> Shape
             let way = along + 0.55 * spread + 0.2 * Vec3::Z;
             let size = rng.range_f32(0.6, 0.95);
             shape.card(
-                pick(&materials.heather, rng),
+                rng.choose(&materials.heather),
                 at,
                 way,
                 around(rng.range_f32(0.0, TAU)),
@@ -169,7 +169,7 @@ pub(crate) fn cane(
         let flat = (out - face * out.dot(face)).normalize_or(along);
         let across = flat.cross(face);
         let size = rng.range_f32(0.85, 1.35);
-        shape.card(pick(&materials.bramble, rng), at, flat, across, size);
+        shape.card(rng.choose(&materials.bramble), at, flat, across, size);
     }
 }
 

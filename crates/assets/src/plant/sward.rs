@@ -8,7 +8,7 @@ use nemoral_scene::PlantCommunity;
 use nemoral_seed::{Draw, Rng};
 
 use super::shape::{Shape, around, leaning};
-use super::undergrowth::{SUNK_M, pick, scatter};
+use super::undergrowth::{SUNK_M, scatter};
 use crate::materials::{CommunityMaterials, Hue};
 use crate::tree::FoliageCard;
 
@@ -114,13 +114,13 @@ pub(crate) fn tile(
     };
     for _ in 0..count(habit.thatch_per_m2) {
         let at = within(radius_m, rng);
-        let card = pick(&materials.thatch, rng);
+        let card = rng.choose(&materials.thatch);
         lie(&mut shape, card, at, [0.004, 0.03], rng);
     }
     for _ in 0..count(habit.short_per_m2) {
         let at = within(radius_m, rng);
         let dry = usize::from(hue(rng) == Hue::Straw);
-        let card = pick(&materials.short[dry], rng);
+        let card = rng.choose(&materials.short[dry]);
         let size = rng.range_f32(0.6, 1.25) * height;
         stand(
             &mut shape,
@@ -138,7 +138,10 @@ pub(crate) fn tile(
     }
     for _ in 0..count(habit.tall_per_m2) {
         let at = within(radius_m, rng);
-        let card = pick(&materials.tall[hue(rng).index()], rng);
+        let card = {
+            let hue = hue(rng);
+            rng.choose(&materials.tall[hue.index()])
+        };
         let size = rng.range_f32(habit.size[0], habit.size[1]) * height * rim(at, radius_m);
         let lean = habit_lean(&habit.lean, rng);
         if habit.is_lodged {
@@ -153,7 +156,7 @@ pub(crate) fn tile(
     }
     for _ in 0..count(habit.heads_per_m2) {
         let at = within(radius_m, rng);
-        let card = pick(&materials.heads, rng);
+        let card = rng.choose(&materials.heads);
         let lean = if habit.is_lodged { 0.9 } else { 0.25 } * rng.unit_f32();
         let size = rng.range_f32(0.55, 1.0) * height * rim(at, radius_m);
         stand(&mut shape, card, at, lean, size, rng);
@@ -182,7 +185,7 @@ fn tussock(
         } else {
             Hue::Green
         };
-        let card = pick(&materials.tall[hue.index()], rng);
+        let card = rng.choose(&materials.tall[hue.index()]);
         let lean = 0.10 + 1.05 * outer * outer + rng.range_f32(-0.08, 0.12);
         let base = foot.extend(-SUNK_M) + around(azimuth) * (0.08 * outer);
         let across = around(azimuth + rng.range_f32(1.1, 2.0));

@@ -7,7 +7,7 @@ use nemoral_seed::{Draw, Rng};
 
 use super::shape::{Shape, around, leaning};
 use super::shrub::cane;
-use super::undergrowth::{SUNK_M, arched, bracken_frond, on_line, pick, scatter};
+use super::undergrowth::{SUNK_M, arched, bracken_frond, on_line, scatter};
 use crate::materials::{CommunityMaterials, WorldMaterials};
 
 /// Canes that root and arch all over a tile, `height` metres high.
@@ -62,7 +62,7 @@ pub(crate) fn heath(height: f32, materials: &WorldMaterials, rng: &mut impl Rng)
                 let way = along + 0.6 * around(rng.range_f32(0.0, TAU)) + 0.2 * Vec3::Z;
                 let across = around(rng.range_f32(0.0, TAU));
                 let size = rng.range_f32(0.75, 1.1) * (tall / 0.5).clamp(0.8, 1.2);
-                shape.card(pick(&materials.heather, rng), at, way, across, size);
+                shape.card(rng.choose(&materials.heather), at, way, across, size);
             }
         }
     }
@@ -77,7 +77,7 @@ pub(crate) fn bilberry(height: f32, materials: &CommunityMaterials, rng: &mut im
         let along = leaning(azimuth, rng.range_f32(0.10, 0.80));
         let across = around(azimuth + rng.range_f32(0.8, 2.3));
         let size = height / 0.26 * rng.range_f32(0.75, 1.15);
-        let card = pick(&materials.bilberry, rng);
+        let card = rng.choose(&materials.bilberry);
         shape.card(card, foot.extend(-SUNK_M), along, across, size);
     }
     shape
@@ -90,7 +90,7 @@ pub(crate) fn nettles(height: f32, materials: &CommunityMaterials, rng: &mut imp
         let along = leaning(rng.range_f32(0.0, TAU), rng.range_f32(0.0, 0.28));
         let across = around(rng.range_f32(0.0, TAU));
         let size = height / 0.80 * rng.range_f32(0.65, 1.1);
-        let card = pick(&materials.nettle, rng);
+        let card = rng.choose(&materials.nettle);
         let base = foot.extend(-SUNK_M);
         // Pairs of leaves are crossed.
         shape.card(card, base, along, across, size);

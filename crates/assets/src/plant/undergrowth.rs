@@ -7,15 +7,9 @@ use nemoral_seed::{Draw, Rng};
 
 use super::shape::{Shape, around, leaning};
 use crate::materials::WorldMaterials;
-use crate::tree::FoliageCard;
 
 /// How deep every plant is set into the ground, so that none floats above rough ground.
 pub(crate) const SUNK_M: f32 = 0.03;
-
-/// One of some images, with equal chances.
-pub(crate) fn pick<'a>(cards: &'a [FoliageCard], rng: &mut impl Rng) -> &'a FoliageCard {
-    &cards[rng.below(cards.len() as u32) as usize]
-}
 
 /// Points in a disc, at least `spacing_m` apart as far as there is room, some of them clumped.
 pub(crate) fn scatter(count: u32, radius_m: f32, spacing_m: f32, rng: &mut impl Rng) -> Vec<Vec2> {
@@ -27,7 +21,7 @@ pub(crate) fn scatter(count: u32, radius_m: f32, spacing_m: f32, rng: &mut impl 
             let r = radius_m * rng.unit_f32().sqrt();
             around(rng.range_f32(0.0, TAU)).truncate() * r
         } else {
-            let near = points[rng.below(points.len() as u32) as usize];
+            let near = *rng.choose(&points);
             let r = spacing_m * rng.range_f32(1.0, 2.2);
             near + around(rng.range_f32(0.0, TAU)).truncate() * r
         };
@@ -67,7 +61,7 @@ fn tuft(
         let card = if rng.chance(0.05) {
             heads
         } else {
-            pick(blades, rng)
+            rng.choose(blades)
         };
         shape.card(card, base, along, across, size);
     }
@@ -125,7 +119,7 @@ fn rosette(
 ) {
     let leaves = 6 + rng.below(5);
     let turn = rng.range_f32(0.0, TAU);
-    let kind = pick(&materials.broad_leaf, rng);
+    let kind = rng.choose(&materials.broad_leaf);
     let size = rng.range_f32(sizes[0], sizes[1]);
     for i in 0..leaves {
         let azimuth = turn + 2.4 * i as f32;
@@ -138,7 +132,7 @@ fn rosette(
 
 fn stems(shape: &mut Shape, foot: Vec2, materials: &WorldMaterials, rng: &mut impl Rng) {
     for _ in 0..2 + rng.below(3) {
-        let kind = pick(&materials.leafy_stem, rng);
+        let kind = rng.choose(&materials.leafy_stem);
         let azimuth = rng.range_f32(0.0, TAU);
         let base = foot.extend(-SUNK_M) + around(azimuth) * rng.range_f32(0.0, 0.03);
         let along = leaning(azimuth, rng.range_f32(0.0, 0.45));
@@ -172,7 +166,7 @@ fn trefoils(
         let across = along.cross(Vec3::Z) + 0.3 * rng.range_f32(-1.0, 1.0) * Vec3::Z;
         let size = rng.range_f32(sizes[0], sizes[1]);
         shape.card(
-            pick(&materials.trefoil, rng),
+            rng.choose(&materials.trefoil),
             at.extend(height),
             along,
             across,
@@ -236,12 +230,12 @@ pub(crate) fn bracken_frond(
         for sign in [-1.0, 1.0] {
             let lift = rng.range_f32(0.02, 0.22) - if dead { 0.5 } else { 0.0 };
             let out = side * sign + along * rng.range_f32(0.25, 0.5) + up * lift;
-            shape.card(pick(cards, rng), at, out, along, size.max(0.12));
+            shape.card(rng.choose(cards), at, out, along, size.max(0.12));
         }
     }
     let (tip, along) = on_line(&line, 0.96);
     let side = around(azimuth + 0.25 * TAU);
-    shape.card(pick(cards, rng), tip, along, side, 0.35 * length);
+    shape.card(rng.choose(cards), tip, along, side, 0.35 * length);
 }
 
 /// A patch of male ferns: one to three shuttlecocks of arching fronds.
@@ -254,7 +248,7 @@ pub(crate) fn male_fern(materials: &WorldMaterials, rng: &mut impl Rng) -> Shape
         let size = rng.range_f32(0.75, 1.25);
         for i in 0..fronds {
             let azimuth = turn + TAU * (i as f32 + rng.range_f32(-0.3, 0.3)) / fronds as f32;
-            let frond = &materials.fronds[rng.below(materials.fronds.len() as u32) as usize];
+            let frond = rng.choose(&materials.fronds);
             let scale = size * rng.range_f32(0.75, 1.15);
             let mut tilt = rng.range_f32(0.25, 0.65);
             let mut base = foot.extend(-SUNK_M) + 0.02 * around(azimuth);

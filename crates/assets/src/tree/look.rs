@@ -21,6 +21,14 @@ pub enum LeafKind {
     HangingLeaves,
 }
 
+impl LeafKind {
+    /// Whether they are needles, as all conifers here have.
+    #[must_use]
+    pub const fn is_needle(self) -> bool {
+        matches!(self, Self::NeedleTuft | Self::NeedleSpray)
+    }
+}
+
 /// The image of a leafy twig.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]

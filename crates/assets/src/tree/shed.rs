@@ -2,7 +2,6 @@
 
 use serde::Deserialize;
 
-use super::look::LeafKind;
 use super::species::{Ranges, Species};
 use nemoral_scene::ParamError;
 
@@ -51,13 +50,13 @@ impl Species {
     /// What it sheds: its own numbers, or, without any, leaves as those of most species.
     #[must_use]
     pub fn shed_look(&self) -> ShedLook {
-        let has_needles = matches!(
-            self.leaves.kind,
-            LeafKind::NeedleTuft | LeafKind::NeedleSpray
-        );
         self.shed.unwrap_or(ShedLook {
             albedo: [0.149, 0.089, 0.060],
-            leaves_per_m2: if has_needles { 24.0 } else { 90.0 },
+            leaves_per_m2: if self.leaves.kind.is_needle() {
+                24.0
+            } else {
+                90.0
+            },
             fruit: None,
             bark: None,
         })

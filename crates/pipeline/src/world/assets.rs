@@ -108,12 +108,12 @@ pub struct ClimberShapes {
     pub ivy: Vec<Arc<Blas>>,
     /// Moss by the side where it is densest.
     pub moss: Vec<Arc<Blas>>,
-    /// Honeysuckle, or nothing.
-    pub honeysuckle: Vec<Arc<Blas>>,
-    /// Clematis, or nothing.
-    pub clematis: Vec<Arc<Blas>>,
-    /// Resin, or nothing.
-    pub resin: Vec<Arc<Blas>>,
+    /// Honeysuckle that winds up the stem.
+    pub honeysuckle: Option<Arc<Blas>>,
+    /// Clematis that hangs from the crown.
+    pub clematis: Option<Arc<Blas>>,
+    /// Runs of resin on the bark.
+    pub resin: Option<Arc<Blas>>,
 }
 
 /// A tree that can be placed.
@@ -240,9 +240,9 @@ impl WorldAssets {
                     .map(|t| ClimberShapes {
                         ivy: shapes(&t.ivy),
                         moss: shapes(&t.moss),
-                        honeysuckle: shapes(&t.honeysuckle),
-                        clematis: shapes(&t.clematis),
-                        resin: shapes(&t.resin),
+                        honeysuckle: shapes(t.honeysuckle.as_slice()).pop(),
+                        clematis: shapes(t.clematis.as_slice()).pop(),
+                        resin: shapes(t.resin.as_slice()).pop(),
                     })
                     .collect()
             },

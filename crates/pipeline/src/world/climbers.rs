@@ -77,7 +77,7 @@ impl Climbing {
                 object: ObjectId::NONE,
                 ..moss_place
             };
-            for (shape, is_plant) in self.others(object, shapes, assets, key) {
+            for (shape, is_plant) in self.lianas_and_resin(object, shapes, assets, key) {
                 let place = if is_plant { ivy_place } else { moss_place };
                 all.push((place, Arc::clone(shape)));
             }
@@ -111,11 +111,11 @@ impl Climbing {
     /// The chance that ivy climbs a tree: thick ones more often, and in patches.
     fn ivy_chance(&self, world_m: DVec2, dbh_m: f64, assets: &WorldAssets) -> f64 {
         let thick = (dbh_m / assets.dbh_mean_m.max(0.05)).clamp(0.3, 1.7);
-        self.wanted.ivy * thick * patchy(&self.fields[0], world_m)
+        self.wanted.ivy * thick * patchiness(&self.fields[0], world_m)
     }
 
     /// Lianas and resin on a tree, each with whether it is a plant of its own.
-    fn others<'a>(
+    fn lianas_and_resin<'a>(
         &self,
         object: &SceneObject,
         shapes: &'a ClimberShapes,
@@ -123,7 +123,7 @@ impl Climbing {
         of_tree: Key,
     ) -> impl Iterator<Item = (&'a Arc<Blas>, bool)> {
         let mut rng = of_tree.domain(LIANAS).rng();
-        let near_each_other = patchy(&self.fields[1], object.position_m.truncate());
+        let patch = patchiness(&self.fields[1], object.position_m.truncate());
         let dbh_m = assets.standing[object.asset].tree.size.dbh_m * object.scale;
         // A twiner holds thin stems best.
         let thin = (assets.dbh_mean_m / dbh_m.max(0.05)).clamp(0.4, 1.5);
@@ -135,23 +135,17 @@ impl Climbing {
         let all = [
             (
                 &shapes.honeysuckle,
-                self.wanted.honeysuckle * thin * near_each_other,
+                self.wanted.honeysuckle * thin * patch,
                 true,
             ),
-            (
-                &shapes.clematis,
-                self.wanted.clematis * light * near_each_other,
-                true,
-            ),
+            (&shapes.clematis, self.wanted.clematis * light * patch, true),
             (&shapes.resin, self.wanted.resin, false),
         ];
         // Each is drawn, whether there is a shape or not.
         let drawn = all.map(|(shape, share, is_plant)| {
             let is_there = rng.chance(share.min(1.0));
-            shape
-                .first()
-                .filter(|_| is_there)
-                .map(|shape| (shape, is_plant))
+            let shape = shape.as_ref().filter(|_| is_there);
+            shape.map(|shape| (shape, is_plant))
         });
         drawn.into_iter().flatten()
     }
@@ -170,7 +164,7 @@ impl Climbing {
 }
 
 /// A factor of the frequency of climbers, 0.3 to 1.7 by a field that is 0.5 on average.
-fn patchy(field: &TerrainField, world_m: DVec2) -> f64 {
+fn patchiness(field: &TerrainField, world_m: DVec2) -> f64 {
     let patch = ((field.value(world_m) - 0.5) * 3.5 + 0.5).clamp(0.0, 1.0);
     0.3 + 1.4 * patch
 }

@@ -181,7 +181,7 @@ pub fn scene(seed: u64) -> (Groups, Vec<Vec3>) {
             let offset = cube(&mut rng, reach);
             let instances = (0..rng.below(20))
                 .map(|_| {
-                    let shape = &shapes[rng.below(shapes.len() as u32) as usize];
+                    let shape = rng.choose(&shapes);
                     let position = cube(&mut rng, 6.0);
                     targets.push(offset + position);
                     place(shape, position, linear(&mut rng), rng.below(4) as u16)
@@ -199,7 +199,7 @@ pub fn rays(seed: u64, targets: &[Vec3], n: usize) -> Vec<Ray> {
     let mut rng = rng(seed, "rays");
     (0..n)
         .map(|i| {
-            let target = targets[rng.below(targets.len() as u32) as usize] + cube(&mut rng, 1.5);
+            let target = *rng.choose(targets) + cube(&mut rng, 1.5);
             let away = [0.5, 5.0, 50.0, 300.0][i % 4];
             let mut r = ray(target + direction(&mut rng) * away, target);
             if i % 5 == 0 {
