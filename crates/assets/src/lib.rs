@@ -28,7 +28,7 @@ pub use ambient_occlusion::with_ambient_occlusion;
 pub use library::{
     AssetParams, ClimberParams, Climbers, CommunityTiles, Deadwood, Library, LitterParams,
     LitterPatches, LogAsset, MeasuredTree, PlantAsset, SingleTree, StandParams, StandSpecies,
-    StemMoss, TreeAsset, TreeClimbers,
+    StemMoss, StreamStones, TreeAsset, TreeClimbers,
 };
 pub use materials::{GroundMaterials, TrailMaterials};
 pub use nemoral_scene::ParamError;

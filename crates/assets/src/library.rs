@@ -55,6 +55,10 @@ pub struct AssetParams {
     /// Whether roots across trails, beds of stones beside them, and what sticks out of their banks
     /// are made.
     pub wayside: bool,
+    /// Stones that lie in streams, wet up to some height.
+    pub stream_stones: bool,
+    /// The ground of cliffs.
+    pub rock_faces: bool,
     /// Whether each of the stand's living trees is also grown as it would be at the wood's edge:
     /// with a crown that reaches down on the side of +x. These follow the stand's trees in
     /// [`Library::trees`], in the same order.
@@ -138,6 +142,17 @@ pub struct PlantAsset {
     pub height_m: f64,
 }
 
+/// Stones as those of a [`Library`] that carry their names, wet up to some height, as in a stream.
+#[derive(Clone, Debug, Default)]
+pub struct StreamStones {
+    /// The library's rocks.
+    pub rocks: Vec<PlantAsset>,
+    /// Its loose stones.
+    pub stones: Vec<PlantAsset>,
+    /// Its beds of stones.
+    pub beds: Vec<PlantAsset>,
+}
+
 /// All prototypes and materials of a world.
 #[derive(Clone, Debug)]
 pub struct Library {
@@ -176,6 +191,8 @@ pub struct Library {
     pub trail_roots: Vec<PlantAsset>,
     /// Beds of stones for ditches and edges, a metre wide; none if they were not asked for.
     pub stone_beds: Vec<PlantAsset>,
+    /// Stones that lie in streams; none if they were not asked for.
+    pub stream_stones: StreamStones,
     /// What sticks out of slopes that trails have cut, downhill along x: the first half without
     /// roots, the second with them; none if they were not asked for.
     pub banks: Vec<PlantAsset>,
@@ -211,6 +228,8 @@ impl Default for AssetParams {
             communities: Vec::new(),
             trail_surfaces: TrailSurfaceKind::ALL.to_vec(),
             wayside: false,
+            stream_stones: false,
+            rock_faces: false,
             edge_trees: false,
             litter: None,
             textures: true,
@@ -302,6 +321,8 @@ impl Library {
             communities: &params.communities,
             trail_surfaces: &params.trail_surfaces,
             wayside: params.wayside,
+            stream_stones: params.stream_stones,
+            rock_faces: params.rock_faces,
             litter: params.litter.is_some(),
             seedlings: params.seedlings_per_species > 0,
             deadwood: params.deadwood,
@@ -367,12 +388,16 @@ impl Library {
             } else {
                 Vec::new()
             },
+            stream_stones: plants.stream_stones(),
             banks: plants.banks(),
             communities: plants.communities(&params.communities),
             deadwood: (materials.deadwood.as_ref())
                 .map(|of| plants.deadwood(&params.species, of))
                 .unwrap_or_default(),
-            ground: materials.ground,
+            ground: GroundMaterials {
+                rock_face: materials.rock_face,
+                ..materials.ground
+            },
             materials: materials.library,
         })
     }

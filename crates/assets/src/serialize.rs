@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     Climbers, CommunityTiles, Deadwood, GroundMaterials, Library, LitterPatches, LogAsset,
-    PlantAsset, SizeClass, TreeAsset, TreeClimbers, TreeSize,
+    PlantAsset, SizeClass, StreamStones, TreeAsset, TreeClimbers, TreeSize,
 };
 
 /// Why bytes are not those of a [`Library`].
@@ -47,7 +47,7 @@ struct StoredLibrary<'a> {
     /// Trees, saplings and snags.
     trees: [Vec<StoredTree<'a>>; 3],
     /// The kinds of plants, in the order of [`Library`]'s fields.
-    plants: [Vec<StoredPlant<'a>>; 17],
+    plants: [Vec<StoredPlant<'a>>; 20],
     /// Logs, and stems of thrown trees.
     logs: [Vec<StoredLog<'a>>; 2],
     /// What grows on each tree, and on each snag, in the order of [`TreeClimbers`]' fields.
@@ -166,6 +166,9 @@ impl Library {
                 &self.deadwood.branches,
                 &self.deadwood.brash,
                 &self.climbers.carpets,
+                &self.stream_stones.rocks,
+                &self.stream_stones.stones,
+                &self.stream_stones.beds,
             ]
             .map(|plants| plants.iter().map(StoredPlant::of).collect()),
             climbers: [&self.climbers.trees, &self.climbers.snags]
@@ -205,6 +208,7 @@ impl Library {
             .iter()
             .copied()
             .chain([ground.cut_slope, ground.bare_soil])
+            .chain(ground.rock_face)
             .chain(trails);
         if of_ground.any(|m| usize::from(m.0) >= materials.materials().len()) {
             return Err(DeserializeError::Ground);
@@ -235,6 +239,9 @@ impl Library {
             branches,
             brash,
             carpets,
+            wet_rocks,
+            wet_stones,
+            wet_beds,
         ] = plants;
         let [on_trees, on_snags] = stored.climbers.map(|trees| {
             let trees = trees.into_iter().map(|shapes| {
@@ -295,6 +302,11 @@ impl Library {
             trail_stones: trail_stones?,
             trail_roots: trail_roots?,
             stone_beds: stone_beds?,
+            stream_stones: StreamStones {
+                rocks: wet_rocks?,
+                stones: wet_stones?,
+                beds: wet_beds?,
+            },
             banks: banks?,
             climbers: Climbers {
                 trees: on_trees?,

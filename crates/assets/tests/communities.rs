@@ -103,6 +103,7 @@ fn each_community_has_its_semantics_size_and_variants() {
             PlantCommunity::GrazedGrass => 0.10..0.9,
             PlantCommunity::Bilberry => 0.12..0.55,
             PlantCommunity::Heath => 0.25..1.1,
+            PlantCommunity::Reeds => 0.9..2.8,
             PlantCommunity::Bramble | PlantCommunity::Bracken | PlantCommunity::Nettles => 0.4..1.9,
             _ => 0.25..1.2,
         };

@@ -128,7 +128,13 @@ fn they_are_made_of_their_species_under_their_own_semantic() {
                 );
                 let through = m.transmittance.to_array();
                 assert_eq!(through, leaf.transmittance.map(|x| x as f32));
-                assert_eq!(m.roughness, leaf.roughness as f32);
+                // Leaves of an image face different ways, as needles of a shoot do by themselves.
+                let rough = leaf.roughness as f32;
+                let want = match leaf.kind {
+                    LeafKind::NeedleTuft | LeafKind::NeedleSpray => rough,
+                    _ => (rough.powi(4) + 0.1352).powf(0.25),
+                };
+                assert!((m.roughness - want).abs() < 1e-5, "{}: {want}", m.roughness);
                 let (young, old) = (light(m), leaf.reflectance().dot(LUMINANCE));
                 assert!(
                     (young / old - 1.0).abs() < 0.15,

@@ -23,11 +23,13 @@ pub enum PlantCommunity {
     Bilberry,
     /// Nettles.
     Nettles,
+    /// Common reed, at the edge of water.
+    Reeds,
 }
 
 impl PlantCommunity {
     /// All communities; those of grass come first.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::RankGrass,
         Self::GrazedGrass,
         Self::Tussocks,
@@ -38,6 +40,7 @@ impl PlantCommunity {
         Self::Heath,
         Self::Bilberry,
         Self::Nettles,
+        Self::Reeds,
     ];
 
     /// The place of the community in [`ALL`](Self::ALL), for tables with an entry for each.
@@ -73,6 +76,7 @@ impl PlantCommunity {
             Self::Heath => "heath",
             Self::Bilberry => "bilberry",
             Self::Nettles => "nettles",
+            Self::Reeds => "reeds",
         }
     }
 }

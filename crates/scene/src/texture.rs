@@ -157,6 +157,11 @@ impl Texture {
         &self.levels[level].texels
     }
 
+    /// The linear colours of the finest level, row by row.
+    pub fn linear(&self) -> impl Iterator<Item = Vec3> + '_ {
+        self.srgb().iter().map(|texel| decode(*texel))
+    }
+
     /// The mean linear colour.
     #[must_use]
     pub fn mean(&self) -> Vec3 {

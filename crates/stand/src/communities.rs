@@ -3,7 +3,8 @@
 use nemoral_scene::PlantCommunity;
 use nemoral_scene::glam::DVec2;
 
-use crate::{Field, FieldParams};
+use crate::quantiles::Quantiles;
+use crate::{Field, FieldParams, SiteHistory};
 
 /// The field that makes stands of one community, some metres to tens of metres wide.
 pub const COMMUNITY_FIELD: FieldParams = FieldParams {
@@ -21,13 +22,10 @@ pub const SWARD_FIELD: FieldParams = FieldParams {
     persistence: 0.5,
 };
 
-/// Number of places along each side of the grid at which a field's quantiles are sampled.
-const SAMPLES: u32 = 48;
-/// Distance of these places, metres. It is more than a stand, so that samples are nearly
-/// independent.
-const SAMPLE_STEP_M: f64 = 37.0;
 /// How much more of the ground thickets cover at the edge of a wood, for small shares.
 const FRINGE: f64 = 1.6;
+/// Reeds stand as far from water as the first, metres, and nowhere farther than the second.
+const REEDS_M: [f64; 2] = [1.2, 2.8];
 /// Over this part of a field's quantiles, plants get lower towards the border of their stand.
 const BORDER: f64 = 0.06;
 
@@ -49,6 +47,10 @@ pub struct Site {
     pub meadow: f64,
     /// How near the edge of a wood is, 0..=1, where thickets close up; 0 far from any.
     pub fringe: f64,
+    /// The distance from the edge of a stream or pond, metres; infinite where there is none.
+    pub bank_m: f64,
+    /// What happened there to the vegetation.
+    pub history: SiteHistory,
 }
 
 /// Closed vegetation at a place.
@@ -56,7 +58,7 @@ pub struct Site {
 pub struct Closed {
     /// What grows there.
     pub community: PlantCommunity,
-    /// Its size relative to that in the middle of a stand, 0.6..=1.
+    /// Its size relative to that in the middle of a stand, 0.45..=1.
     pub vigour: f64,
 }
 
@@ -68,8 +70,9 @@ pub struct CommunityParams {
     /// The weights of the five kinds of grass in the order of [`PlantCommunity::ALL`]; none is
     /// negative, and their sum is positive if there is a sward.
     pub grasses: [f64; 5],
-    /// The shares of the other communities in that order, each 0..=1.
-    pub thickets: [f64; 5],
+    /// The shares of the other communities in that order, each 0..=1: reeds of the banks of
+    /// streams and ponds, the others of the ground.
+    pub thickets: [f64; 6],
 }
 
 impl CommunityParams {
@@ -138,24 +141,26 @@ impl<F: Field> Communities<F> {
     pub fn at(&self, world_m: DVec2, site: &Site) -> Option<Closed> {
         let depths = self.members.iter().filter_map(|(community, share, field)| {
             let share = share * suitability(*community, site);
+            let share = (share * site.history.factor(*community)).min(1.0);
             let share = in_meadow(share, *community, site);
             let inside = field.rank(world_m) - (1.0 - share);
             (share > 0.0 && inside >= 0.0).then_some((community, inside, inside / share))
         });
         let (community, inside, _) = depths.max_by(|a, b| a.2.total_cmp(&b.2))?;
-        let community = community.unwrap_or_else(|| self.grass(world_m, site.moisture));
+        let community = community.unwrap_or_else(|| self.grass(world_m, site));
         Some(Closed {
             community,
-            vigour: 0.6 + 0.4 * (inside / BORDER).min(1.0),
+            vigour: (0.6 + 0.4 * (inside / BORDER).min(1.0)) * site.history.vigour(community),
         })
     }
 
-    /// The kind of grass at a place: dry kinds where it is dry.
-    fn grass(&self, world_m: DVec2, moisture: f64) -> PlantCommunity {
+    /// The kind of grass at a place: dry kinds where it is dry, short ones where it is browsed.
+    fn grass(&self, world_m: DVec2, site: &Site) -> PlantCommunity {
         // Rank, grazed, tussocks, dry, lodged.
-        let dryness = (1.0 - moisture.clamp(0.0, 1.0)) * 2.0;
+        let dryness = (1.0 - site.moisture.clamp(0.0, 1.0)) * 2.0;
         let by_moisture = [1.0, 1.0, 2.0 - dryness, dryness, 1.0];
-        let weight = |i: usize| self.grasses[i] * by_moisture[i];
+        let by_history = site.history.grasses();
+        let weight = |i: usize| self.grasses[i] * by_moisture[i] * by_history[i];
         let total: f64 = (0..5).map(weight).sum();
         let mut rest = self.sward.rank(world_m) * total;
         for (i, community) in PlantCommunity::ALL[..5].iter().enumerate() {
@@ -179,18 +184,20 @@ impl<F: Field> Communities<F> {
 
 /// How well a place suits a community, 0..=1; `None` is grass. The ranges of light follow the
 /// order of Ellenberg's values for the species (bilberry 5, bracken and nettles 6, bramble 6 to 7,
-/// grass of glades 7, heather 8); their limits are our choice.
+/// grass of glades 7, reed 7, heather 8); their limits are our choice.
 fn suitability(community: Option<PlantCommunity>, site: &Site) -> f64 {
     let (dark, light) = match community {
         Some(PlantCommunity::Bramble) => (0.12, 0.32),
         Some(PlantCommunity::Bracken | PlantCommunity::Nettles) => (0.10, 0.28),
         Some(PlantCommunity::Heath) => (0.20, 0.45),
         Some(PlantCommunity::Bilberry) => (0.08, 0.22),
+        Some(PlantCommunity::Reeds) => (0.22, 0.45),
         _ => (0.14, 0.38),
     };
     let by_moisture = match community {
         Some(PlantCommunity::Nettles) => ramp(0.42, 0.70, site.moisture),
         Some(PlantCommunity::Heath) => 1.0 - ramp(0.55, 0.90, site.moisture),
+        Some(PlantCommunity::Reeds) => 1.0 - ramp(REEDS_M[0], REEDS_M[1], site.bank_m),
         _ => 1.0,
     };
     // Nettles follow nutrients, which deep soil has; heather stays where others find too little.
@@ -200,6 +207,7 @@ fn suitability(community: Option<PlantCommunity>, site: &Site) -> f64 {
         Some(PlantCommunity::Bramble) => ramp(0.0, 0.25, site.soil_m),
         Some(PlantCommunity::Heath) => 1.0 - 0.6 * ramp(0.7, 1.2, site.soil_m),
         Some(PlantCommunity::Bilberry) => 1.0 - 0.3 * ramp(0.7, 1.2, site.soil_m),
+        Some(PlantCommunity::Reeds) => 1.0,
         _ => ramp(-0.06, 0.16, site.soil_m),
     };
     let by_sun = match community {
@@ -225,39 +233,6 @@ fn ramp(low: f64, high: f64, value: f64) -> f64 {
     ((value - low) / (high - low)).clamp(0.0, 1.0)
 }
 
-/// A field with the distribution of its values.
-#[derive(Clone, Debug)]
-struct Quantiles<F> {
-    field: F,
-    sorted: Vec<f64>,
-}
-
-impl<F: Field> Quantiles<F> {
-    fn of(field: F) -> Self {
-        let places = (0..SAMPLES * SAMPLES)
-            .map(|i| DVec2::new(f64::from(i % SAMPLES), f64::from(i / SAMPLES)) * SAMPLE_STEP_M);
-        let mut sorted: Vec<f64> = places.map(|p| field.value(p)).collect();
-        sorted.sort_unstable_by(f64::total_cmp);
-        Self { field, sorted }
-    }
-
-    /// The share of the plane with lower values than here, 0..1.
-    fn rank(&self, world_m: DVec2) -> f64 {
-        let value = self.field.value(world_m);
-        let below = self.sorted.partition_point(|&v| v < value);
-        // Between its neighbours, so that ranks change smoothly.
-        let before = below.checked_sub(1).map_or(value, |i| self.sorted[i]);
-        let after = self.sorted.get(below).copied().unwrap_or(value);
-        let part = if after > before {
-            (value - before) / (after - before)
-        } else {
-            0.5
-        };
-        let rank = (below as f64 - 1.0 + part) / self.sorted.len() as f64;
-        rank.clamp(0.0, 1.0 - f64::EPSILON)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -270,6 +245,8 @@ mod tests {
         soil_m: 0.5,
         meadow: 0.0,
         fringe: 0.0,
+        bank_m: f64::INFINITY,
+        history: SiteHistory::NEUTRAL,
     };
 
     /// Waves in both directions whose lengths and phases belong to the field.
@@ -288,7 +265,7 @@ mod tests {
         for i in 0..40_000 {
             let p = DVec2::new(f64::from(i % 200), f64::from(i / 200)) * 1.7;
             if let Some(closed) = all.at(p, site) {
-                assert!((0.6..=1.0).contains(&closed.vigour));
+                assert!((0.45..=1.0).contains(&closed.vigour));
                 counts[closed.community.index()] += 1.0 / 40_000.0;
             }
         }
@@ -298,17 +275,18 @@ mod tests {
     const NONE: CommunityParams = CommunityParams {
         sward: 0.0,
         grasses: [1.0; 5],
-        thickets: [0.0; 5],
+        thickets: [0.0; 6],
     };
 
     #[test]
     fn each_alone_has_its_share_where_it_suits() {
-        for i in 0..5 {
-            let mut thickets = [0.0; 5];
+        for i in 0..6 {
+            let mut thickets = [0.0; 6];
             thickets[i] = 0.3;
             let params = CommunityParams { thickets, ..NONE };
             let site = Site {
                 moisture: if i == 4 { 0.9 } else { 0.3 },
+                bank_m: 0.5,
                 ..OPEN
             };
             let found = count(&params, &site);
@@ -317,7 +295,7 @@ mod tests {
                 sky_view: 0.05,
                 ..site
             };
-            assert_eq!(count(&params, &dark), [0.0; 10]);
+            assert_eq!(count(&params, &dark), [0.0; 11]);
         }
     }
 
@@ -358,7 +336,7 @@ mod tests {
     #[test]
     fn plants_follow_soil_and_sun() {
         let params = CommunityParams {
-            thickets: [0.0, 0.2, 0.2, 0.2, 0.2],
+            thickets: [0.0, 0.2, 0.2, 0.2, 0.2, 0.0],
             ..NONE
         };
         let at = |soil_m, heat_load| {
@@ -379,10 +357,41 @@ mod tests {
     }
 
     #[test]
+    fn reeds_are_by_water_alone() {
+        let params = CommunityParams {
+            thickets: [0.0, 0.0, 0.0, 0.0, 0.0, 0.5],
+            ..NONE
+        };
+        let at = |bank_m| count(&params, &Site { bank_m, ..OPEN })[10];
+        assert!((at(0.3) - 0.5).abs() < 0.04);
+        assert!(at(2.0) < 0.7 * at(0.3) && at(3.0) == 0.0 && at(f64::INFINITY) == 0.0);
+    }
+
+    #[test]
+    fn browsing_leaves_what_is_not_eaten_and_years_bring_bushes() {
+        let params = CommunityParams {
+            sward: 0.3,
+            grasses: [1.0, 1.0, 0.0, 0.0, 0.0],
+            thickets: [0.2, 0.2, 0.0, 0.0, 0.0, 0.0],
+        };
+        let at = |browsed, old| {
+            let history = SiteHistory::of_ranks([browsed, old], [1.0, 1.0]);
+            count(&params, &Site { history, ..OPEN })
+        };
+        let [rank, grazed, bramble, bracken] = [0, 1, 5, 6];
+        let (few, many) = (at(0.0, 0.5), at(1.0, 0.5));
+        assert!(many[bramble] < 0.3 * few[bramble] && many[bracken] > 1.2 * few[bracken]);
+        assert!(many[grazed] > 1.5 * few[grazed] && many[rank] < few[rank]);
+        let [young, middle, old] = [0.0, 0.5, 1.0].map(|old| at(0.5, old));
+        assert!(young[bramble] < 0.5 * middle[bramble] && old[bramble] < 0.5 * middle[bramble]);
+        assert!(young[rank] > 1.5 * old[rank]);
+    }
+
+    #[test]
     fn a_meadow_is_grass_alone() {
         let params = CommunityParams {
             sward: 0.3,
-            thickets: [0.3; 5],
+            thickets: [0.3; 6],
             ..NONE
         };
         let found = count(
@@ -397,7 +406,7 @@ mod tests {
             "{found:?}"
         );
         let bramble = CommunityParams {
-            thickets: [0.3, 0.0, 0.0, 0.0, 0.0],
+            thickets: [0.3, 0.0, 0.0, 0.0, 0.0, 0.0],
             ..NONE
         };
         let at_edge = count(
@@ -416,7 +425,7 @@ mod tests {
             },
         );
         let wood = count(&params, &OPEN);
-        let grass = |of: &[f64; 10]| of[..5].iter().sum::<f64>();
+        let grass = |of: &[f64; 11]| of[..5].iter().sum::<f64>();
         assert!(grass(&wood) < grass(&half) && grass(&half) < 1.0);
     }
 
@@ -441,7 +450,7 @@ mod tests {
         let params = CommunityParams {
             sward: 0.2,
             grasses: [0.0, 1.0, 0.0, 0.0, 0.0],
-            thickets: [0.0, 0.1, 0.0, 0.0, 0.0],
+            thickets: [0.0, 0.1, 0.0, 0.0, 0.0, 0.0],
         };
         let wanted = [PlantCommunity::GrazedGrass, PlantCommunity::Bracken];
         assert_eq!(params.wanted(), wanted);

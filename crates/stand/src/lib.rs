@@ -32,11 +32,13 @@ mod field;
 mod floor_composition;
 mod ground_conditions;
 mod ground_plane;
+mod history;
 mod instance_variation;
 mod layer;
 mod litter;
 mod low_plants;
 mod lying;
+mod quantiles;
 mod scene_objects;
 mod seedlings;
 mod sky_view_factor;
@@ -53,6 +55,7 @@ pub use field::{Field, FieldParams};
 pub use floor_composition::{FLOOR_FIELD, FloorComposition, FloorCover};
 pub use ground_conditions::{CONDITIONS_REACH_M, GroundConditions};
 pub use ground_plane::GroundPlane;
+pub use history::{BROWSING_FIELD, SUCCESSION_FIELD, SiteHistory, VegetationHistory};
 pub use instance_variation::{
     InstanceVariation, Variation, VariationPattern, grown_scale, sapling_scale,
 };

@@ -28,6 +28,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         ridges: 0.5,
         warp: 0.1,
         terraces: 0.4,
+        cliffs: 0.0,
         terrace_step_m: 8.0,
     };
     let only = |change: fn(&mut ReliefParams, &ReliefParams)| {

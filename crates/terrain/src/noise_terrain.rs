@@ -80,10 +80,8 @@ impl Terrain {
             let factor = relief.warp * scale_m / SIGMA;
             [0, 1].map(|axis| Octave::new(key.domain(WARP).item(axis), frequency, factor, 0.0))
         });
-        let terraces = (relief.terraces > 0.0).then(|| {
-            let of = (relief.terraces, relief.terrace_step_m);
-            Terraces::new(of, (scale_m, max_height_m), key)
-        });
+        let terraces =
+            (relief.terraces > 0.0).then(|| Terraces::new(&relief, (scale_m, max_height_m), key));
         Ok(Self {
             octaves,
             warp,

@@ -17,6 +17,9 @@ pub struct ReliefParams {
     /// The share of terraces, 0..=1: at 1, ground between two levels is up to four times as steep
     /// as without, and level in between. They fade in and out from place to place, and dip.
     pub terraces: f64,
+    /// How sheer the rises between terraces are, 0..=1: at 1, up to eight times as steep as the
+    /// ground without, which makes cliffs of slopes.
+    pub cliffs: f64,
     /// The height of a terrace, metres, 0.2 to half of `max_height_m`.
     pub terrace_step_m: f64,
 }
@@ -27,6 +30,7 @@ impl Default for ReliefParams {
             ridges: 0.0,
             warp: 0.0,
             terraces: 0.0,
+            cliffs: 0.0,
             terrace_step_m: 4.0,
         }
     }
@@ -37,6 +41,7 @@ impl ReliefParams {
         ParamError::check_range("ridges", self.ridges, 0.0..=1.0, "0..=1")?;
         ParamError::check_range("warp", self.warp, 0.0..=0.25, "0..=0.25")?;
         ParamError::check_range("terraces", self.terraces, 0.0..=1.0, "0..=1")?;
+        ParamError::check_range("cliffs", self.cliffs, 0.0..=1.0, "0..=1")?;
         if self.terraces > 0.0 {
             ParamError::check_range(
                 "terrace_step_m",

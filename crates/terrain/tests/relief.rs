@@ -17,14 +17,22 @@ const HILLS: TerrainParams = TerrainParams {
 };
 
 fn relief() -> impl Strategy<Value = ReliefParams> {
-    (0.0_f64..=1.0, 0.0_f64..=0.25, 0.0_f64..=1.0, 2.0_f64..=25.0).prop_map(
-        |(ridges, warp, terraces, terrace_step_m)| ReliefParams {
-            ridges,
-            warp,
-            terraces,
-            terrace_step_m,
-        },
+    (
+        0.0_f64..=1.0,
+        0.0_f64..=0.25,
+        0.0_f64..=1.0,
+        0.0_f64..=1.0,
+        2.0_f64..=25.0,
     )
+        .prop_map(
+            |(ridges, warp, terraces, cliffs, terrace_step_m)| ReliefParams {
+                ridges,
+                warp,
+                terraces,
+                cliffs,
+                terrace_step_m,
+            },
+        )
 }
 
 fn erosion() -> impl Strategy<Value = ErosionParams> {
@@ -197,6 +205,24 @@ fn terraces_have_level_treads_and_steep_risers() {
 }
 
 #[test]
+fn cliffs_are_sheer() {
+    let steepest = |cliffs| {
+        let relief = ReliefParams {
+            terraces: 1.0,
+            cliffs,
+            terrace_step_m: 5.0,
+            ..ReliefParams::default()
+        };
+        let ground = Terrain::shaped(HILLS, relief, Key::world(3)).expect("valid");
+        let slopes = places().map(|p| ground.sample(p).gradient.length());
+        slopes.fold(0.0_f64, f64::max)
+    };
+    let (rises, cliffs) = (steepest(0.0), steepest(1.0));
+    // More than 60 degrees.
+    assert!(cliffs > 1.6 * rises && cliffs > 1.73, "{cliffs} {rises}");
+}
+
+#[test]
 fn gullies_run_down_slopes_and_spare_level_ground() {
     let plane = |slope| FlatSurface {
         height_m: 1e4,
@@ -291,6 +317,7 @@ fn value_stability() {
         ridges: 0.6,
         warp: 0.12,
         terraces: 0.5,
+        cliffs: 0.0,
         terrace_step_m: 6.0,
     };
     let ground = eroded(relief, ErosionParams::default(), 7);

@@ -6,6 +6,7 @@ use nemoral_seed::{Domain, Draw, Key};
 
 use crate::curve::Cubic;
 use crate::route::Step;
+use crate::turning::turning_loop;
 
 const CROSSING: Domain = Domain::new("trails.crossing");
 const END: Domain = Domain::new("trails.end");
@@ -55,6 +56,8 @@ pub(crate) struct Layout {
     steps: Vec<Step>,
     /// The crossings, one more than there are steps; `nodes[i]` is where `steps[i]` begins.
     nodes: Vec<Node>,
+    /// The radius of the loops at both ends, metres.
+    turning_m: Option<f64>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -64,17 +67,29 @@ pub(crate) struct Node {
 }
 
 impl Layout {
-    /// Lays out a trail that goes through at least one chunk.
+    /// Lays out a trail that goes through at least one chunk; from the second one on, its ends may
+    /// be loops of the radius `turning_m`.
     ///
     /// Crossings and directions are drawn from keys of the trail, the border and the number of the
     /// step, so both sides of a border agree.
-    pub(crate) fn new(key: Key, steps: Vec<Step>, chunk_size_m: f64, base: &dyn Surface) -> Self {
+    pub(crate) fn new(
+        key: Key,
+        steps: Vec<Step>,
+        chunk_size_m: f64,
+        turning_m: Option<f64>,
+        base: &dyn Surface,
+    ) -> Self {
         let birth = steps[0].chunk;
         let last = steps.len() - 1;
+        let turning_m = turning_m.filter(|_| last > 0);
         let end = |step: &Step, side: f64, index: u64| {
             let mut rng = key.domain(END).chunk(birth).item(index).rng();
             let jitter = DVec2::new(rng.range_f64(-0.1, 0.1), rng.range_f64(-0.1, 0.1));
-            let offset = step.exit.vector() * (0.25 * side) + jitter;
+            let offset = match turning_m {
+                // The loop needs the other half of the chunk.
+                Some(_) => jitter * 0.2,
+                None => step.exit.vector() * (0.25 * side) + jitter,
+            };
             step.chunk.centre_m(chunk_size_m) + offset * chunk_size_m
         };
         // A trail ends a quarter of a chunk past the middle of the last one, straight on.
@@ -118,6 +133,9 @@ impl Layout {
                 let lean = (lean + rng.range_f64(-0.15, 0.15)).clamp(-LEAN_RAD, LEAN_RAD);
                 let turn = DVec2::new(libm::cos(lean), libm::sin(lean));
                 turn.rotate(normal)
+            } else if turning_m.is_some() {
+                let step = if i == 0 { &steps[0] } else { &entered };
+                step.exit.vector()
             } else {
                 chord / chord.length().max(f64::MIN_POSITIVE)
             };
@@ -130,6 +148,7 @@ impl Layout {
             chunk_size_m,
             steps,
             nodes,
+            turning_m,
         }
     }
 
@@ -145,12 +164,27 @@ impl Layout {
         let mut points = Vec::new();
         let mut transits = Vec::new();
         let mut start = 0.0;
+        let turn = |foot: DVec2, direction| {
+            let turning = self.turning_m.into_iter();
+            turning.flat_map(move |radius_m| turning_loop(foot, direction, radius_m, step_m))
+        };
+        let Node {
+            position,
+            direction,
+        } = self.nodes[0];
+        for point in turn(position, -direction) {
+            start = point.2;
+            points.push(point);
+        }
+        // The foot is the first point of the run, too.
+        points.pop();
         for (step, pair) in self.steps.iter().zip(self.nodes.windows(2)) {
             let ends = [pair[0].position, pair[1].position];
             let directions = [pair[0].direction, pair[1].direction];
             // Handles this short stay in the chunk, and so does the curve.
             let cubic = Cubic::between(ends, directions, 0.48 * self.chunk_size_m);
-            transits.push((step.chunk, points.len()));
+            let first = if transits.is_empty() { 0 } else { points.len() };
+            transits.push((step.chunk, first));
             let (walked, length) = cubic.walk(step_m);
             let n = walked.len() as f64;
             for (i, (p, t)) in walked.into_iter().enumerate() {
@@ -160,6 +194,9 @@ impl Layout {
         }
         let end = self.nodes[self.nodes.len() - 1];
         points.push((end.position, end.direction, start));
+        for (position, direction, arc) in turn(end.position, end.direction).skip(1) {
+            points.push((position, direction, start + arc));
+        }
         Course {
             id: self.id(),
             points,

@@ -55,6 +55,7 @@ mod route;
 mod section;
 mod surface_kinds;
 mod trails;
+mod turning;
 mod way;
 mod zone;
 

@@ -15,6 +15,7 @@ use crate::layer::Earthworks;
 use crate::layout::{Course, Layout, TrailId};
 use crate::path::STEP_M;
 use crate::route::Router;
+use crate::turning;
 use crate::{DressingKind, ParamError, TrailDressing, TrailGround, TrailParams, TrailPath, Way};
 
 /// Hands over what lies along a trail's passage through a chunk.
@@ -385,7 +386,11 @@ impl Trails {
 
     fn layout(&self, birth: ChunkCoord) -> Layout {
         let walk = self.router.walk(birth).into_iter().flatten();
-        Layout::new(self.key, walk.collect(), self.chunk_size_m, &*self.base)
+        let id = TrailId { birth, number: 0 };
+        let way = &self.ways[self.way(id)];
+        let size_m = self.chunk_size_m;
+        let turning_m = turning::radius_m(way.turning_radius_m, way.width_m, size_m);
+        Layout::new(self.key, walk.collect(), size_m, turning_m, &*self.base)
     }
 }
 

@@ -38,6 +38,10 @@ pub struct Way {
     /// The share of the ditches, or of the edges of a way that has none, along which stones lie
     /// side by side, 0..=1.
     pub stone_beds: f64,
+    /// The radius of the loops on which vehicles turn at its ends, metres, 0..=15; 0 for none. They
+    /// are smaller where chunks have no room for them; where they would be narrower than the way
+    /// is wide, and on trails of one chunk or along given lines, there are none.
+    pub turning_radius_m: f64,
 }
 
 impl Default for Way {
@@ -55,6 +59,7 @@ impl Default for Way {
             rocks_max_per_trail: 300,
             roots_per_m: 0.0,
             stone_beds: 0.0,
+            turning_radius_m: 0.0,
         }
     }
 }
@@ -99,11 +104,12 @@ impl Way {
             rocks_max_per_trail: 400,
             roots_per_m: 1.0,
             stone_beds: 0.0,
+            turning_radius_m: 0.0,
         }
     }
 
     /// A road with a carriageway of gravel, 3.6 m wide, cambered by 4 %, with a ditch on its uphill
-    /// side, cut and filled.
+    /// side, cut and filled. It ends in loops of 7 m on which lorries turn.
     #[must_use]
     pub fn forest_road() -> Self {
         Self {
@@ -137,6 +143,7 @@ impl Way {
             rocks_max_per_trail: 500,
             roots_per_m: 0.0,
             stone_beds: 0.35,
+            turning_radius_m: 7.0,
         }
     }
 
@@ -171,6 +178,7 @@ impl Way {
             rocks_max_per_trail: 100,
             roots_per_m: 0.0,
             stone_beds: 0.0,
+            turning_radius_m: 0.0,
         }
     }
 
@@ -206,6 +214,7 @@ impl Way {
             rocks_max_per_trail: 50,
             roots_per_m: 0.3,
             stone_beds: 0.0,
+            turning_radius_m: 0.0,
         }
     }
 
@@ -246,6 +255,7 @@ impl Way {
             rocks_max_per_trail: 600,
             roots_per_m: 0.0,
             stone_beds: 0.0,
+            turning_radius_m: 0.0,
         }
     }
 
@@ -300,6 +310,12 @@ impl Way {
         )?;
         ParamError::check_range("roots_per_m", self.roots_per_m, 0.0..=5.0, "0..=5")?;
         ParamError::check_range("stone_beds", self.stone_beds, 0.0..=1.0, "0..=1")?;
+        ParamError::check_range(
+            "turning_radius_m",
+            self.turning_radius_m,
+            0.0..=15.0,
+            "0..=15 m",
+        )?;
         self.section.check()
     }
 

@@ -241,6 +241,58 @@ fn widths_are_those_of_the_kinds() {
 }
 
 #[test]
+fn roads_end_in_loops_around_islands() {
+    let of_roads = |turning_radius_m| {
+        let road = Way {
+            turning_radius_m,
+            ..Way::forest_road()
+        };
+        let params = TrailParams {
+            spawn_probability: 0.04,
+            max_length_chunks: 8,
+            ..TrailParams::of(road)
+        };
+        trails(params, 11, hills(0.1))
+    };
+    let trails = of_roads(7.0);
+    let mut loops = 0;
+    let mut seen = std::collections::BTreeSet::new();
+    for chunk in ChunkCoord::new(0, 0).square(8) {
+        for path in trails.in_chunk(chunk) {
+            if !seen.insert(path.id()) {
+                continue;
+            }
+            let length_m = path.length_m();
+            let once_m = 7.0 * std::f64::consts::FRAC_PI_3 * 7.0;
+            for [end_m, inner_m] in [[0.0, once_m], [length_m, length_m - once_m]] {
+                let [foot, back] = [end_m, inner_m].map(|s| path.position_m(s));
+                assert!(foot.distance(back) < 0.02, "{foot} {back}");
+                // The loop's middle is an island, all around it is road.
+                let out = path.tangent(inner_m) * if end_m > 0.0 { 1.0 } else { -1.0 };
+                let middle = foot + out * 7.0 * f64::sqrt(3.0);
+                let home = ChunkCoord::containing(foot, SIZE_M);
+                let ground = trails.ground_near(home, 1.0);
+                let island_m = ground.edge_m(middle);
+                assert!((4.5..=5.6).contains(&island_m), "{island_m}");
+                for i in 0..100 {
+                    let s = once_m * f64::from(i) / 100.0;
+                    let p = path.position_m(if end_m > 0.0 { length_m - s } else { s });
+                    assert_eq!(ChunkCoord::containing(p, SIZE_M), home);
+                    assert!(ground.edge_m(p) < -0.4, "{}", ground.edge_m(p));
+                }
+                loops += 1;
+            }
+        }
+    }
+    assert!(loops > 8, "{loops}");
+    // Without a radius, roads end as all ways do.
+    let (path, _) = of_roads(0.0)
+        .nearest(DVec2::ZERO, 500.0)
+        .expect("there is one");
+    assert!(path.position_m(0.0).distance(path.position_m(51.3)) > 10.0);
+}
+
+#[test]
 fn a_ditch_is_as_deep_and_wide_as_it_says_and_uphill() {
     let way = Way::forest_road();
     let ditch = way.section.ditch.expect("a road has one");
@@ -642,6 +694,7 @@ fn impossible_ways_are_refused() {
     );
     assert_eq!(refused(&|w| w.roots_per_m = 6.0), "roots_per_m");
     assert_eq!(refused(&|w| w.stone_beds = -0.1), "stone_beds");
+    assert_eq!(refused(&|w| w.turning_radius_m = 15.1), "turning_radius_m");
     let shares = |ways: Vec<(Way, f64)>| {
         let params = TrailParams {
             ways,
@@ -679,7 +732,7 @@ fn value_stability() {
     assert_eq!(got, VALUES);
 }
 const VALUES: [&str; 5] = [
-    "gravel Strip -0.7506252627322801 -0.8460695288672055 3.7734718581286386",
+    "gravel Strip -0.7525483515174816 -0.8396287176826756 3.569733253007005",
     "leaf_litter Strip 16.02894295969607 15.935312386792898 1.1424313020654346",
     "grassy Strip 15.410189942026653 15.282904371450135 7.7235565306460545",
     "rock Surface 13.166778316932383 13.18124331407704 0.9471141720461612",

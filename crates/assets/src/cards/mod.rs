@@ -5,6 +5,7 @@ pub(crate) mod card_raster;
 pub(crate) mod climbers;
 pub(crate) mod foliage;
 pub(crate) mod lianas;
+pub(crate) mod reed;
 pub(crate) mod seedlings;
 pub(crate) mod shed;
 pub(crate) mod sward;

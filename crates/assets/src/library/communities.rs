@@ -78,6 +78,10 @@ impl PlantGrower<'_> {
                     let shape = thicket::nettles(height(0.6, 1.25), own, rng);
                     (shape, OcclusionParams::LOW)
                 }
+                PlantCommunity::Reeds => {
+                    let shape = thicket::reeds(height(1.2, 2.3), own, rng);
+                    (shape, OcclusionParams::LOW)
+                }
                 _ => unreachable!("grass grows above"),
             };
             let radius_m = shape.reach_m();

@@ -6,7 +6,7 @@ use nemoral_scene::{MaterialId, Prototype};
 use nemoral_seed::{Domain, Draw, Key};
 use rayon::prelude::*;
 
-use super::{PlantAsset, prototype, with_occlusion};
+use super::{PlantAsset, StreamStones, prototype, with_occlusion};
 use crate::ambient_occlusion::{MaskCoverage, OcclusionParams};
 use crate::materials::WorldMaterials;
 use crate::plant::bank::{BankMaterials, bank};
@@ -20,6 +20,9 @@ use crate::tree::{Species, individual_rank};
 
 const SHRUBS: Domain = Domain::new("assets.shrubs");
 const STUMPS: Domain = Domain::new("assets.stumps");
+/// The share of a rock's height up to which it is wet in a stream.
+const WATER_LINE: f32 = 0.4;
+
 const ROCKS: Domain = Domain::new("assets.rocks");
 const GRASS: Domain = Domain::new("assets.grass");
 const HERBS: Domain = Domain::new("assets.herbs");
@@ -132,6 +135,24 @@ impl PlantGrower<'_> {
 
     /// Rocks, smallest first.
     pub(super) fn rocks(&self) -> Vec<PlantAsset> {
+        self.rocks_up_to(None)
+    }
+
+    /// Stones in streams, if their materials are there.
+    pub(super) fn stream_stones(&self) -> StreamStones {
+        let (Some(wet_rock), Some(wet_stone)) = (self.materials.wet_rock, self.materials.wet_stone)
+        else {
+            return StreamStones::default();
+        };
+        StreamStones {
+            rocks: self.rocks_up_to(Some(wet_rock)),
+            stones: self.stones_of(wet_stone),
+            beds: self.beds_of(wet_stone),
+        }
+    }
+
+    /// Rocks, of another material up to [`WATER_LINE`].
+    fn rocks_up_to(&self, wet: Option<MaterialId>) -> Vec<PlantAsset> {
         self.collect(ROCKS, ROCK_COUNT, &|i, key| {
             let mut rng = key.rng();
             // Radii of 0.15 to 1.2 m in a geometric series, smallest first.
@@ -145,14 +166,22 @@ impl PlantGrower<'_> {
                 material: self.materials.rock,
                 tile_m: 1.0,
             };
-            let shape = rock(&plan, key.item(0));
+            let mut shape = rock(&plan, key.item(0));
             let foot = foot_radius_m(&shape);
+            if let Some(wet) = wet {
+                let top_m = shape.mesh.positions.iter().fold(0.0_f32, |a, p| a.max(p.z));
+                shape.soak(WATER_LINE * top_m, wet);
+            }
             self.finish("rock", i, shape, foot)
         })
     }
 
     /// Loose stones for trails.
     pub(super) fn trail_stones(&self) -> Vec<PlantAsset> {
+        self.stones_of(self.materials.stone)
+    }
+
+    fn stones_of(&self, material: MaterialId) -> Vec<PlantAsset> {
         self.collect(TRAIL_STONES, 16, &|i, key| {
             let mut rng = key.rng();
             let plan = RockPlan {
@@ -160,7 +189,7 @@ impl PlantGrower<'_> {
                 subdivisions: 2,
                 sunk: rng.range_f32(0.25, 0.45),
                 roughness: rng.range_f32(0.03, 0.08),
-                material: self.materials.stone,
+                material,
                 tile_m: 0.5,
             };
             let shape = rock(&plan, key.item(0));
@@ -178,8 +207,12 @@ impl PlantGrower<'_> {
 
     /// Beds of stones.
     pub(super) fn stone_beds(&self) -> Vec<PlantAsset> {
+        self.beds_of(self.materials.stone)
+    }
+
+    fn beds_of(&self, material: MaterialId) -> Vec<PlantAsset> {
         self.collect(STONE_BEDS, 8, &|i, key| {
-            self.patch("stone_bed", i, wayside::bed(self.materials.stone, key))
+            self.patch("stone_bed", i, wayside::bed(material, key))
         })
     }
 

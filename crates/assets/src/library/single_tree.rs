@@ -48,6 +48,8 @@ impl SingleTree {
             communities: &[],
             trail_surfaces: &[],
             wayside: false,
+            stream_stones: false,
+            rock_faces: false,
             litter: false,
         };
         let materials = WorldMaterials::bake(std::slice::from_ref(species), wanted, key);

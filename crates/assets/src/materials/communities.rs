@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use super::foliage::{CardKind, register_flat};
 use super::optics::{self, LeafOptics};
 use crate::cards::card_raster::{CardDrawing, CardImage};
+use crate::cards::reed;
 use crate::cards::sward::{self, Strip, THATCH};
 use crate::tree::FoliageCard;
 
@@ -22,6 +23,9 @@ pub(crate) struct CommunityMaterials {
     pub(crate) heads: Vec<FoliageCard>,
     pub(crate) bilberry: Vec<FoliageCard>,
     pub(crate) nettle: Vec<FoliageCard>,
+    /// Culms of reed: green, and last year's.
+    pub(crate) reed: [Vec<FoliageCard>; 2],
+    pub(crate) reed_leaves: Vec<FoliageCard>,
 }
 
 /// The colours of grass.
@@ -66,7 +70,7 @@ const DEAD_BLADES: LeafOptics = LeafOptics {
 };
 
 /// Every kind of image.
-const KINDS: [CardKind; 9] = [
+const KINDS: [CardKind; 12] = [
     CardKind::new("sward.green", 3, Semantic::Grass, GREEN, |r, v| {
         strip(r, TALL, [0.03, 0.12, 0.25][v as usize % 3])
     }),
@@ -100,6 +104,15 @@ const KINDS: [CardKind; 9] = [
     CardKind::new("nettle.stem", 3, Semantic::Herb, optics::BRAMBLE, |r, _| {
         sward::nettle(r)
     }),
+    CardKind::new("reed.culm", 3, Semantic::Grass, GLAUCOUS, |r, v| {
+        reed::culm(r, v == 2)
+    }),
+    CardKind::new("reed.dead_culm", 2, Semantic::Grass, STRAW, |r, _| {
+        reed::dead_culm(r)
+    }),
+    CardKind::new("reed.leaves", 2, Semantic::Grass, GLAUCOUS, |r, _| {
+        reed::leaves(r)
+    }),
 ];
 
 const TALL: Strip = Strip {
@@ -128,10 +141,12 @@ fn strip(rng: &mut PhiloxRng, of: Strip, cured: f64) -> CardDrawing {
 
 /// The images of those kinds that the communities need, in the order of all kinds.
 pub(super) fn images(communities: &[PlantCommunity], key: Key) -> Vec<Vec<Vec<CardImage>>> {
+    let has = |community| communities.contains(&community);
     let has_grass = communities.iter().any(|c| c.is_grass());
     let is_wanted = |i: usize| match i {
-        7 => communities.contains(&PlantCommunity::Bilberry),
-        8 => communities.contains(&PlantCommunity::Nettles),
+        7 => has(PlantCommunity::Bilberry),
+        8 => has(PlantCommunity::Nettles),
+        9..=11 => has(PlantCommunity::Reeds),
         _ => has_grass,
     };
     let kinds = KINDS.par_iter().enumerate();
@@ -160,6 +175,8 @@ impl CommunityMaterials {
             heads: next(),
             bilberry: next(),
             nettle: next(),
+            reed: [next(), next()],
+            reed_leaves: next(),
         }
     }
 }

@@ -67,6 +67,22 @@ impl CardKind {
     }
 }
 
+/// The standard deviation of the slopes of an image's leaves against the image, about 15 degrees
+/// (our choice).
+const LEAF_SPREAD: f32 = 0.26;
+
+/// The roughness of an image of leaves: as they do not face the same way, they do not gleam at the
+/// same time. Variances of slopes add (Toksvig 2005, "Mipmapping normal maps"); that of a
+/// microfacet distribution of roughness r is r⁴ / 2. The roughness of needles includes it.
+fn of_spray(leaves: &LeafLook) -> f32 {
+    let leaf = leaves.roughness as f32;
+    if leaves.kind.is_needle() {
+        return leaf;
+    }
+    let fourth = leaf.powi(4) + 2.0 * LEAF_SPREAD * LEAF_SPREAD;
+    fourth.sqrt().sqrt().min(1.0)
+}
+
 /// Leaves in an image shade each other, which the mean colour of single leaves does not include.
 pub(super) const LEAVES_IN_SHADE: f32 = 0.92;
 
@@ -183,7 +199,8 @@ pub(super) fn register_leaves(
     picture: CardImage,
 ) -> FoliageCard {
     let opaque_fraction = picture.mask.opaque_fraction() as f32;
-    let (roughness, optics) = (leaves.roughness as f32, laser(leaves.nm905, leaves.nm1550));
+    let roughness = of_spray(leaves);
+    let optics = laser(leaves.nm905, leaves.nm1550);
     let material = library.add(Material {
         transmittance: linear(leaves.transmittance),
         mask: Some(Arc::new(picture.mask)),

@@ -22,6 +22,8 @@ pub struct GroundMaterials {
     pub cut_slope: MaterialId,
     /// Bare soil, as in the pits of thrown trees.
     pub bare_soil: MaterialId,
+    /// The faces of cliffs; `None` if they were not asked for.
+    pub rock_face: Option<MaterialId>,
     /// Trails, by [`TrailSurfaceKind::index`]; see [`trail`](Self::trail).
     pub trails: [TrailMaterials; TrailSurfaceKind::ALL.len()],
 }
@@ -142,6 +144,7 @@ pub(super) fn register_ground(
         ..soil
     });
     GroundMaterials {
+        rock_face: None,
         floor,
         cut_slope,
         bare_soil,

@@ -11,6 +11,7 @@ mod seedling;
 mod shed;
 mod solid;
 mod trees;
+mod wet;
 
 use std::sync::Arc;
 
@@ -39,6 +40,9 @@ pub(crate) use self::shed::ShedMaterials;
 pub(crate) use self::solid::StumpMaterials;
 
 const TEXTURES: Domain = Domain::new("assets.textures");
+/// Metres that one repetition of the texture of rock covers on cliffs.
+const FACE_M: f32 = 1.6;
+
 const CARDS: Domain = Domain::new("assets.cards");
 
 /// Bakes textures, or spares their baking.
@@ -98,6 +102,11 @@ pub(crate) struct WorldMaterials {
     pub(crate) shed: Vec<ShedMaterials>,
     /// Cones, nuts and capsules, if they were asked for.
     pub(crate) fruit: Option<MaterialId>,
+    /// Rock and stone in streams; `None` where they are not wanted.
+    pub(crate) wet_rock: Option<MaterialId>,
+    pub(crate) wet_stone: Option<MaterialId>,
+    /// Bare faces of cliffs; `None` where there are none.
+    pub(crate) rock_face: Option<MaterialId>,
     pub(crate) gorse: Vec<FoliageCard>,
     pub(crate) heather: Vec<FoliageCard>,
     pub(crate) bramble: Vec<FoliageCard>,
@@ -124,6 +133,8 @@ pub(crate) struct Wanted<'a> {
     pub(crate) communities: &'a [PlantCommunity],
     pub(crate) trail_surfaces: &'a [TrailSurfaceKind],
     pub(crate) wayside: bool,
+    pub(crate) stream_stones: bool,
+    pub(crate) rock_faces: bool,
     pub(crate) litter: bool,
     /// Whether bark, wood, stone and ground have textures.
     pub(crate) textures: bool,
@@ -150,6 +161,8 @@ impl WorldMaterials {
             communities,
             trail_surfaces,
             wayside,
+            stream_stones,
+            rock_faces,
             litter,
             textures: is_textured,
         } = wanted;
@@ -204,6 +217,22 @@ impl WorldMaterials {
                 name: "bank.soil".to_owned(),
                 ground: false,
                 ..soil
+            }));
+        }
+        if stream_stones {
+            let mut wet = |dry: MaterialId| {
+                let wet = wet::wet_stone(all.library.get(dry));
+                Some(all.library.add(wet))
+            };
+            (all.wet_rock, all.wet_stone) = (wet(all.rock), wet(all.stone));
+        }
+        if rock_faces {
+            let rock = all.library.get(all.rock).clone();
+            all.rock_face = Some(all.library.add(Material {
+                name: "ground.rock_face".to_owned(),
+                ground: true,
+                tile_m: FACE_M,
+                ..rock
             }));
         }
         if litter {
@@ -355,6 +384,9 @@ impl WorldMaterials {
             ground,
             rock,
             stone,
+            wet_rock: None,
+            wet_stone: None,
+            rock_face: None,
             shrub_wood,
             cane,
             frond_stalk,

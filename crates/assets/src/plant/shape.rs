@@ -110,6 +110,45 @@ impl Shape {
         }
     }
 
+    /// Gives all below a height the material `wet`; triangles across it are cut there.
+    pub(crate) fn soak(&mut self, line_m: f32, wet: MaterialId) {
+        let whole = std::mem::take(&mut self.mesh.triangles);
+        for Triangle { corners, material } in whole {
+            let below = corners.map(|c| self.mesh.positions[c as usize].z < line_m);
+            let count = below.iter().filter(|b| **b).count();
+            if count == 0 || count == 3 {
+                self.triangle(corners, if count == 3 { wet } else { material });
+                continue;
+            }
+            // One corner is alone on its side; the order of corners stays.
+            let alone = (0..3).find(|&i| below.iter().filter(|b| **b == below[i]).count() == 1);
+            let alone = alone.expect("two corners are on the other side");
+            let [a, b, c] = [0, 1, 2].map(|i| corners[(alone + i) % 3]);
+            let (ab, ac) = (self.cut(a, b, line_m), self.cut(a, c, line_m));
+            let [own, other] = if below[alone] {
+                [wet, material]
+            } else {
+                [material, wet]
+            };
+            self.triangle([a, ab, ac], own);
+            self.triangle([ab, b, c], other);
+            self.triangle([ab, c, ac], other);
+        }
+    }
+
+    /// Adds the vertex of an edge at a height between its ends.
+    fn cut(&mut self, a: u32, b: u32, height_m: f32) -> u32 {
+        let mesh = &self.mesh;
+        let [a, b] = [a, b].map(|i| i as usize);
+        let [low, high] = [a, b].map(|i| mesh.positions[i].z);
+        let t = (height_m - low) / (high - low);
+        self.push(
+            mesh.positions[a].lerp(mesh.positions[b], t),
+            mesh.normals[a].lerp(mesh.normals[b], t),
+            mesh.uvs[a].lerp(mesh.uvs[b], t),
+        )
+    }
+
     /// Adds a vertex and returns its number.
     pub(crate) fn push(&mut self, position: Vec3, normal: Vec3, uv: Vec2) -> u32 {
         self.mesh.positions.push(position);

@@ -1,4 +1,4 @@
-//! Tiles of thickets that interlock: brambles, bracken, heather, bilberry, nettles.
+//! Tiles of thickets that interlock: brambles, bracken, heather, bilberry, nettles, reeds.
 
 use std::f32::consts::TAU;
 
@@ -109,6 +109,43 @@ pub(crate) fn nettles(height: f32, materials: &CommunityMaterials, rng: &mut imp
                 level,
                 rng.range_f32(0.34, 0.48) * size,
             );
+        }
+    }
+    shape
+}
+
+/// Reeds, culm beside culm, those of the last year among them.
+pub(crate) fn reeds(height: f32, materials: &CommunityMaterials, rng: &mut impl Rng) -> Shape {
+    let mut shape = Shape::default();
+    // Wind has turned the leaves of all the same way.
+    let wind = rng.range_f32(0.0, TAU);
+    for foot in scatter(96, 0.85, 0.05, rng) {
+        let dead = usize::from(rng.chance(0.32));
+        let card = rng.choose(&materials.reed[dead]);
+        // Dead ones are bent, some of them broken down.
+        let lean = if dead == 1 {
+            rng.range_f32(0.02, 0.50)
+        } else {
+            rng.range_f32(0.0, 0.16)
+        };
+        let along = leaning(wind + rng.range_f32(-1.4, 1.4), lean);
+        let across = around(wind + rng.range_f32(-1.0, 1.0));
+        let size = height / 2.0 * rng.range_f32(0.72, 1.08);
+        let base = foot.extend(-SUNK_M);
+        shape.card(card, base, along, across, size);
+        if rng.chance(0.5) {
+            let lower = rng.range_f32(0.7, 0.9) * size;
+            shape.card(card, base, along, across.cross(along), lower);
+        }
+        // From above, leaves spread to all sides.
+        for _ in 0..3 - 2 * dead {
+            let t = rng.range_f32(0.40, 0.95);
+            let at = base + along * (t * size * card.height_m);
+            let azimuth = rng.range_f32(0.0, TAU);
+            let out = leaning(azimuth, rng.range_f32(0.6, 1.35));
+            let level = around(azimuth + 0.25 * TAU);
+            let size = size * rng.range_f32(0.8, 1.15);
+            shape.card(rng.choose(&materials.reed_leaves), at, out, level, size);
         }
     }
     shape

@@ -181,6 +181,7 @@ fn demo(config: &mut Config) {
         heath: 0.0,
         bilberry: 0.0,
         nettles: 0.0,
+        reeds: 0.0,
     };
     config.frames = 2;
     config.chunks.visible_radius_m = 40.0;

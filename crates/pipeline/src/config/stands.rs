@@ -76,6 +76,7 @@ fn thickets([bramble, bracken, heath, bilberry, nettles]: [f64; 5]) -> Thickets 
         heath,
         bilberry,
         nettles,
+        ..Thickets::default()
     }
 }
 

@@ -189,6 +189,10 @@ impl Config {
             );
             out.refuse("terrain.terrace_step_m", t.terrace_step_m, &must);
         }
+        if t.cliffs > 0.0 && t.terraces <= 0.0 {
+            let must = "be 0, or terrain.terraces above 0: cliffs are the rises between terraces";
+            out.refuse("terrain.cliffs", t.cliffs, must);
+        }
         if t.gully_depth_m > 0.4 * t.gully_spacing_m {
             let must = format!(
                 "be at most 0.4 of terrain.gully_spacing_m = {}",

@@ -111,6 +111,7 @@ fn forest_road(t: &config::Trails) -> Way {
     let way = Way {
         section,
         stone_beds,
+        turning_radius_m: road.turning_radius_m,
         ..way
     };
     dressed(t, road.width_m, way)

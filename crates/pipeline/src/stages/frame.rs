@@ -114,7 +114,7 @@ impl Stage<Forest> for ImageStage {
     );
     type Output = Vec<CameraImages>;
     const ID: &'static str = "frame.images";
-    const VERSION: u32 = 10;
+    const VERSION: u32 = 11;
 
     fn fingerprint(&self, _: &mut Hasher) {}
 

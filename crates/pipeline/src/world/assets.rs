@@ -34,7 +34,7 @@ pub struct WorldAssets {
     pub stumps: Vec<Arc<Blas>>,
     /// Of `library.shrubs`.
     pub shrubs: Vec<Arc<Blas>>,
-    /// Of `library.rocks`.
+    /// Of `library.rocks`, then of `library.stream_stones.rocks`.
     pub rocks: Vec<Arc<Blas>>,
     /// Of `library.grass`.
     pub grass: Vec<Arc<Blas>>,
@@ -60,6 +60,10 @@ pub struct WorldAssets {
     pub banks: Vec<Arc<Blas>>,
     /// Of `library.stone_beds`.
     pub stone_beds: Vec<Arc<Blas>>,
+    /// Of `library.stream_stones.stones`.
+    pub wet_stones: Vec<Arc<Blas>>,
+    /// Of `library.stream_stones.beds`.
+    pub wet_beds: Vec<Arc<Blas>>,
     /// Of `library.deadwood.logs`, then of its `thrown` stems.
     pub logs: Vec<Arc<Blas>>,
     /// Of `library.deadwood.root_plates`.
@@ -213,7 +217,7 @@ impl WorldAssets {
             first_sapling,
             stumps: plants(&library.stumps),
             shrubs: plants(&library.shrubs),
-            rocks: plants(&library.rocks),
+            rocks: [plants(&library.rocks), plants(&library.stream_stones.rocks)].concat(),
             grass: plants(&library.grass),
             herbs: plants(&library.herbs),
             ferns: plants(&library.ferns),
@@ -227,6 +231,8 @@ impl WorldAssets {
             trail_stones: plants(&library.trail_stones),
             trail_roots: plants(&library.trail_roots),
             stone_beds: plants(&library.stone_beds),
+            wet_stones: plants(&library.stream_stones.stones),
+            wet_beds: plants(&library.stream_stones.beds),
             banks: plants(&library.banks),
             logs: build(logs(&library).map(|log| &log.prototype).collect()),
             root_plates: plants(&library.deadwood.root_plates),
@@ -297,6 +303,23 @@ impl WorldAssets {
         }
     }
 
+    /// A rock by its number among the shapes of rocks.
+    fn rock(&self, asset: usize) -> &PlantAsset {
+        let (dry, wet) = (&self.library.rocks, &self.library.stream_stones.rocks);
+        dry.get(asset).unwrap_or_else(|| &wet[asset - dry.len()])
+    }
+
+    /// The number of a rock as it is in a stream among the shapes of rocks; those of a user's
+    /// models stay as they are.
+    pub(crate) fn in_stream(&self, rock: usize) -> usize {
+        let (dry, wet) = (&self.library.rocks, &self.library.stream_stones.rocks);
+        if rock < wet.len() {
+            dry.len() + rock
+        } else {
+            rock
+        }
+    }
+
     /// An object placed in its chunk, with its acceleration structure.
     pub(crate) fn instance(
         &self,
@@ -334,7 +357,10 @@ impl WorldAssets {
                 (log.species.clone(), plant(&library.deadwood.root_plates).1)
             }
             _ if object.on_trail => plant(&library.trail_stones),
-            _ => plant(&library.rocks),
+            _ => {
+                let rock = self.rock(object.asset);
+                (rock.name.clone(), rock.height_m)
+            }
         };
         ObjectRecord {
             object: object.object,

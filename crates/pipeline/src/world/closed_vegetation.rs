@@ -31,6 +31,8 @@ const BRAMBLE_M: f64 = 1.15;
 /// How far the middles of tiles of grass and of thickets are from water, metres.
 const GRASS_BANK_M: f64 = 0.5;
 const BANK_M: f64 = 0.7;
+/// Reeds at the edge of a tile stand in the water.
+const REEDS_BANK_M: f64 = 0.15;
 /// The distance at which the ground around tells whether a place is in a hollow, metres.
 const HOLLOW_M: f64 = 7.0;
 /// How much of moisture is that of the ground farther away.
@@ -49,26 +51,28 @@ pub(crate) struct ClosedVegetation {
 }
 
 /// The communities that a config asks for.
-pub(crate) fn community_params(of: &config::Undergrowth) -> CommunityParams {
+///
+/// Without streams and ponds there are no reeds.
+pub(crate) fn community_params(of: &config::Undergrowth, water: &config::Water) -> CommunityParams {
     let (s, t) = (&of.sward, &of.thickets);
+    let reeds = if water.has_beds() { t.reeds } else { 0.0 };
     CommunityParams {
         sward: s.cover,
         grasses: [s.rank, s.grazed, s.tussocks, s.dry, s.lodged],
-        thickets: [t.bramble, t.bracken, t.heath, t.bilberry, t.nettles],
+        thickets: [t.bramble, t.bracken, t.heath, t.bilberry, t.nettles, reeds],
     }
 }
 
 impl ClosedVegetation {
-    /// The closed vegetation of a config; `None` if there is none.
+    /// The closed vegetation of a world; `None` if there is none.
     pub(crate) fn new(
-        of: &config::Undergrowth,
+        params: &CommunityParams,
         chunk_size_m: f64,
         world: Key,
     ) -> Result<Option<Self>, Error> {
-        let params = community_params(of);
         let key = world.domain(COMMUNITIES);
         let field = |i, params| TerrainField::new(params, key.item(i));
-        let communities = Communities::new(&params, field)?;
+        let communities = Communities::new(params, field)?;
         if communities.is_empty() {
             return Ok(None);
         }
@@ -103,17 +107,19 @@ impl ClosedVegetation {
         let edge_m = ground.trail_edge_m(world_m);
         let closed = self.communities.at(world_m, &site(world_m, ground, sky));
         closed.filter(|closed| {
-            let bank_m = if closed.community.is_grass() {
-                GRASS_BANK_M
-            } else {
-                BANK_M
+            let bank_m = match closed.community {
+                PlantCommunity::Reeds => REEDS_BANK_M,
+                community if community.is_grass() => GRASS_BANK_M,
+                _ => BANK_M,
             };
             let room_m = match closed.community {
                 PlantCommunity::Bramble => BRAMBLE_M,
                 community if community.is_grass() => NARROW_M,
                 _ => THICKET_M,
             };
-            edge_m > room_m && ground.is_clear_of_water(world_m, bank_m)
+            edge_m > room_m
+                && ground.is_clear_of_water(world_m, bank_m)
+                && !ground.is_rock_face(world_m)
         })
     }
 
@@ -218,5 +224,7 @@ fn site(world_m: DVec2, ground: &ChunkGround, sky: &SkyViewFactor) -> Site {
         soil_m: conditions.soil_m,
         meadow: ground.meadow(open_m),
         fringe: ground.fringe(open_m),
+        bank_m: ground.bank_m(world_m),
+        history: ground.history(world_m),
     }
 }

@@ -7,11 +7,11 @@ use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, Surface};
 use nemoral_seed::{Domain, Draw, Key};
 use nemoral_stand::{
-    CLUMP_FIELD, FERN_FIELD, PATCH_JITTER, PATCH_SCALE, PatchKind, PatchSite, Seedlings,
-    SkyViewFactor, StandLayer, Undergrowth, UndergrowthParams,
+    CLUMP_FIELD, CommunityParams, FERN_FIELD, PATCH_JITTER, PATCH_SCALE, PatchKind, PatchSite,
+    Seedlings, SkyViewFactor, StandLayer, Undergrowth, UndergrowthParams,
 };
 
-use super::closed_vegetation::ClosedVegetation;
+use super::closed_vegetation::{ClosedVegetation, community_params};
 use super::litter::{GroundHeights, LitterLayer, LitterPatch, Stems};
 use super::outcrops::bareness;
 use super::patch::Patch;
@@ -70,6 +70,7 @@ pub struct Flora {
 #[derive(Clone, Debug)]
 pub(crate) struct FloraRecipe {
     undergrowth: config::Undergrowth,
+    communities: CommunityParams,
     litter: config::Litter,
     deadwood: config::Deadwood,
     skid_brash: f64,
@@ -81,6 +82,7 @@ impl FloraRecipe {
     pub(crate) fn new(config: &Config) -> Self {
         Self {
             undergrowth: config.undergrowth.clone(),
+            communities: community_params(&config.undergrowth, &config.water),
             litter: config.litter.clone(),
             deadwood: config.deadwood.clone(),
             skid_brash: skid_brash(&config.trails),
@@ -94,6 +96,7 @@ impl Encode for FloraRecipe {
     fn encode(&self, encoder: &mut dyn Encoder) {
         let Self {
             undergrowth,
+            communities,
             litter,
             deadwood,
             skid_brash,
@@ -101,6 +104,8 @@ impl Encode for FloraRecipe {
             chunk_size_m,
         } = self;
         encoder.field("undergrowth", undergrowth);
+        // What follows from the water; the rest is among the keys of the undergrowth.
+        encoder.field("has_reeds", &(communities.thickets[5] > 0.0));
         encoder.field("litter", litter);
         encoder.field("branches", &deadwood.branches);
         encoder.field("brash", &deadwood.brash);
@@ -115,6 +120,7 @@ impl Flora {
     pub(crate) fn new(recipe: &FloraRecipe, world: Key) -> Result<Self, Error> {
         let FloraRecipe {
             undergrowth: p,
+            communities,
             litter,
             deadwood,
             skid_brash,
@@ -160,7 +166,7 @@ impl Flora {
                 lying(SCREE, SCREE_CELL_M, SCREE_CELL_M, (0.6, 1.3))?,
                 *outcrops,
             ),
-            closed: ClosedVegetation::new(p, chunk_size_m, world)?,
+            closed: ClosedVegetation::new(communities, chunk_size_m, world)?,
             litter: LitterLayer::new(litter, &p.floor, chunk_size_m, world)?,
             grid: GroundCover::new(grid, key).map_err(Error::of_stage)?,
             undergrowth: Undergrowth {
@@ -187,7 +193,9 @@ impl Flora {
     ) -> Vec<Patch> {
         let radius_m = self.cell_m * 0.5;
         let off_trail = |p: DVec2, _: f64| {
-            ground.trail_edge_m(p) > radius_m && ground.is_clear_of_water(p, BANK_M)
+            ground.trail_edge_m(p) > radius_m
+                && ground.is_clear_of_water(p, BANK_M)
+                && !ground.is_rock_face(p)
         };
         let site = |p: DVec2| {
             let conditions = ground.conditions(p);
@@ -234,6 +242,7 @@ impl Flora {
             ground.trail_edge_m(p) > verge_m
                 && ground.is_clear_of_thrown(p, 0.3)
                 && ground.is_clear_of_water(p, verge_m)
+                && !ground.is_rock_face(p)
         };
         let on_trail = |p: DVec2, _: f64| ground.trail_edge_m(p) < -0.2 && !ground.is_puddle(p);
         let (branches, chance) = &self.branches;
@@ -315,10 +324,13 @@ pub(crate) fn seedlings(
     let chance = |p: DVec2| {
         let in_cluster = clusters.as_ref().is_some_and(|c| c.contain(p));
         let sky_view = sky.at(p.extend(ground.height_m(p) + 0.3));
-        seedlings.chance(in_cluster, sky_view) * (1.0 - ground.meadow(ground.open_m(p)))
+        let let_grow = (1.0 - ground.meadow(ground.open_m(p))) * ground.history(p).young_trees();
+        seedlings.chance(in_cluster, sky_view) * let_grow
     };
     let off_trail = |p: DVec2, verge_m: f64| {
-        ground.trail_edge_m(p) > verge_m && ground.is_clear_of_water(p, verge_m)
+        ground.trail_edge_m(p) > verge_m
+            && ground.is_clear_of_water(p, verge_m)
+            && !ground.is_rock_face(p)
     };
     Ok(grid.points(at, &off_trail, &chance))
 }

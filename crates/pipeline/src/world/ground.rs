@@ -6,7 +6,10 @@ use nemoral_placement::OpenLand;
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, MaterialId, Mesh, Surface, SurfaceSample};
 use nemoral_seed::{Domain, Key};
-use nemoral_stand::{FallenStem, Field, FieldParams, GroundConditions, fallen_stems, settle};
+use nemoral_stand::{
+    FallenStem, Field, FieldParams, GroundConditions, SiteHistory, VegetationHistory, fallen_stems,
+    settle,
+};
 use nemoral_terrain::{
     Eroded, ErosionParams, GroundZones, HeightField, HeightPosts, PerlinTerrain, ReliefParams,
     Terrain, TerrainParams, ZoneSample,
@@ -37,7 +40,13 @@ const THROWN_BANK_M: f64 = 1.2;
 /// Where a stream is this near to a trail's edge, it is in a culvert, metres.
 const CULVERT_M: f64 = 0.8;
 
+/// The slope from which on the ground of a world with cliffs is bare rock, and how much gentler
+/// ground is meshed as finely.
+const FACE_SLOPE: f64 = 1.05;
+const FACE_MARGIN: f64 = 0.4;
+
 const THROWN: Domain = Domain::new("pipeline.thrown");
+const HISTORY: Domain = Domain::new("pipeline.history");
 
 /// The endless ground of a world.
 pub struct GroundModel {
@@ -48,7 +57,9 @@ pub struct GroundModel {
     puddles: Option<Puddles>,
     thrown: Thrown,
     meadows: Option<Arc<Meadows>>,
+    history: Option<Arc<VegetationHistory<TerrainField>>>,
     effects: ConditionEffects,
+    has_cliffs: bool,
     plot: Option<Arc<Plot>>,
 }
 
@@ -164,6 +175,14 @@ impl GroundModel {
         });
         let plot = plot.map(Arc::new);
         let meadows = Meadows::new(meadows, plot.clone(), world)?.map(Arc::new);
+        let shows = [effects.browsing, effects.succession];
+        let history = if shows.iter().any(|effect| *effect > 0.0) {
+            let key = world.domain(HISTORY);
+            let field = |i, params| TerrainField::new(params, key.item(i));
+            Some(Arc::new(VegetationHistory::new(shows, field)?))
+        } else {
+            None
+        };
         let effects = ConditionEffects(effects.clone());
         Ok(Self {
             base,
@@ -173,7 +192,9 @@ impl GroundModel {
             puddles,
             plot,
             meadows,
+            history,
             effects,
+            has_cliffs: terrain.has_cliffs(),
             thrown: Thrown {
                 key: world.domain(THROWN),
                 mean: deadwood.thrown_per_ha * chunk_size_m * chunk_size_m / 10_000.0,
@@ -225,6 +246,8 @@ impl GroundModel {
             },
             conditions: Conditions::new(&self.effects, square),
             meadows: self.meadows.clone(),
+            history: self.history.clone(),
+            has_cliffs: self.has_cliffs,
             carved,
             thrown: self.thrown_around(chunk, MARGIN_M),
             square,
@@ -349,7 +372,9 @@ pub struct ChunkGround {
     plot: Option<Arc<Plot>>,
     conditions: Conditions,
     meadows: Option<Arc<Meadows>>,
+    history: Option<Arc<VegetationHistory<TerrainField>>>,
     square: (DVec2, DVec2),
+    has_cliffs: bool,
 }
 
 impl std::fmt::Debug for ChunkGround {
@@ -454,6 +479,18 @@ impl ChunkGround {
             .at(&self.base, world_m, self.bank_m(world_m))
     }
 
+    /// Whether the ground is the bare face of a cliff, on which nothing stands.
+    #[must_use]
+    pub fn is_rock_face(&self, world_m: DVec2) -> bool {
+        self.has_cliffs && self.base.sample(world_m).gradient.length() > FACE_SLOPE
+    }
+
+    /// What happened to the vegetation of a place, as far as that matters in this world.
+    #[must_use]
+    pub fn history(&self, world_m: DVec2) -> SiteHistory {
+        (self.history.as_ref()).map_or(SiteHistory::NEUTRAL, |h| h.at(world_m))
+    }
+
     /// Whether the ground of a place is bare mud; see [`Conditions::is_mud`].
     pub(crate) fn is_mud(&self, wetness: f64, wave: f64) -> bool {
         self.conditions.is_mud(wetness, wave)
@@ -546,7 +583,9 @@ impl GroundZones for ChunkGround {
         // And the beds and banks of waters.
         let in_bed = self.water.as_ref().is_some_and(|w| w.is_steep(world_m))
             || self.puddle_edge_m(world_m) < 0.3;
-        let detail_m = if near_trail || in_pit || in_bed {
+        let near_face = self.has_cliffs
+            && self.base.sample(world_m).gradient.length() > FACE_SLOPE - FACE_MARGIN;
+        let detail_m = if near_trail || in_pit || in_bed || near_face {
             0.0
         } else {
             f64::INFINITY
@@ -568,6 +607,7 @@ fn terrain_of(of: &config::Terrain, world: Key) -> Result<Arc<dyn Surface>, Erro
         ridges: of.ridges,
         warp: of.warp,
         terraces: of.terraces,
+        cliffs: of.cliffs,
         terrace_step_m: of.terrace_step_m,
     };
     let base: Arc<dyn Surface> = match of.noise {

@@ -147,6 +147,7 @@ fn ground_material<F: Field>(
         TrailZone::Strip => trail().strip,
         TrailZone::CutSlope => materials.cut_slope,
         TrailZone::Off if ground.is_pit(p) => materials.bare_soil,
+        TrailZone::Off if ground.is_rock_face(p) => materials.rock_face.unwrap_or(mud),
         TrailZone::Off => {
             let wetness = ground.conditions(p).wetness;
             if ground.is_mud(wetness, wave(p)) {

@@ -103,8 +103,11 @@ impl LowPlants<'_> {
             plant(shapes, None, tuft);
         }
         let along = StreamStones::new(at, world, ground);
-        for plant_of in along.cobbles {
-            plant(&assets.stone_beds, None, plant_of);
+        for bed in along.cobbles {
+            plant(&assets.wet_beds, None, bed);
+        }
+        for stone in along.wet_stones {
+            plant(&assets.wet_stones, None, stone);
         }
         for stone in along.stones {
             plant(&assets.trail_stones, None, stone);

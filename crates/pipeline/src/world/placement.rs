@@ -49,6 +49,7 @@ pub(crate) fn is_free(ground: &ChunkGround, world_m: DVec2, radius_m: f64) -> bo
         && ground.is_clear_of_thrown(world_m, radius_m)
         && ground.is_clear_of_water(world_m, radius_m + BANK_M)
         && ground.is_clear_of_plot(world_m, radius_m)
+        && !ground.is_rock_face(world_m)
 }
 
 /// The woody plants of a chunk that keep clear of the rocks around, and last its part of a stem

@@ -25,6 +25,8 @@ pub(crate) struct Recipe {
     communities: Vec<PlantCommunity>,
     trail_surfaces: Vec<TrailSurfaceKind>,
     wayside: bool,
+    stream_stones: bool,
+    rock_faces: bool,
     /// Whether trees stand at edges of the wood.
     edge_trees: bool,
     /// The amounts of leaves, of wood and of stones in litter; `None` without litter.
@@ -51,6 +53,8 @@ impl Encode for Recipe {
             communities,
             trail_surfaces,
             wayside,
+            stream_stones,
+            rock_faces,
             edge_trees,
             litter,
             textures,
@@ -111,6 +115,8 @@ impl Encode for Recipe {
         let trail_surfaces: Vec<&str> = trail_surfaces.iter().map(|k| k.name()).collect();
         encoder.field("trail_surfaces", &trail_surfaces.join(" "));
         encoder.field("wayside", wayside);
+        encoder.field("stream_stones", stream_stones);
+        encoder.field("rock_faces", rock_faces);
         // Without edges, none of their trees.
         if *edge_trees {
             encoder.field("edge_trees", edge_trees);
@@ -169,7 +175,7 @@ impl Recipe {
                 let any = c.ivy > 0.0 || c.moss > 0.0 || wanted.lianas || wanted.resin;
                 any.then_some(wanted)
             },
-            communities: community_params(&config.undergrowth).wanted(),
+            communities: community_params(&config.undergrowth, &config.water).wanted(),
             trail_surfaces: {
                 let mut surfaces = surfaces(&config.trails);
                 if config.water.has_beds() {
@@ -184,6 +190,8 @@ impl Recipe {
             wayside: has_wayside(&config.trails)
                 || config.water.springs_per_km2 > 0.0
                 || config.placement.outcrops > 0.0,
+            stream_stones: config.water.springs_per_km2 > 0.0,
+            rock_faces: config.terrain.has_cliffs(),
             edge_trees: {
                 let of = &config.placement.meadows;
                 of.share > 0.0 && of.edge_trees > 0.0
@@ -303,6 +311,8 @@ impl Recipe {
             communities: self.communities.clone(),
             trail_surfaces: self.trail_surfaces.clone(),
             wayside: self.wayside,
+            stream_stones: self.stream_stones,
+            rock_faces: self.rock_faces,
             edge_trees: self.edge_trees,
             textures: self.textures,
             trunk_radius_m: a.trunk_radius_m,

@@ -24,9 +24,11 @@ const VERGE_M: f64 = 0.9;
 
 /// What lies along the streams of a chunk without an id.
 pub(crate) struct StreamStones {
-    /// Beds of cobbles.
+    /// Beds of cobbles, in the water.
     pub(crate) cobbles: Vec<LowPlant>,
-    /// Single stones.
+    /// Single stones in the water.
+    pub(crate) wet_stones: Vec<LowPlant>,
+    /// Single stones beside it.
     pub(crate) stones: Vec<LowPlant>,
 }
 
@@ -43,16 +45,26 @@ impl StreamStones {
                 key,
             });
         });
-        let mut stones = Vec::new();
+        let (mut stones, mut wet_stones) = (Vec::new(), Vec::new());
         along(ground, STONES_PER_M, key(STONES), |rng, place, key| {
-            stones.push(LowPlant {
-                position_m: place.offset_m(rng.range_f64(-1.25, 1.25)),
+            let halves = rng.range_f64(-1.25, 1.25);
+            let to = if halves.abs() < 1.0 {
+                &mut wet_stones
+            } else {
+                &mut stones
+            };
+            to.push(LowPlant {
+                position_m: place.offset_m(halves),
                 yaw_rad: rng.range_f64(0.0, TAU),
                 scale: libm::exp(0.5 * rng.normal()).clamp(0.4, 3.0),
                 key,
             });
         });
-        Self { cobbles, stones }
+        Self {
+            cobbles,
+            wet_stones,
+            stones,
+        }
     }
 }
 
@@ -74,11 +86,17 @@ pub(crate) fn boulders(
         // From a head's size to as wide as the stream.
         let radius_m = rng.range_f64(0.12, (0.9 * place.half_m).clamp(0.2, 0.6));
         let scale = (radius_m / rocks[asset].radius_m).min(1.0);
+        let halves = rng.range_f64(-1.5, 1.5);
+        let is_wet = (halves.abs() - 1.0) * place.half_m < 0.5 * radius_m;
         sites.push(ObjectSite {
             kind: ObjectKind::Rock,
-            position_m: place.offset_m(rng.range_f64(-1.5, 1.5)),
+            position_m: place.offset_m(halves),
             radius_m: rocks[asset].radius_m * scale,
-            asset,
+            asset: if is_wet {
+                assets.in_stream(asset)
+            } else {
+                asset
+            },
             size: ObjectSize::Given(scale),
             key,
             on_trail: false,

@@ -29,6 +29,9 @@ pub struct WaterMaterials {
     pub mud: MaterialId,
 }
 
+/// Wet soil that nothing has rolled flat gleams dully: crumbs, roots and leaves stick out of it.
+const BED_ROUGHNESS: f32 = 0.62;
+
 impl WaterMaterials {
     /// Adds the materials to a library, after all others.
     pub(crate) fn add_to(library: &mut Library) -> Self {
@@ -41,6 +44,7 @@ impl WaterMaterials {
                 name: name.to_owned(),
                 semantic: Semantic::Soil,
                 albedo: Arc::new(darkened(&bed.albedo, wet)),
+                roughness: bed.roughness.max(BED_ROUGHNESS),
                 ..bed
             })
         };

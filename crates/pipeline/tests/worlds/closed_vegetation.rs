@@ -76,6 +76,42 @@ fn a_glade_is_under_grass_and_its_trails_too() {
 }
 
 #[test]
+fn where_deer_are_there_are_fewer_brambles_and_young_trees() {
+    let world = world("rank-clearing", &["undergrowth.ground.browsing=1"]);
+    let runner = world.runner(2);
+    // Tiles of brambles, of bracken, seedlings, and the ground, where few and where many deer are.
+    let mut found = [[0.0_f64; 4]; 2];
+    for at in ChunkCoord::new(0, 0).square(3) {
+        let ground = runner.get(world.forest.ground, at).expect("ground");
+        let mut count = |p: DVec2, what: usize| {
+            let browsing = ground.history(p).browsing;
+            if browsing.abs() > 0.3 {
+                found[usize::from(browsing > 0.0)][what] += 1.0;
+            }
+        };
+        for patch in &*runner.get(world.forest.undergrowth, at).expect("patches") {
+            match patch.kind {
+                PatchKind::Closed(PlantCommunity::Bramble) => count(patch.point.position_m, 0),
+                PatchKind::Closed(PlantCommunity::Bracken) => count(patch.point.position_m, 1),
+                _ => {}
+            }
+        }
+        for seedling in &*runner.get(world.forest.seedlings, at).expect("seedlings") {
+            count(seedling.position_m, 2);
+        }
+        for k in 0..400 {
+            let cell = DVec2::new(f64::from(k % 20) + 0.5, f64::from(k / 20) + 0.5) * 2.5;
+            count(at.origin_m(50.0) + cell, 3);
+        }
+    }
+    let [few, many] = found.map(|of| [0, 1, 2].map(|what| of[what] / of[3]));
+    println!("brambles, bracken, seedlings a place: {few:?} where deer are few, else {many:?}");
+    assert!(found.iter().all(|of| of[3] > 1000.0), "{found:?}");
+    assert!(many[0] < 0.5 * few[0] && many[2] < 0.6 * few[2]);
+    assert!(many[1] > 1.05 * few[1]);
+}
+
+#[test]
 #[ignore = "a minute: .ci/full runs it"]
 fn other_surfaces_stay_free_and_thickets_take_their_share() {
     let world = world("rank-clearing", &[]);

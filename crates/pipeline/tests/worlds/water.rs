@@ -6,7 +6,8 @@ use std::sync::LazyLock;
 use nemoral_pipeline::config::Preset;
 use nemoral_realism::World;
 use nemoral_scene::glam::DVec2;
-use nemoral_scene::{ChunkCoord, ObjectKind, Semantic, Surface};
+use nemoral_scene::{ChunkCoord, ObjectKind, PlantCommunity, Prototype, Semantic, Surface};
+use nemoral_stand::PatchKind;
 
 /// Streams, ponds and trails in most chunks.
 static VALLEY: LazyLock<World> = LazyLock::new(|| {
@@ -53,6 +54,43 @@ fn nothing_stands_or_lies_in_water_but_stones() {
     }
     println!("{objects} objects, {wet} in water, {rocks} of them stones");
     assert!(rocks > 20 && objects > 1000);
+}
+
+#[test]
+fn stones_in_streams_are_wet_and_reeds_are_beside_them() {
+    let runner = VALLEY.runner(2);
+    let assets = runner.get(VALLEY.forest.assets, ()).expect("assets");
+    let wet = |shape: &Prototype| {
+        let mut materials = shape.mesh().triangles.iter().map(|t| t.material);
+        materials.any(|m| assets.library.materials.get(m).name.ends_with(".wet"))
+    };
+    let (mut wet_rocks, mut dry_rocks, mut reeds) = (0, 0, 0);
+    for at in chunks() {
+        let ground = runner.get(VALLEY.forest.ground, at).expect("a ground");
+        let objects = runner.get(VALLEY.forest.objects, at).expect("objects");
+        let rocks = objects
+            .0
+            .iter()
+            .filter(|o| o.kind == ObjectKind::Rock && !o.on_trail);
+        for rock in rocks {
+            let is_wet = wet(assets.shape(rock).prototype());
+            let bank_m = ground.bank_m(rock.position_m.truncate());
+            // In ponds and on land none is, and in the middle of streams all are.
+            assert!(bank_m < 1.0 || !is_wet, "{bank_m}");
+            wet_rocks += usize::from(is_wet);
+            dry_rocks += usize::from(!is_wet);
+        }
+        let patches = runner.get(VALLEY.forest.undergrowth, at).expect("patches");
+        for patch in &*patches {
+            if patch.kind == PatchKind::Closed(PlantCommunity::Reeds) {
+                let bank_m = ground.bank_m(patch.point.position_m);
+                assert!((0.1..2.9).contains(&bank_m), "{bank_m}");
+                reeds += 1;
+            }
+        }
+    }
+    println!("{wet_rocks} wet rocks, {dry_rocks} dry ones, {reeds} tiles of reeds");
+    assert!(wet_rocks > 20 && dry_rocks > 20 && reeds > 20);
 }
 
 #[test]

@@ -50,21 +50,22 @@ impl Place {
     }
 }
 
-/// The albedo of the ground at a hit at a height, from its material and the one that it blends into
-/// there.
-pub(crate) fn albedo(
+/// The albedo and the roughness of the ground at a hit at a height, from its material and the one
+/// that it blends into there.
+pub(crate) fn look(
     materials: &MaterialLibrary,
     hit: &Hit,
     height_m: f32,
     footprint_m: f32,
-) -> Vec3 {
+) -> (Vec3, f32) {
     let place = Place {
         at_m: hit.shading.uv.extend(height_m),
         normal: hit.shading.normal,
     };
     let of = |id: MaterialId| {
         let m = materials.get(id);
-        of_texture(&m.albedo, place, m.tile_m, footprint_m)
+        let albedo = of_texture(&m.albedo, place, m.tile_m, footprint_m);
+        (albedo, m.roughness)
     };
     let Some((other, share)) = hit.shading.blend else {
         return of(hit.surface.material);
@@ -80,7 +81,8 @@ pub(crate) fn albedo(
     } else if share >= 1.0 {
         of(other)
     } else {
-        of(hit.surface.material).lerp(of(other), share)
+        let ((own, rough), (over, over_rough)) = (of(hit.surface.material), of(other));
+        (own.lerp(over, share), rough + share * (over_rough - rough))
     }
 }
 
@@ -305,6 +307,7 @@ mod tests {
                 materials.add(Material {
                     ground: true,
                     tile_m: 1.0,
+                    roughness: value,
                     ..plain
                 })
             };
@@ -316,7 +319,8 @@ mod tests {
                     uv: at,
                     ..hit.shading
                 };
-                albedo(&materials, &hit, 0.0, 0.0)
+                let (albedo, roughness) = look(&materials, &hit, 0.0, 0.0);
+                albedo.extend(roughness)
             };
             let (here, there) = (
                 colour(dark, Some((light, share))),

@@ -258,11 +258,12 @@ fn surface(scene: &SceneView<'_>, seen: &SurfaceView<'_>, normal: Vec3) -> Surfa
     // pixels wide and one high, would blur otherwise.
     let width_m = hit.surface.distance_m * seen.sample_rad;
     let texture = &material.albedo;
-    let mut reflectance = if material.ground {
+    let (mut reflectance, roughness) = if material.ground {
         let height_m = seen.ray.origin.z + seen.ray.direction.z * hit.surface.distance_m;
-        hex_tiling::albedo(scene.materials, hit, height_m, width_m)
+        hex_tiling::look(scene.materials, hit, height_m, width_m)
     } else {
-        texture.sample(hit.shading.uv, width_m / cos.sqrt() * hit.shading.uv_per_m)
+        let width = width_m / cos.sqrt() * hit.shading.uv_per_m;
+        (texture.sample(hit.shading.uv, width), material.roughness)
     };
     let mut transmittance = material.transmittance;
     let leaf = transmittance != Vec3::ZERO;
@@ -277,7 +278,7 @@ fn surface(scene: &SceneView<'_>, seen: &SurfaceView<'_>, normal: Vec3) -> Surfa
         transmittance *= tint;
     }
     let reflectance = reflectance.min(Vec3::ONE);
-    let roughness = material.roughness.clamp(0.0, 1.0);
+    let roughness = roughness.clamp(0.0, 1.0);
     Surface {
         normal,
         // A measured albedo contains all reflected light, including the specular reflection of the

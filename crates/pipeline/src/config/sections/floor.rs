@@ -106,6 +106,12 @@ section! {
         soil: f64 = 1.0, Real(0.0, 2.0), "Heimsath et al. 1997 for the depth";
         /// How readily the wettest ground is bare mud.
         mud: f64 = 0.3, Real(0.0, 1.0), "our choice";
+        /// Effect of deer, which are many here and few there: where they are, brambles, bilberry
+        /// and young trees are few and low, grass is short, and bracken stays.
+        browsing: f64 = 0.6, Real(0.0, 1.0), "our choice; Kirby 2001 for what is eaten";
+        /// Effect of the years since storms or people opened a place: grass and nettles come
+        /// first, then brambles, then bracken and young trees.
+        succession: f64 = 0.6, Real(0.0, 1.0), "our choice";
     }
 }
 
@@ -118,6 +124,8 @@ impl GroundEffects {
             heat_load: 0.0,
             soil: 0.0,
             mud: 0.0,
+            browsing: 0.0,
+            succession: 0.0,
         }
     }
 }
@@ -145,7 +153,7 @@ section! {
 section! {
     /// Thickets, which close over the ground in stands of some metres to tens of metres: shares of
     /// the ground that they cover where light, moisture and slope suit them. Where several would
-    /// grow, one of them does.
+    /// grow, one of them does. Reeds are by streams and ponds alone.
     Thickets at "undergrowth.thickets" {
         /// Share of brambles, 0.6 to 1.5 m high.
         bramble: f64 = 0.06, Real(0.0, 1.0), "our choice";
@@ -157,6 +165,9 @@ section! {
         bilberry: f64 = 0.0, Real(0.0, 1.0), "rare in open forests of the south";
         /// Share of nettles, where it is moist.
         nettles: f64 = 0.02, Real(0.0, 1.0), "our choice";
+        /// Share of the banks of streams and ponds, where there is light, that is under reeds, 1.2
+        /// to 2.3 m high.
+        reeds: f64 = 0.5, Real(0.0, 1.0), "our choice";
     }
 }
 

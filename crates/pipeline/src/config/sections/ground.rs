@@ -30,8 +30,11 @@ section! {
         /// Domain warping: valleys wind by this part of `scale_m`, as a standard deviation.
         warp: f64 = 0.0, Real(0.0, 0.25), "none: the paper's octaves";
         /// Share of terraces, as of hard beds in rock: level ground between rises up to four times
-        /// as steep, which are cliffs on steep slopes. They fade in and out from place to place.
+        /// as steep. They fade in and out from place to place.
         terraces: f64 = 0.0, Real(0.0, 1.0), "none: the paper's octaves";
+        /// How sheer the rises between terraces are: at 1, up to eight times as steep. Above 0,
+        /// what is steeper than some 45 degrees is bare rock, on which nothing stands.
+        cliffs: f64 = 0.0, Real(0.0, 1.0), "none: the paper's octaves";
         /// Height of a terrace; at most half of `max_height_m`, if there are terraces.
         terrace_step_m: f64 = 4.0, Real(0.2, 200.0), "our choice";
         /// Depth of the largest gullies where slopes are steep; less on gentle ones, none on level
@@ -46,6 +49,14 @@ section! {
         cell_m: f64 = 1.0, Real(0.5, 5.0), "paper, Fig. 3";
         /// Side of a terrain cell on trails and chunk borders.
         fine_cell_m: f64 = 0.25, Real(0.1, 2.0), "resolves wheel ruts";
+    }
+}
+
+impl Terrain {
+    /// Whether some of it is cliffs.
+    #[must_use]
+    pub fn has_cliffs(&self) -> bool {
+        self.terraces > 0.0 && self.cliffs > 0.0
     }
 }
 

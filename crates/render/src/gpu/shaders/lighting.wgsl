@@ -344,6 +344,7 @@ fn shade(s: Surface, pixel: vec2f) -> vec3f {
     let cosine = max(abs(dot(s.ray, s.normal)), 0.05);
     let width = s.distance_m * light.sun.w;
     var reflectance: vec3f;
+    var roughness = m.transmittance.w;
     if is_ground {
         let place = vec3f(s.uv, s.point.z + frame.eye.z);
         var share = 0.0;
@@ -361,6 +362,7 @@ fn shade(s: Surface, pixel: vec2f) -> vec3f {
             let tile = materials[s.other].mean_albedo.w;
             let over = ground(s.other, place, s.shading_normal, tile, width);
             reflectance = mix(reflectance, over, share);
+            roughness = mix(roughness, materials[s.other].transmittance.w, share);
         }
     } else {
         reflectance = sample(s.material, s.uv, width / sqrt(cosine) * s.uv_per_m);
@@ -382,7 +384,6 @@ fn shade(s: Surface, pixel: vec2f) -> vec3f {
     }
     reflectance = min(reflectance, vec3f(1.0));
     transmittance = min(transmittance, 1.0 - reflectance);
-    let roughness = m.transmittance.w;
     var gloss = 1.0 - roughness * roughness;
     if gloss < 0.05 {
         gloss = 0.0;
