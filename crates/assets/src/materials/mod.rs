@@ -27,6 +27,7 @@ use self::ground::{bake_floors, bake_trails, register_ground};
 use self::solid::{SolidTextures, register_stump, solid};
 use self::trees::register_tree;
 use crate::cards::card_raster::CardImage;
+use crate::textures::mineral;
 use crate::textures::tile::Tile;
 use crate::tree::{FoliageCard, Species, TreeMaterials};
 
@@ -40,9 +41,6 @@ pub(crate) use self::shed::ShedMaterials;
 pub(crate) use self::solid::StumpMaterials;
 
 const TEXTURES: Domain = Domain::new("assets.textures");
-/// Metres that one repetition of the texture of rock covers on cliffs.
-const FACE_M: f32 = 1.6;
-
 const CARDS: Domain = Domain::new("assets.cards");
 
 /// Bakes textures, or spares their baking.
@@ -228,10 +226,12 @@ impl WorldMaterials {
         }
         if rock_faces {
             let rock = all.library.get(all.rock).clone();
+            let seed = textures.item(60).to_u64() as u32;
             all.rock_face = Some(all.library.add(Material {
                 name: "ground.rock_face".to_owned(),
+                albedo: baker.bake(|| mineral::cliff(seed)),
                 ground: true,
-                tile_m: FACE_M,
+                tile_m: mineral::CLIFF_M,
                 ..rock
             }));
         }

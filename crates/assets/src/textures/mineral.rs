@@ -5,6 +5,9 @@ use glam::{IVec2, Vec2, Vec3};
 use super::noise::{fbm, gradient, smoothstep, unit, value, warp, worley};
 use super::tile::{Texel, Tile};
 
+/// Side of the tile of cliffs, metres.
+pub(crate) const CLIFF_M: f32 = 3.2;
+
 /// Granite with lichens, on a tile of 1 m.
 pub(crate) fn rock(seed: u32) -> Tile {
     let mut tile = Tile::bake(512, 512, |p| {
@@ -58,6 +61,50 @@ pub(crate) fn rock(seed: u32) -> Tile {
     });
     tile.darken_hollows(6, 0.5, 0.6);
     tile.with_luminance_of(Vec3::new(0.190, 0.182, 0.150))
+}
+
+/// The face of a cliff, on a tile of 3.2 m: blocks between joints, each broken a little deeper or
+/// less deep than its neighbours, with streaks of water and lichens.
+pub(crate) fn cliff(seed: u32) -> Tile {
+    let mut tile = Tile::bake(512, 512, |p| {
+        let q = warp(p, IVec2::splat(3), Vec2::splat(0.13), seed);
+        let blocks = worley(q, IVec2::new(3, 8), 1.0, seed ^ 0x10);
+        let chips = worley(q, IVec2::new(9, 21), 1.0, seed ^ 0x11);
+        // Joints are open here and closed there.
+        let open = smoothstep(-0.15, 0.30, fbm(p, IVec2::splat(5), 3, 0.5, seed ^ 0x12));
+        let joint = open * (1.0 - smoothstep(0.0, 0.05, blocks.f2 - blocks.f1));
+        let hair = 1.0 - smoothstep(0.0, 0.09, chips.f2 - chips.f1);
+        let hair = hair * smoothstep(0.45, 0.75, unit(chips.id ^ 0x33));
+        let rough = fbm(p, IVec2::splat(40), 4, 0.6, seed ^ 0x20);
+        let broad = fbm(q, IVec2::splat(3), 4, 0.55, seed ^ 0x21);
+        let grains = value(p, IVec2::splat(230), seed ^ 0x22);
+        let tone = 0.84 + 0.22 * unit(blocks.id) + 0.16 * unit(chips.id);
+        let mut colour = Vec3::new(0.205, 0.190, 0.165)
+            * tone
+            * (1.0 + 0.22 * rough + 0.20 * broad + 0.22 * (grains - 0.5));
+        let stain = smoothstep(0.05, 0.5, fbm(q, IVec2::splat(5), 4, 0.55, seed ^ 0x30));
+        colour = colour.lerp(colour * Vec3::new(0.92, 0.72, 0.54), 0.7 * stain);
+        let film = smoothstep(0.10, 0.55, fbm(q, IVec2::splat(4), 5, 0.6, seed ^ 0x31));
+        colour *= 1.0 - 0.5 * film;
+        let lobes = warp(p, IVec2::splat(40), Vec2::splat(0.010), seed ^ 0x40);
+        let crusts = worley(lobes, IVec2::splat(22), 1.0, seed ^ 0x41);
+        let radius = 0.14 + 0.34 * unit(crusts.id);
+        let alive = f32::from(unit(crusts.id ^ 0x5555) < 0.35);
+        let there = alive * smoothstep(radius, radius - 0.07, crusts.f1);
+        colour = colour.lerp(Vec3::new(0.30, 0.31, 0.24), 0.55 * there);
+        let damp = fbm(q, IVec2::splat(6), 5, 0.62, seed ^ 0x50) + 0.4 * film + 0.25 * joint;
+        let moss = smoothstep(0.36, 0.58, damp);
+        colour = colour.lerp(Vec3::new(0.050, 0.062, 0.024), 0.8 * moss);
+        colour *= 1.0 - 0.70 * joint.max(0.45 * hair);
+        Texel {
+            albedo: colour,
+            height: 0.10 * unit(blocks.id) + 0.03 * unit(chips.id) + 0.02 * rough
+                - 0.10 * joint
+                - 0.03 * hair,
+        }
+    });
+    tile.darken_hollows(6, 0.6, 0.55);
+    tile.with_luminance_of(Vec3::new(0.165, 0.152, 0.126))
 }
 
 /// Loose stone, cleaner than rock, on a tile of 0.5 m.
