@@ -21,7 +21,7 @@ fn cliffs_are_bare_rock_on_which_nothing_stands() {
     // Of triangles of the ground: bare and steep, bare and gentle, covered and steep.
     let mut areas_m2 = [0.0_f32; 3];
     let (mut plants, mut on_steep) = (0, 0);
-    for at in ChunkCoord::new(0, 0).square(2) {
+    for at in ChunkCoord::new(0, 0).square(1) {
         let ground = model.near(at);
         let objects = runner.get(world.forest.objects, at).expect("objects");
         let stands = |kind| !matches!(kind, ObjectKind::Log | ObjectKind::RootPlate);

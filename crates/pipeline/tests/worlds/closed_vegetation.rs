@@ -81,7 +81,7 @@ fn where_deer_are_there_are_fewer_brambles_and_young_trees() {
     let runner = world.runner(2);
     // Tiles of brambles, of bracken, seedlings, and the ground, where few and where many deer are.
     let mut found = [[0.0_f64; 4]; 2];
-    for at in ChunkCoord::new(0, 0).square(3) {
+    for at in ChunkCoord::new(0, 0).square(2) {
         let ground = runner.get(world.forest.ground, at).expect("ground");
         let mut count = |p: DVec2, what: usize| {
             let browsing = ground.history(p).browsing;
