@@ -20,9 +20,6 @@ use crate::tree::{Species, individual_rank};
 
 const SHRUBS: Domain = Domain::new("assets.shrubs");
 const STUMPS: Domain = Domain::new("assets.stumps");
-/// The share of a rock's height up to which it is wet in a stream.
-const WATER_LINE: f32 = 0.4;
-
 const ROCKS: Domain = Domain::new("assets.rocks");
 const GRASS: Domain = Domain::new("assets.grass");
 const HERBS: Domain = Domain::new("assets.herbs");
@@ -40,6 +37,9 @@ const STUMP_COUNT: u32 = 9;
 const ROCK_COUNT: u32 = 12;
 /// Variants of each kind of patch.
 const PATCHES: u32 = 16;
+
+/// The share of a rock's height up to which it is wet in a stream.
+const WATER_LINE: f32 = 0.4;
 
 /// Grows the i-th of a kind from its own key.
 pub(super) type GrowOne<'a> = dyn Fn(u32, Key) -> PlantAsset + Sync + 'a;
