@@ -52,7 +52,7 @@ pub(crate) fn stones(key: Key, path: &TrailPath) -> Vec<TrailDressing> {
         let stone = TrailDressing {
             position_m: beside(path, s, offset),
             yaw_rad: rng.range_f64(0.0, std::f64::consts::TAU),
-            scale: libm::exp(0.5 * rng.normal()).clamp(0.4, 2.5),
+            scale: libm::exp(0.5 * rng.normal()).clamp(0.9, 2.5),
             kind: DressingKind::Stone,
         };
         path.has(stone.kind, s, rng.unit_f64()).then_some(stone)

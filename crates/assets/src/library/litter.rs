@@ -78,7 +78,7 @@ impl PlantGrower<'_> {
                     shares: &params.shares,
                     own,
                     fruit,
-                    stone: self.materials.stone,
+                    stone: self.materials.stones.stone,
                 };
                 let shape = litter(&plan, key.item(size as u64));
                 let number = i + VARIANTS[0] * size as u32;

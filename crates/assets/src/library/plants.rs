@@ -10,7 +10,7 @@ use super::{PlantAsset, StreamStones, prototype, with_occlusion};
 use crate::ambient_occlusion::{MaskCoverage, OcclusionParams};
 use crate::materials::WorldMaterials;
 use crate::plant::bank::{BankMaterials, bank};
-use crate::plant::rock::{RockPlan, rock};
+use crate::plant::rock::{RockPlan, StoneMaterials, rock};
 use crate::plant::seedling::seedling;
 use crate::plant::shape::Shape;
 use crate::plant::shrub::ShrubKind;
@@ -140,14 +140,14 @@ impl PlantGrower<'_> {
 
     /// Stones in streams, if their materials are there.
     pub(super) fn stream_stones(&self) -> StreamStones {
-        let (Some(wet_rock), Some(wet_stone)) = (self.materials.wet_rock, self.materials.wet_stone)
+        let (Some(wet_rock), Some(wet)) = (self.materials.wet_rock, self.materials.wet_stones)
         else {
             return StreamStones::default();
         };
         StreamStones {
             rocks: self.rocks_up_to(Some(wet_rock)),
-            stones: self.stones_of(wet_stone),
-            beds: self.beds_of(wet_stone),
+            stones: self.stones_of(wet.stone),
+            beds: self.beds_of(wet),
         }
     }
 
@@ -178,7 +178,7 @@ impl PlantGrower<'_> {
 
     /// Loose stones for trails.
     pub(super) fn trail_stones(&self) -> Vec<PlantAsset> {
-        self.stones_of(self.materials.stone)
+        self.stones_of(self.materials.stones.stone)
     }
 
     fn stones_of(&self, material: MaterialId) -> Vec<PlantAsset> {
@@ -207,12 +207,12 @@ impl PlantGrower<'_> {
 
     /// Beds of stones.
     pub(super) fn stone_beds(&self) -> Vec<PlantAsset> {
-        self.beds_of(self.materials.stone)
+        self.beds_of(self.materials.stones)
     }
 
-    fn beds_of(&self, material: MaterialId) -> Vec<PlantAsset> {
+    fn beds_of(&self, materials: StoneMaterials) -> Vec<PlantAsset> {
         self.collect(STONE_BEDS, 8, &|i, key| {
-            self.patch("stone_bed", i, wayside::bed(material, key))
+            self.patch("stone_bed", i, wayside::bed(materials, key))
         })
     }
 
@@ -223,7 +223,7 @@ impl PlantGrower<'_> {
             return Vec::new();
         };
         let materials = BankMaterials {
-            stone: self.materials.stone,
+            stones: self.materials.stones,
             soil,
             root,
         };

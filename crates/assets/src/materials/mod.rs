@@ -27,6 +27,7 @@ use self::ground::{bake_floors, bake_trails, register_ground};
 use self::solid::{SolidTextures, register_stump, solid};
 use self::trees::register_tree;
 use crate::cards::card_raster::CardImage;
+use crate::plant::rock::StoneMaterials;
 use crate::textures::mineral;
 use crate::textures::tile::Tile;
 use crate::tree::{FoliageCard, Species, TreeMaterials};
@@ -85,7 +86,7 @@ pub(crate) struct WorldMaterials {
     pub(crate) communities: CommunityMaterials,
     pub(crate) ground: GroundMaterials,
     pub(crate) rock: MaterialId,
-    pub(crate) stone: MaterialId,
+    pub(crate) stones: StoneMaterials,
     pub(crate) shrub_wood: MaterialId,
     pub(crate) cane: MaterialId,
     pub(crate) frond_stalk: MaterialId,
@@ -102,7 +103,7 @@ pub(crate) struct WorldMaterials {
     pub(crate) fruit: Option<MaterialId>,
     /// Rock and stone in streams; `None` where they are not wanted.
     pub(crate) wet_rock: Option<MaterialId>,
-    pub(crate) wet_stone: Option<MaterialId>,
+    pub(crate) wet_stones: Option<StoneMaterials>,
     /// Bare faces of cliffs; `None` where there are none.
     pub(crate) rock_face: Option<MaterialId>,
     pub(crate) gorse: Vec<FoliageCard>,
@@ -222,7 +223,11 @@ impl WorldMaterials {
                 let wet = wet::wet_stone(all.library.get(dry));
                 Some(all.library.add(wet))
             };
-            (all.wet_rock, all.wet_stone) = (wet(all.rock), wet(all.stone));
+            all.wet_rock = wet(all.rock);
+            let stone = wet(all.stones.stone);
+            all.wet_stones = stone.zip(wet(all.stones.pebble)).map(|(stone, pebble)| {
+                StoneMaterials { stone, pebble }
+            });
         }
         if rock_faces {
             let rock = all.library.get(all.rock).clone();
@@ -359,6 +364,11 @@ impl WorldMaterials {
             optics::ROCK,
         );
         stone.tile_m = 0.5;
+        let pebble = Material {
+            name: "pebble".to_owned(),
+            semantic: Semantic::Soil,
+            ..stone.clone()
+        };
         let stone = library.add(stone);
         // Seedlings, deadwood, climbers and closed vegetation come last, so that all other
         // materials have the same number with and without them.
@@ -371,6 +381,7 @@ impl WorldMaterials {
         });
         let climbers = climbing.map(|images| ClimberMaterials::register(&mut library, images));
         let communities = CommunityMaterials::register(&mut library, closed);
+        let pebble = library.add(pebble);
         Self {
             library,
             deadwood,
@@ -383,9 +394,9 @@ impl WorldMaterials {
             seedlings,
             ground,
             rock,
-            stone,
+            stones: StoneMaterials { stone, pebble },
             wet_rock: None,
-            wet_stone: None,
+            wet_stones: None,
             rock_face: None,
             shrub_wood,
             cane,

@@ -8,7 +8,7 @@ use glam::{Vec2, Vec3};
 use nemoral_scene::MaterialId;
 use nemoral_seed::{Draw, Key};
 
-use super::rock::{RockPlan, rock};
+use super::rock::{RockPlan, StoneMaterials, rock};
 use super::shape::{Shape, around};
 use crate::textures::ground::FLOOR_M;
 
@@ -18,7 +18,7 @@ const REACH_M: f32 = 0.2;
 /// What things in a bank are made of.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BankMaterials {
-    pub(crate) stone: MaterialId,
+    pub(crate) stones: StoneMaterials,
     pub(crate) soil: MaterialId,
     pub(crate) root: MaterialId,
 }
@@ -46,7 +46,7 @@ pub(crate) fn bank(is_rooty: bool, materials: &BankMaterials, key: Key) -> Shape
             sunk: rng.range_f32(0.4, 0.65),
             roughness: if is_stone { 0.06 } else { 0.16 },
             material: if is_stone {
-                materials.stone
+                materials.stones.of(radius_m)
             } else {
                 materials.soil
             },
@@ -111,7 +111,10 @@ mod tests {
     #[test]
     fn what_sticks_out_is_rooted_in_the_bank() {
         let materials = BankMaterials {
-            stone: MaterialId(0),
+            stones: StoneMaterials {
+                stone: MaterialId(0),
+                pebble: MaterialId(3),
+            },
             soil: MaterialId(1),
             root: MaterialId(2),
         };

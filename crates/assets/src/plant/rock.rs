@@ -9,6 +9,9 @@ use nemoral_seed::{Draw, Key};
 use super::shape::{Shape, leaning};
 use crate::textures::noise::{scramble, unit};
 
+/// The least width of what is labelled as a stone, metres.
+const SMALLEST_STONE_M: f32 = 0.05;
+
 /// What rock to make.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RockPlan {
@@ -23,6 +26,25 @@ pub(crate) struct RockPlan {
     pub(crate) material: MaterialId,
     /// Metres that one repetition of the texture covers.
     pub(crate) tile_m: f32,
+}
+
+/// Of what stones are made: those over 5 cm are labelled as stones, smaller ones are a part of the
+/// soil.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct StoneMaterials {
+    pub(crate) stone: MaterialId,
+    pub(crate) pebble: MaterialId,
+}
+
+impl StoneMaterials {
+    /// The material of a stone of this mean half-width, metres.
+    pub(crate) fn of(self, radius_m: f32) -> MaterialId {
+        if radius_m < 0.5 * SMALLEST_STONE_M {
+            self.pebble
+        } else {
+            self.stone
+        }
+    }
 }
 
 /// A rock: a stretched ball, cut by 6-12 planes, worn by noise.

@@ -270,7 +270,7 @@ fn fruit(shape: &mut Shape, at: Vec2, of: &FruitLook, material: MaterialId, rng:
 fn stone(shape: &mut Shape, at: Vec2, material: MaterialId, key: Key) {
     let mut rng = key.rng();
     let plan = RockPlan {
-        radius_m: rng.range_f32(0.026, 0.06),
+        radius_m: rng.range_f32(0.028, 0.06),
         subdivisions: 1,
         sunk: rng.range_f32(0.25, 0.5),
         roughness: 0.06,

@@ -6,7 +6,7 @@ use glam::{Vec2, Vec3};
 use nemoral_scene::MaterialId;
 use nemoral_seed::{Draw, Key, Rng};
 
-use super::rock::{RockPlan, rock};
+use super::rock::{RockPlan, StoneMaterials, rock};
 use super::shape::Shape;
 
 /// Radius of a bed of stones, metres.
@@ -63,7 +63,7 @@ pub(crate) fn root(material: MaterialId, rng: &mut impl Rng) -> Shape {
 }
 
 /// Stones beside stones, from gravel to the size of a head, half sunk.
-pub(crate) fn bed(material: MaterialId, key: Key) -> Shape {
+pub(crate) fn bed(materials: StoneMaterials, key: Key) -> Shape {
     let mut rng = key.rng();
     let mut stones: Vec<(Vec2, f32)> = Vec::new();
     // Large ones lie first, and small ones fill what is left between.
@@ -88,7 +88,7 @@ pub(crate) fn bed(material: MaterialId, key: Key) -> Shape {
             subdivisions: 1,
             sunk: key.item(1).rng().range_f32(0.35, 0.6),
             roughness: 0.05,
-            material,
+            material: materials.of(radius_m),
             tile_m: 0.5,
         };
         let turn = Vec2::from_angle(key.item(2).rng().range_f32(0.0, TAU));

@@ -37,7 +37,7 @@ impl StreamStones {
         let key = |domain| world.domain(domain).chunk(at);
         let mut cobbles = Vec::new();
         along(ground, COBBLES_PER_M, key(COBBLES), |rng, place, key| {
-            let scale = (1.5 * place.half_m).clamp(0.45, 1.25) * rng.range_f64(0.8, 1.15);
+            let scale = (1.5 * place.half_m).clamp(0.7, 1.25) * rng.range_f64(0.8, 1.15);
             cobbles.push(LowPlant {
                 position_m: place.offset_m(rng.range_f64(-0.45, 0.45)),
                 yaw_rad: rng.range_f64(0.0, TAU),
@@ -56,7 +56,7 @@ impl StreamStones {
             to.push(LowPlant {
                 position_m: place.offset_m(halves),
                 yaw_rad: rng.range_f64(0.0, TAU),
-                scale: libm::exp(0.5 * rng.normal()).clamp(0.4, 3.0),
+                scale: libm::exp(0.5 * rng.normal()).clamp(0.9, 3.0),
                 key,
             });
         });
