@@ -22,9 +22,10 @@ pub use self::single_tree::SingleTree;
 use crate::ambient_occlusion::{self, MaskCoverage, OcclusionParams};
 use crate::materials::{GroundMaterials, Wanted, WorldMaterials};
 use crate::plant::shape::Shape;
+use crate::plant::surface_root::LOBE_M;
 use crate::tree::{
-    GrownTree, GrowthParams, SizeClass, Species, TreeMaterials, TreeSize, grow, grow_snag,
-    individual_rank,
+    FlareLobe, GrownTree, GrowthParams, SizeClass, Species, TreeMaterials, TreeSize, grow,
+    grow_snag, individual_rank,
 };
 use nemoral_scene::ParamError;
 
@@ -55,6 +56,8 @@ pub struct AssetParams {
     /// Whether roots across trails, beds of stones beside them, and what sticks out of their banks
     /// are made.
     pub wayside: bool,
+    /// Whether roots that spread over the ground from old trees are made.
+    pub surface_roots: bool,
     /// Stones that lie in streams, wet up to some height.
     pub stream_stones: bool,
     /// The ground of cliffs.
@@ -127,6 +130,8 @@ pub struct TreeAsset {
     pub stem_volume_m3: f64,
     /// Radius it occupies at the ground, flare included, metres.
     pub radius_m: f64,
+    /// The lobes of its root flare; none if they are not known.
+    pub flare_lobes: Vec<FlareLobe>,
 }
 
 /// A shrub, herb, stump or rock, or a patch of such things.
@@ -189,6 +194,10 @@ pub struct Library {
     pub trail_stones: Vec<PlantAsset>,
     /// Roots that lie across trails, along x; none if they were not asked for.
     pub trail_roots: Vec<PlantAsset>,
+    /// Roots that spread over the ground from old trees, [`Library::SURFACE_ROOTS`] of each
+    /// species, if they were asked for. Each lies along +x and goes on from a lobe of a root flare
+    /// that ends at x = 0, [`Library::ROOT_LOBE_M`] from the middle of its stem.
+    pub surface_roots: Vec<PlantAsset>,
     /// Beds of stones for ditches and edges, a metre wide; none if they were not asked for.
     pub stone_beds: Vec<PlantAsset>,
     /// Stones that lie in streams; none if they were not asked for.
@@ -228,6 +237,7 @@ impl Default for AssetParams {
             communities: Vec::new(),
             trail_surfaces: TrailSurfaceKind::ALL.to_vec(),
             wayside: false,
+            surface_roots: false,
             stream_stones: false,
             rock_faces: false,
             edge_trees: false,
@@ -309,6 +319,12 @@ impl AssetParams {
 }
 
 impl Library {
+    /// The surface roots of each species.
+    pub const SURFACE_ROOTS: usize = 8;
+    /// The distance of a lobe's end from the middle of the stem for which surface roots are made,
+    /// metres.
+    pub const ROOT_LOBE_M: f64 = LOBE_M as f64;
+
     /// Grows a library, on all threads of the pool it is called in. The same key and parameters
     /// give the same bytes on any number of threads.
     ///
@@ -323,6 +339,7 @@ impl Library {
             wayside: params.wayside,
             stream_stones: params.stream_stones,
             rock_faces: params.rock_faces,
+            surface_roots: params.surface_roots,
             litter: params.litter.is_some(),
             seedlings: params.seedlings_per_species > 0,
             deadwood: params.deadwood,
@@ -383,6 +400,7 @@ impl Library {
             trail_roots: (materials.surface_root)
                 .map(|bark| plants.trail_roots(bark))
                 .unwrap_or_default(),
+            surface_roots: plants.surface_roots(),
             stone_beds: if params.wayside {
                 plants.stone_beds()
             } else {
@@ -543,6 +561,7 @@ impl TreeGrower<'_> {
             alive: tree.alive,
             stem_volume_m3: tree.stem_volume_m3,
             radius_m: tree.foot_radius_m,
+            flare_lobes: tree.flare_lobes,
         })
     }
 }

@@ -10,8 +10,8 @@ use nemoral_scene::{
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    Climbers, CommunityTiles, Deadwood, GroundMaterials, Library, LitterPatches, LogAsset,
-    PlantAsset, SizeClass, StreamStones, TreeAsset, TreeClimbers, TreeSize,
+    Climbers, CommunityTiles, Deadwood, FlareLobe, GroundMaterials, Library, LitterPatches,
+    LogAsset, PlantAsset, SizeClass, StreamStones, TreeAsset, TreeClimbers, TreeSize,
 };
 
 /// Why bytes are not those of a [`Library`].
@@ -47,7 +47,7 @@ struct StoredLibrary<'a> {
     /// Trees, saplings and snags.
     trees: [Vec<StoredTree<'a>>; 3],
     /// The kinds of plants, in the order of [`Library`]'s fields.
-    plants: [Vec<StoredPlant<'a>>; 20],
+    plants: [Vec<StoredPlant<'a>>; 21],
     /// Logs, and stems of thrown trees.
     logs: [Vec<StoredLog<'a>>; 2],
     /// What grows on each tree, and on each snag, in the order of [`TreeClimbers`]' fields.
@@ -93,6 +93,7 @@ struct StoredTree<'a> {
     alive: bool,
     stem_volume_m3: f64,
     radius_m: f64,
+    flare_lobes: Cow<'a, [FlareLobe]>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -160,6 +161,7 @@ impl Library {
                 &self.trail_tufts,
                 &self.trail_stones,
                 &self.trail_roots,
+                &self.surface_roots,
                 &self.stone_beds,
                 &self.banks,
                 &self.deadwood.root_plates,
@@ -233,6 +235,7 @@ impl Library {
             trail_tufts,
             trail_stones,
             trail_roots,
+            surface_roots,
             stone_beds,
             banks,
             root_plates,
@@ -301,6 +304,7 @@ impl Library {
             trail_tufts: trail_tufts?,
             trail_stones: trail_stones?,
             trail_roots: trail_roots?,
+            surface_roots: surface_roots?,
             stone_beds: stone_beds?,
             stream_stones: StreamStones {
                 rocks: wet_rocks?,
@@ -391,6 +395,7 @@ impl<'a> StoredTree<'a> {
             alive: tree.alive,
             stem_volume_m3: tree.stem_volume_m3,
             radius_m: tree.radius_m,
+            flare_lobes: Cow::Borrowed(&tree.flare_lobes),
         }
     }
 
@@ -403,6 +408,7 @@ impl<'a> StoredTree<'a> {
             alive: self.alive,
             stem_volume_m3: self.stem_volume_m3,
             radius_m: self.radius_m,
+            flare_lobes: self.flare_lobes.into_owned(),
         })
     }
 }

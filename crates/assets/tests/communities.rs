@@ -51,7 +51,11 @@ fn roots_and_beds_of_stones_are_what_they_say() {
         for asset in list {
             let mesh = asset.prototype.mesh();
             let semantic_of = |m| library.materials.get(m).semantic;
-            let found: BTreeSet<_> = mesh.triangles.iter().map(|t| semantic_of(t.material)).collect();
+            let found: BTreeSet<_> = mesh
+                .triangles
+                .iter()
+                .map(|t| semantic_of(t.material))
+                .collect();
             assert!(found.iter().eq(semantics), "{found:?}");
             assert!(asset.prototype.cards().is_empty());
             assert!((0.01..0.12).contains(&asset.height_m), "{}", asset.height_m);

@@ -243,6 +243,7 @@ impl ForestPlan {
             UndergrowthGeometryStage {
                 climbers: config.climbers.clone(),
                 banks: config.trails.banks,
+                surface_roots: config.undergrowth.surface_roots,
                 chunk_size_m,
             },
             (

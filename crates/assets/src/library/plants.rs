@@ -6,7 +6,7 @@ use nemoral_scene::{MaterialId, Prototype};
 use nemoral_seed::{Domain, Draw, Key};
 use rayon::prelude::*;
 
-use super::{PlantAsset, StreamStones, prototype, with_occlusion};
+use super::{Library, PlantAsset, StreamStones, prototype, with_occlusion};
 use crate::ambient_occlusion::{MaskCoverage, OcclusionParams};
 use crate::materials::WorldMaterials;
 use crate::plant::bank::{BankMaterials, bank};
@@ -15,6 +15,7 @@ use crate::plant::seedling::seedling;
 use crate::plant::shape::Shape;
 use crate::plant::shrub::ShrubKind;
 use crate::plant::stump::stump;
+use crate::plant::surface_root::surface_root;
 use crate::plant::{floor, undergrowth, wayside};
 use crate::tree::{Species, individual_rank};
 
@@ -29,6 +30,7 @@ const LITTER: Domain = Domain::new("assets.litter");
 const TRAIL_TUFTS: Domain = Domain::new("assets.trail_tufts");
 const TRAIL_STONES: Domain = Domain::new("assets.trail_stones");
 const TRAIL_ROOTS: Domain = Domain::new("assets.trail_roots");
+const SURFACE_ROOTS: Domain = Domain::new("assets.surface_roots");
 const STONE_BEDS: Domain = Domain::new("assets.stone_beds");
 const BANKS: Domain = Domain::new("assets.banks");
 
@@ -203,6 +205,21 @@ impl PlantGrower<'_> {
         self.collect(TRAIL_ROOTS, 16, &|i, key| {
             self.patch("root", i, wayside::root(bark, &mut key.rng()))
         })
+    }
+
+    /// Roots that spread from old trees, species by species, if their materials are there.
+    pub(super) fn surface_roots(&self) -> Vec<PlantAsset> {
+        let each = Library::SURFACE_ROOTS as u32;
+        let of_species = self.species.iter().zip(&self.materials.surface_roots);
+        let roots = of_species.flat_map(|(species, &bark)| {
+            // The key is the species' own, so that its roots do not depend on the other species.
+            let of = Domain::new(&species.name);
+            let name = format!("{}_root", species.name);
+            self.collect(SURFACE_ROOTS, each, &|i, key| {
+                self.patch(&name, i, surface_root(bark, key.domain(of)))
+            })
+        });
+        roots.collect()
     }
 
     /// Beds of stones.

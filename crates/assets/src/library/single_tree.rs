@@ -49,6 +49,7 @@ impl SingleTree {
             trail_surfaces: &[],
             wayside: false,
             stream_stones: false,
+            surface_roots: false,
             rock_faces: false,
             litter: false,
         };

@@ -94,6 +94,8 @@ pub(crate) struct WorldMaterials {
     pub(crate) fallen_twig: MaterialId,
     /// Bark of roots across trails, if they were asked for.
     pub(crate) surface_root: Option<MaterialId>,
+    /// Bark of roots at the surface, by species; none if they were not asked for.
+    pub(crate) surface_roots: Vec<MaterialId>,
     /// Lumps of the earth that trails are cut through, if roots across trails were asked for.
     pub(crate) bank_soil: Option<MaterialId>,
     pub(crate) cone: MaterialId,
@@ -134,6 +136,7 @@ pub(crate) struct Wanted<'a> {
     pub(crate) wayside: bool,
     pub(crate) stream_stones: bool,
     pub(crate) rock_faces: bool,
+    pub(crate) surface_roots: bool,
     pub(crate) litter: bool,
     /// Whether bark, wood, stone and ground have textures.
     pub(crate) textures: bool,
@@ -162,6 +165,7 @@ impl WorldMaterials {
             wayside,
             stream_stones,
             rock_faces,
+            surface_roots,
             litter,
             textures: is_textured,
         } = wanted;
@@ -225,9 +229,9 @@ impl WorldMaterials {
             };
             all.wet_rock = wet(all.rock);
             let stone = wet(all.stones.stone);
-            all.wet_stones = stone.zip(wet(all.stones.pebble)).map(|(stone, pebble)| {
-                StoneMaterials { stone, pebble }
-            });
+            all.wet_stones = stone
+                .zip(wet(all.stones.pebble))
+                .map(|(stone, pebble)| StoneMaterials { stone, pebble });
         }
         if rock_faces {
             let rock = all.library.get(all.rock).clone();
@@ -242,6 +246,12 @@ impl WorldMaterials {
         }
         if litter {
             all.shed(species, cards);
+        }
+        if surface_roots {
+            for tree in &all.trees {
+                let root = solid::surface_root(all.library.get(tree.stem));
+                all.surface_roots.push(all.library.add(root));
+            }
         }
         if lianas {
             let (images, wood) = (self::lianas::liana_images(cards), all.shrub_wood);
@@ -388,6 +398,7 @@ impl WorldMaterials {
             climbers,
             lianas: None,
             resin: Vec::new(),
+            surface_roots: Vec::new(),
             communities,
             trees,
             stumps,

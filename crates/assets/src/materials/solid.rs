@@ -187,3 +187,18 @@ pub(super) fn solid(
         liquid: None,
     }
 }
+
+/// The bark of a stem as it is on roots at the surface: trodden, splashed with soil.
+pub(super) fn surface_root(stem: &Material) -> Material {
+    const SOIL: Vec3 = Vec3::new(0.075, 0.052, 0.034);
+    const SHARE: f32 = 0.45;
+    let bark = &stem.albedo;
+    let texels: Vec<Vec3> = bark.linear().map(|of| of.lerp(SOIL, SHARE)).collect();
+    let albedo = Texture::from_linear(bark.width(), bark.height(), &texels);
+    Material {
+        name: format!("{}.surface_root", stem.name),
+        semantic: Semantic::SurfaceRoot,
+        albedo: Arc::new(albedo.expect("it has the size of a texture")),
+        ..stem.clone()
+    }
+}

@@ -36,7 +36,7 @@ pub(crate) fn bank(is_rooty: bool, materials: &BankMaterials, key: Key) -> Shape
         // Few are large.
         let share = rng.unit_f32();
         let radius_m = if is_stone {
-            0.014 + 0.062 * share * share * share
+            0.012 + 0.066 * share * share * share * share * share
         } else {
             0.022 + 0.06 * share * share
         };

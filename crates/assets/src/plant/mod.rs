@@ -14,6 +14,7 @@ pub(crate) mod shape;
 pub(crate) mod shed;
 pub(crate) mod shrub;
 pub(crate) mod stump;
+pub(crate) mod surface_root;
 pub(crate) mod sward;
 pub(crate) mod thicket;
 pub(crate) mod undergrowth;

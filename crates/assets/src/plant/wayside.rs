@@ -130,7 +130,11 @@ mod tests {
     #[test]
     fn stones_of_a_bed_lie_beside_each_other_and_cover_it() {
         for i in 0..8 {
-            let shape = bed(MaterialId(0), Key::world(i));
+            let materials = StoneMaterials {
+                stone: MaterialId(0),
+                pebble: MaterialId(1),
+            };
+            let shape = bed(materials, Key::world(i));
             let mesh = &shape.mesh;
             assert_eq!(mesh.normals.len(), mesh.positions.len());
             assert_eq!(mesh.uvs.len(), mesh.positions.len());

@@ -9,12 +9,13 @@ use nemoral_seed::{Domain, Draw, Key};
 
 use super::budget::{triangles, within_budget};
 use super::fit::{Crown, fit, set_height};
+use super::flare::{Flare, FlareLobe};
 use super::foliage::{FoliageDensity, Leaf, leaves, silhouette_m2};
 use super::materials::TreeMaterials;
 use super::radii::radii;
 use super::skeleton::{Axis, BREAST_M, skeleton};
 use super::structure::TreeStructure;
-use super::sweep::{Flare, Tessellation, diameter_at, sweep};
+use super::sweep::{Tessellation, diameter_at, sweep};
 use super::{BarkLook, Species, TreeSize};
 use nemoral_scene::ParamError;
 
@@ -66,6 +67,8 @@ pub struct GrownTree {
     pub stem_volume_m3: f64,
     /// Radius of the root flare where it meets the ground, metres.
     pub foot_radius_m: f64,
+    /// The lobes of the root flare.
+    pub flare_lobes: Vec<FlareLobe>,
     /// Is it alive? A dead tree has no leaves, no crown, and the crown's base at its broken top.
     pub alive: bool,
 }
@@ -204,6 +207,7 @@ fn finish(
         },
         stem_volume_m3: volume_m3(&mesh, stem, end.z),
         foot_radius_m: species.stem.taper.radius_m(size, 0.0) * flare.greatest(),
+        flare_lobes: flare.lobes(species.stem.taper.radius_m(size, 0.0)),
         cards: leaves.iter().map(|l| l.card(&materials.foliage)).collect(),
         mesh,
         alive: true,

@@ -44,6 +44,7 @@ mod catalogue;
 mod edge;
 mod envelope;
 mod fit;
+mod flare;
 mod foliage;
 mod grow;
 mod look;
@@ -58,6 +59,7 @@ mod structure;
 mod sweep;
 
 pub use catalogue::SpeciesError;
+pub use flare::FlareLobe;
 pub use grow::{GrownTree, GrowthParams, grow, grow_with_structure};
 pub(crate) use look::linear;
 pub use look::{BarkKind, BarkLayer, BarkLook, LeafKind, LeafLook};

@@ -5,11 +5,12 @@ use nemoral_seed::{Domain, Draw, Key};
 use std::f64::consts::TAU;
 
 use super::budget::within_budget;
+use super::flare::Flare;
 use super::grow::{GrownTree, GrowthParams, check, sunk_m, volume_m3};
 use super::materials::TreeMaterials;
 use super::radii::radii;
 use super::skeleton::{Axis, BREAST_M, skeleton};
-use super::sweep::{Flare, Tessellation, diameter_at, sweep};
+use super::sweep::{Tessellation, diameter_at, sweep};
 use super::{Species, TreeSize};
 use nemoral_scene::ParamError;
 
@@ -59,6 +60,7 @@ pub fn grow_snag(
         },
         stem_volume_m3: volume_m3(&mesh, stem, end.z),
         foot_radius_m: species.stem.taper.radius_m(size, 0.0) * flare.greatest(),
+        flare_lobes: flare.lobes(species.stem.taper.radius_m(size, 0.0)),
         cards: Vec::new(),
         mesh,
         alive: false,

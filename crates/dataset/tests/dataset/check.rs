@@ -61,6 +61,7 @@ fn of_few_points_chance_is_forgiven() {
             points: comparable,
             comparable,
             same_class: same,
+            near_same_class: comparable,
             same_instance: same,
         };
         let agreement = Agreement {
@@ -124,9 +125,11 @@ fn labels_one_pixel_off_at_least_double_the_disagreement() {
         reseal(dir.path(), &path);
     }
     let after = report(dir.path());
-    let wrong = |r: &CheckReport| 1.0 - r.agreement.overall().expect("points");
-    println!("disagreement {:.4} -> {:.4}", wrong(&before), wrong(&after));
-    assert!(wrong(&after) >= 2.0 * wrong(&before) && wrong(&after) > 0.002);
+    for of in [Agreement::overall, Agreement::overall_near] {
+        let wrong = |r: &CheckReport| 1.0 - of(&r.agreement).expect("points");
+        println!("disagreement {:.4} -> {:.4}", wrong(&before), wrong(&after));
+        assert!(wrong(&after) >= 2.0 * wrong(&before) && wrong(&after) > 0.002);
+    }
     // The files themselves are valid, but pixels without depth have a class now.
     assert!(
         about(&after, SEMANTIC)

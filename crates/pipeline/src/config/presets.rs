@@ -143,6 +143,7 @@ fn paper(config: &mut Config, trees: f64) {
     config.camera.edge_samples = 1;
     config.water = Water::none();
     config.undergrowth.ground = GroundEffects::none();
+    config.undergrowth.surface_roots = 0.0;
     config.litter = Litter::none();
     config.climbers = Climbers {
         ivy: config.climbers.ivy,
@@ -163,6 +164,7 @@ fn demo(config: &mut Config) {
     one_kind_of_way(config);
     config.water = Water::none();
     config.undergrowth.ground = GroundEffects::none();
+    config.undergrowth.surface_roots = 0.0;
     config.litter = Litter::none();
     config.deadwood = Deadwood {
         volume_m3_ha: 0.0,

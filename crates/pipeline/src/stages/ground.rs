@@ -17,7 +17,7 @@ impl Stage<Forest> for GroundStage {
     type Inputs = ();
     type Output = GroundModel;
     const ID: &'static str = "world.ground";
-    const VERSION: u32 = 6;
+    const VERSION: u32 = 7;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         self.0.fingerprint(hasher);

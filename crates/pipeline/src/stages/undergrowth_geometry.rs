@@ -13,6 +13,7 @@ use crate::world::climbers::Climbing;
 use crate::world::ground::{ChunkGround, GroundModel};
 use crate::world::low_plants::LowPlants;
 use crate::world::patch::Patch;
+use crate::world::surface_roots::surface_roots;
 use crate::{Error, InputFiles};
 
 /// Grows the undergrowth of a chunk.
@@ -21,6 +22,8 @@ pub struct UndergrowthGeometryStage {
     pub(crate) climbers: config::Climbers,
     /// `trails.banks`.
     pub(crate) banks: f64,
+    /// `undergrowth.surface_roots`.
+    pub(crate) surface_roots: f64,
     pub(crate) chunk_size_m: f64,
 }
 
@@ -29,10 +32,12 @@ impl Encode for UndergrowthGeometryStage {
         let Self {
             climbers,
             banks,
+            surface_roots,
             chunk_size_m,
         } = self;
         encoder.field("climbers", climbers);
         encoder.field("banks", banks);
+        encoder.field("surface_roots", surface_roots);
         encoder.field("chunk_size_m", chunk_size_m);
     }
 }
@@ -49,7 +54,7 @@ impl Stage<Forest> for UndergrowthGeometryStage {
     );
     type Output = UndergrowthGeometry;
     const ID: &'static str = "chunk.undergrowth_geometry";
-    const VERSION: u32 = 9;
+    const VERSION: u32 = 10;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         InputFiles::default().encode(hasher, self);
@@ -74,6 +79,10 @@ impl Stage<Forest> for UndergrowthGeometryStage {
             let climbing = Climbing::new(&self.climbers, world)?;
             instances.extend(climbing.instances(place, &objects, &assets, &ground));
         }
+        let (amount, key) = (self.surface_roots, world);
+        instances.extend(surface_roots(
+            place, key, amount, &objects, &assets, &ground,
+        ));
         Ok(UndergrowthGeometry::new(instances))
     }
 }

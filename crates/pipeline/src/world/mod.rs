@@ -27,6 +27,7 @@ pub(crate) mod placement;
 pub(crate) mod puddles;
 pub(crate) mod recipe;
 pub(crate) mod stream_stones;
+pub(crate) mod surface_roots;
 pub(crate) mod thrown;
 pub mod trajectory;
 pub(crate) mod trajectory_recipe;

@@ -183,6 +183,7 @@ fn tree(species: String, shape: Arc<Prototype>, of: &TreeMeasures, height_m: f64
         alive: of.is_alive,
         stem_volume_m3: of.stem_volume_m3,
         radius_m: of.foot_radius_m.max(LEAST_RADIUS_M),
+        flare_lobes: Vec::new(),
     }
 }
 

@@ -27,6 +27,7 @@ pub(crate) struct Recipe {
     wayside: bool,
     stream_stones: bool,
     rock_faces: bool,
+    surface_roots: bool,
     /// Whether trees stand at edges of the wood.
     edge_trees: bool,
     /// The amounts of leaves, of wood and of stones in litter; `None` without litter.
@@ -55,6 +56,7 @@ impl Encode for Recipe {
             wayside,
             stream_stones,
             rock_faces,
+            surface_roots,
             edge_trees,
             litter,
             textures,
@@ -117,6 +119,7 @@ impl Encode for Recipe {
         encoder.field("wayside", wayside);
         encoder.field("stream_stones", stream_stones);
         encoder.field("rock_faces", rock_faces);
+        encoder.field("surface_roots", surface_roots);
         // Without edges, none of their trees.
         if *edge_trees {
             encoder.field("edge_trees", edge_trees);
@@ -192,6 +195,7 @@ impl Recipe {
                 || config.placement.outcrops > 0.0,
             stream_stones: config.water.springs_per_km2 > 0.0,
             rock_faces: config.terrain.has_cliffs(),
+            surface_roots: config.undergrowth.surface_roots > 0.0,
             edge_trees: {
                 let of = &config.placement.meadows;
                 of.share > 0.0 && of.edge_trees > 0.0
@@ -313,6 +317,7 @@ impl Recipe {
             wayside: self.wayside,
             stream_stones: self.stream_stones,
             rock_faces: self.rock_faces,
+            surface_roots: self.surface_roots,
             edge_trees: self.edge_trees,
             textures: self.textures,
             trunk_radius_m: a.trunk_radius_m,
