@@ -194,6 +194,9 @@ pub struct Library {
     pub trail_stones: Vec<PlantAsset>,
     /// Roots that lie across trails, along x; none if they were not asked for.
     pub trail_roots: Vec<PlantAsset>,
+    /// Steps of logs across a trail a metre wide, which goes down along y: by
+    /// [`TrailSurfaceKind::index`], [`Library::TRAIL_STEPS`] for trails of each kind.
+    pub trail_steps: Vec<PlantAsset>,
     /// Roots that spread over the ground from old trees, [`Library::SURFACE_ROOTS`] of each
     /// species, if they were asked for. Each lies along +x and goes on from a lobe of a root flare
     /// that ends at x = 0, [`Library::ROOT_LOBE_M`] from the middle of its stem.
@@ -319,6 +322,8 @@ impl AssetParams {
 }
 
 impl Library {
+    /// The steps for each kind of trail.
+    pub const TRAIL_STEPS: usize = 3;
     /// The surface roots of each species.
     pub const SURFACE_ROOTS: usize = 8;
     /// The distance of a lobe's end from the middle of the stem for which surface roots are made,
@@ -400,6 +405,7 @@ impl Library {
             trail_roots: (materials.surface_root)
                 .map(|bark| plants.trail_roots(bark))
                 .unwrap_or_default(),
+            trail_steps: plants.trail_steps(),
             surface_roots: plants.surface_roots(),
             stone_beds: if params.wayside {
                 plants.stone_beds()

@@ -15,6 +15,8 @@ pub enum DressingKind {
     Root,
     /// A bed of stones, one beside the other, about a metre wide.
     Bed,
+    /// A step of a log that lies across the way, with earth trodden level behind it.
+    Step,
 }
 
 /// A tuft, stone, root or bed of stones that belongs to a trail.
@@ -22,10 +24,12 @@ pub enum DressingKind {
 pub struct TrailDressing {
     /// World position, metres.
     pub position_m: DVec2,
-    /// Turn about the vertical; a root's axis lies along x before.
+    /// Turn about the vertical; a root's and a step's axis lies along x before, and a
+    /// step goes down along y.
     pub yaw_rad: f64,
     /// Size relative to the usual one: grass 0.6..1.2, on a verge 0.6..1.6, stones lognormal,
-    /// 0.4..2.5, roots 0.6..1.3, beds 0.8..1.15.
+    /// 0.9..2.5, roots 0.6..1.3, beds 0.8..1.15,
+    /// steps the width of the way in metres.
     pub scale: f64,
     /// What it is.
     pub kind: DressingKind,

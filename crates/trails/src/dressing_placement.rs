@@ -13,7 +13,16 @@ const STONES: Domain = Domain::new("trails.stones");
 const GRASS: Domain = Domain::new("trails.grass");
 const VERGE: Domain = Domain::new("trails.verge");
 const ROOTS: Domain = Domain::new("trails.roots");
+const STEPS: Domain = Domain::new("trails.steps");
 const BEDS: Domain = Domain::new("trails.beds");
+
+/// The rise of a step, metres.
+const RISE_M: f64 = 0.17;
+
+/// The wavelength at which steep runs with and without steps alternate, metres, and the noise from
+/// which they have them.
+const STEPS_WAVE_M: f64 = 30.0;
+const STEPS_FROM: f64 = -0.35;
 
 /// Beds of their full size fit into a ditch of this width, metres.
 const BED_DITCH_M: f64 = 1.2;
@@ -35,7 +44,13 @@ const VERGE_WAVE_M: f64 = 4.0;
 pub(crate) fn stones(key: Key, path: &TrailPath) -> Vec<TrailDressing> {
     let way = path.way();
     let key = path.id().key(key.domain(STONES));
-    let count = key.rng().between(0, way.rocks_max_per_trail);
+    // A branch is a tenth as long as a trail.
+    let most = if path.id().is_branch() {
+        way.rocks_max_per_trail / 10
+    } else {
+        way.rocks_max_per_trail
+    };
+    let count = key.rng().between(0, most);
     let stone = |i: u32| {
         let mut rng = key.item(u64::from(i)).rng();
         let s = rng.range_f64(0.0, path.length_m());
@@ -163,6 +178,50 @@ pub(crate) fn roots(
             };
             if path.has(root.kind, s, rng.unit_f64()) {
                 emit(root);
+            }
+        }
+    }
+}
+
+/// The steps of a trail along its passage through a chunk: one wherever a steep run has risen by
+/// [`RISE_M`], in some of these runs.
+pub(crate) fn steps(
+    key: Key,
+    path: &TrailPath,
+    chunk: ChunkCoord,
+    mut emit: impl FnMut(TrailDressing),
+) {
+    let steep = path.way().steps_from_grade;
+    if steep <= 0.0 {
+        return;
+    }
+    let built = Wobble::new(
+        path.id().key(key.domain(STEPS)),
+        path.length_m(),
+        STEPS_WAVE_M,
+    );
+    for (_, _, knots) in path.transits().filter(|t| t.1 == chunk) {
+        let last = (knots.end + 1).min(path.knots().len());
+        for pair in path.knots()[knots.start..last].windows(2) {
+            let (a, b) = (&pair[0], &pair[1]);
+            let rise = b.height - a.height;
+            let is_built = rise.abs() > steep * (b.arc - a.arc) && built.at(a.arc) > STEPS_FROM;
+            if !is_built {
+                continue;
+            }
+            let [low, high] = [a.height.min(b.height), a.height.max(b.height)];
+            for level in (low / RISE_M).ceil() as i64..(high / RISE_M).ceil() as i64 {
+                let share = (level as f64 * RISE_M - a.height) / rise;
+                let s = a.arc + share * (b.arc - a.arc);
+                // The axis lies across the way, and y goes down.
+                let down = -path.tangent(s) * rise.signum();
+                let axis = -down.perp();
+                emit(TrailDressing {
+                    position_m: path.position_m(s),
+                    yaw_rad: libm::atan2(axis.y, axis.x),
+                    scale: path.width_m(s),
+                    kind: DressingKind::Step,
+                });
             }
         }
     }

@@ -18,16 +18,39 @@ const CANDIDATES: usize = 4;
 const LEAN_RAD: f64 = 0.5;
 
 /// The identity of a trail: the chunk that it starts in, in which at most one trail is born, and
-/// further ones may be given.
+/// further ones may be given; of a branch, the chunk in which the trail was born that it leaves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct TrailId {
     /// The chunk that the trail starts in.
     pub birth: ChunkCoord,
-    /// 0 for a trail that was born there, else the number of a given one, from 1.
+    /// 0 for a trail that was born there, the number of a given one, from 1, or
+    /// [`TrailId::BRANCHES`] and the number of the trail's chunk in which a branch leaves it.
     pub number: u32,
 }
 
 impl TrailId {
+    /// Numbers from this one on are those of branches.
+    pub const BRANCHES: u32 = 1 << 31;
+
+    pub(crate) fn branch(birth: ChunkCoord, step: usize) -> Self {
+        Self {
+            birth,
+            number: Self::BRANCHES | step as u32,
+        }
+    }
+
+    /// The number of the step at whose beginning a branch leaves its trail; `None` if it is none.
+    pub(crate) fn leaves_at(self) -> Option<usize> {
+        let step = self.number.checked_sub(Self::BRANCHES)?;
+        Some(step as usize)
+    }
+
+    /// Whether it is a branch of another trail.
+    #[must_use]
+    pub fn is_branch(self) -> bool {
+        self.leaves_at().is_some()
+    }
+
     /// The key of this trail for some purpose.
     pub(crate) fn key(self, purpose: Key) -> Key {
         let key = purpose.chunk(self.birth);
@@ -52,12 +75,13 @@ pub(crate) struct Course {
 /// The crossings of a trail: points and directions, its ends included.
 #[derive(Clone, Debug)]
 pub(crate) struct Layout {
+    id: TrailId,
     chunk_size_m: f64,
     steps: Vec<Step>,
     /// The crossings, one more than there are steps; `nodes[i]` is where `steps[i]` begins.
     nodes: Vec<Node>,
-    /// The radius of the loops at both ends, metres.
-    turning_m: Option<f64>,
+    /// The radius of the loops at its beginning and its end, metres.
+    turning_m: [Option<f64>; 2],
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -68,22 +92,23 @@ pub(crate) struct Node {
 
 impl Layout {
     /// Lays out a trail that goes through at least one chunk; from the second one on, its ends may
-    /// be loops of the radius `turning_m`.
+    /// be loops of the radius `turning_m`. A branch begins at a crossing of the trail that it
+    /// leaves, in the same direction.
     ///
     /// Crossings and directions are drawn from keys of the trail, the border and the number of the
     /// step, so both sides of a border agree.
     pub(crate) fn new(
         key: Key,
-        steps: Vec<Step>,
+        (id, steps): (TrailId, Vec<Step>),
+        fork: Option<Node>,
         chunk_size_m: f64,
         turning_m: Option<f64>,
         base: &dyn Surface,
     ) -> Self {
-        let birth = steps[0].chunk;
         let last = steps.len() - 1;
         let turning_m = turning_m.filter(|_| last > 0);
         let end = |step: &Step, side: f64, index: u64| {
-            let mut rng = key.domain(END).chunk(birth).item(index).rng();
+            let mut rng = id.key(key.domain(END)).item(index).rng();
             let jitter = DVec2::new(rng.range_f64(-0.1, 0.1), rng.range_f64(-0.1, 0.1));
             let offset = match turning_m {
                 // The loop needs the other half of the chunk.
@@ -97,9 +122,10 @@ impl Layout {
             exit: steps[last.saturating_sub(1)].exit,
             ..steps[last]
         };
-        let mut points = vec![end(&steps[0], -1.0, 0)];
+        let first = fork.map_or_else(|| end(&steps[0], -1.0, 0), |node| node.position);
+        let mut points = vec![first];
         for (i, step) in steps[..last].iter().enumerate() {
-            let mut rng = border_key(key.domain(CROSSING).chunk(birth), step)
+            let mut rng = border_key(id.key(key.domain(CROSSING)), step)
                 .item(i as u64)
                 .rng();
             let before = points[i];
@@ -121,11 +147,13 @@ impl Layout {
             let (a, b) = (i.saturating_sub(1), (i + 1).min(points.len() - 1));
             let chord = points[b] - points[a];
             let inner = 0 < i && i < points.len() - 1;
-            let direction = if inner {
+            let direction = if let Some(node) = fork.filter(|_| i == 0) {
+                node.direction
+            } else if inner {
                 // The border's normal, turned towards the direction between the neighbouring nodes,
                 // with a small random angle.
                 let normal = steps[i - 1].exit.vector();
-                let mut rng = border_key(key.domain(CROSSING).chunk(birth), &steps[i - 1])
+                let mut rng = border_key(id.key(key.domain(CROSSING)), &steps[i - 1])
                     .item(i as u64 - 1)
                     .item(0)
                     .rng();
@@ -145,18 +173,22 @@ impl Layout {
             });
         }
         Self {
+            id,
             chunk_size_m,
             steps,
             nodes,
-            turning_m,
+            turning_m: [turning_m.filter(|_| fork.is_none()), turning_m],
         }
     }
 
-    fn id(&self) -> TrailId {
-        TrailId {
-            birth: self.steps[0].chunk,
-            number: 0,
-        }
+    /// The crossing at the beginning of a step.
+    pub(crate) fn node(&self, step: usize) -> Node {
+        self.nodes[step]
+    }
+
+    /// Its steps.
+    pub(crate) fn steps(&self) -> &[Step] {
+        &self.steps
     }
 
     /// The trail with points about `step_m` apart.
@@ -164,15 +196,15 @@ impl Layout {
         let mut points = Vec::new();
         let mut transits = Vec::new();
         let mut start = 0.0;
-        let turn = |foot: DVec2, direction| {
-            let turning = self.turning_m.into_iter();
+        let turn = |end: usize, foot: DVec2, direction| {
+            let turning = self.turning_m[end].into_iter();
             turning.flat_map(move |radius_m| turning_loop(foot, direction, radius_m, step_m))
         };
         let Node {
             position,
             direction,
         } = self.nodes[0];
-        for point in turn(position, -direction) {
+        for point in turn(0, position, -direction) {
             start = point.2;
             points.push(point);
         }
@@ -194,11 +226,11 @@ impl Layout {
         }
         let end = self.nodes[self.nodes.len() - 1];
         points.push((end.position, end.direction, start));
-        for (position, direction, arc) in turn(end.position, end.direction).skip(1) {
+        for (position, direction, arc) in turn(1, end.position, end.direction).skip(1) {
             points.push((position, direction, start + arc));
         }
         Course {
-            id: self.id(),
+            id: self.id,
             points,
             transits,
         }

@@ -16,6 +16,9 @@ pub struct TrailParams {
     pub forward_probability: f64,
     /// The most chunks a trail goes through, 1..=64; lengths are uniform from half of it.
     pub max_length_chunks: u32,
+    /// Probability that a trail forks at a border that it crosses, 0..=1: a branch of its kind,
+    /// 2 to 6 chunks long, leaves it there at an acute angle. Branches do not fork.
+    pub fork_probability: f64,
     /// The kinds of way, each with its share of all trails, at least one above 0. Each trail has
     /// one of them. Neighbours in this list that have the same earthwork ([`Section`]) join at
     /// grade; where others meet, the one listed first keeps its section and the later ones fade
@@ -131,6 +134,7 @@ impl TrailParams {
             spawn_probability: 0.02,
             forward_probability: 0.7,
             max_length_chunks: 40,
+            fork_probability: 0.0,
             ways: vec![(way, 1.0)],
         }
     }
@@ -153,6 +157,12 @@ impl TrailParams {
             f64::from(self.max_length_chunks),
             1.0..=64.0,
             "1..=64",
+        )?;
+        ParamError::check_range(
+            "fork_probability",
+            self.fork_probability,
+            0.0..=1.0,
+            "0..=1",
         )?;
         let mut total = 0.0;
         for (way, share) in &self.ways {

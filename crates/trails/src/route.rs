@@ -5,8 +5,13 @@ use nemoral_scene::ChunkCoord;
 use nemoral_seed::{Domain, Draw, Key};
 
 use crate::TrailParams;
+use crate::layout::TrailId;
 
 const ROUTE: Domain = Domain::new("trails.route");
+const FORKS: Domain = Domain::new("trails.forks");
+
+/// The least and the most chunks that a branch goes through.
+const BRANCH_CHUNKS: [u32; 2] = [2, 6];
 
 /// A compass direction: 0 east, 1 north, 2 west, 3 south.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,18 +49,22 @@ pub(crate) struct Step {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Router {
     key: Key,
+    forks: Key,
     spawn_probability: f64,
     forward_probability: f64,
     max_length: u32,
+    fork_probability: f64,
 }
 
 impl Router {
     pub(crate) fn new(params: &TrailParams, key: Key) -> Self {
         Self {
             key: key.domain(ROUTE),
+            forks: key.domain(FORKS),
             spawn_probability: params.spawn_probability,
             forward_probability: params.forward_probability,
             max_length: params.max_length_chunks,
+            fork_probability: params.fork_probability,
         }
     }
 
@@ -79,20 +88,70 @@ impl Router {
         })
     }
 
-    /// The births of all trails that go through a chunk, in order.
-    pub(crate) fn births_through(&self, chunk: ChunkCoord) -> Vec<ChunkCoord> {
-        let reach = self.max_length as i32 - 1;
-        let mut births = Vec::new();
+    /// The branches of a trail of these steps: each with the number of the step at whose beginning
+    /// it leaves the trail, through one of the two other borders of that step's chunk.
+    pub(crate) fn branches<'a>(
+        &'a self,
+        birth: ChunkCoord,
+        steps: &'a [Step],
+    ) -> impl Iterator<Item = (usize, Walk)> + 'a {
+        let inner = if self.fork_probability > 0.0 {
+            1..steps.len().saturating_sub(1).max(1)
+        } else {
+            1..1
+        };
+        inner.filter_map(move |i| {
+            let mut rng = self.forks.chunk(birth).item(i as u64).rng();
+            if !rng.chance(self.fork_probability) {
+                return None;
+            }
+            let entered = steps[i - 1].exit;
+            let others = [entered, entered.left(), entered.right()];
+            let mut others = others.into_iter().filter(|&e| e != steps[i].exit);
+            let exit = others.nth(rng.below(2) as usize)?;
+            let left = rng.between(BRANCH_CHUNKS[0], BRANCH_CHUNKS[1]);
+            let chunk = steps[i].chunk;
+            Some((
+                i,
+                Walk {
+                    forward_probability: self.forward_probability,
+                    rng,
+                    left,
+                    next: Step { chunk, exit },
+                },
+            ))
+        })
+    }
+
+    /// All trails and branches that go through a chunk, in order.
+    pub(crate) fn through(&self, chunk: ChunkCoord) -> Vec<TrailId> {
+        let branch = if self.fork_probability > 0.0 {
+            BRANCH_CHUNKS[1] as i32 - 1
+        } else {
+            0
+        };
+        let reach = self.max_length as i32 - 1 + branch;
+        let mut ids = Vec::new();
         for dx in -reach..=reach {
             let rest = reach - dx.abs();
             for dy in -rest..=rest {
                 let birth = chunk.offset(dx, dy);
-                if self.walk(birth).is_some_and(|walk| walk.meets(chunk)) {
-                    births.push(birth);
+                let Some(walk) = self.walk(birth) else {
+                    continue;
+                };
+                if walk.clone().meets(chunk) {
+                    ids.push(TrailId { birth, number: 0 });
+                }
+                if branch > 0 {
+                    let steps: Vec<Step> = walk.collect();
+                    let branches = self
+                        .branches(birth, &steps)
+                        .filter(|b| b.1.clone().meets(chunk));
+                    ids.extend(branches.map(|(at, _)| TrailId::branch(birth, at)));
                 }
             }
         }
-        births
+        ids
     }
 }
 
@@ -198,6 +257,34 @@ mod tests {
     }
 
     #[test]
+    fn branches_come_with_their_probability_and_leave_by_another_border() {
+        let params = TrailParams {
+            spawn_probability: 1.0,
+            fork_probability: 0.2,
+            ..TrailParams::default()
+        };
+        let router = Router::new(&params, Key::world(4));
+        let (mut forks, mut places) = (0.0, 0.0);
+        for birth in square(8) {
+            let steps: Vec<_> = router.walk(birth).expect("always").collect();
+            places += steps.len() as f64 - 2.0;
+            for (at, walk) in router.branches(birth, &steps) {
+                let branch: Vec<_> = walk.collect();
+                assert!((2..=6).contains(&branch.len()));
+                assert_eq!(branch[0].chunk, steps[at].chunk);
+                let back = steps[at - 1].exit.left().left();
+                assert!(branch[0].exit != steps[at].exit && branch[0].exit != back);
+                forks += 1.0;
+            }
+        }
+        let sigma = f64::sqrt(places * 0.2 * 0.8);
+        assert!(
+            (forks - 0.2 * places).abs() < 3.0 * sigma,
+            "{forks} of {places}"
+        );
+    }
+
+    #[test]
     fn steps_go_to_the_neighbour_and_lengths_are_in_range() {
         let router = router(1.0, 0.5, 9, 5);
         let mut lengths = HashSet::new();
@@ -214,23 +301,35 @@ mod tests {
     }
 
     #[test]
-    fn births_through_is_the_brute_force_answer() {
-        let router = router(0.6, 0.6, 7, 6);
+    fn trails_through_a_chunk_are_the_brute_force_answer() {
+        let params = TrailParams {
+            spawn_probability: 0.6,
+            forward_probability: 0.6,
+            max_length_chunks: 7,
+            fork_probability: 0.3,
+            ..TrailParams::default()
+        };
+        let router = Router::new(&params, Key::world(6));
         for chunk in [
             ChunkCoord::new(0, 0),
             ChunkCoord::new(1_000_000, -1_000_000),
         ] {
-            let mut expected: Vec<_> = square(9)
-                .map(|c| chunk.offset(c.x, c.y))
-                .filter(|&b| {
-                    router
-                        .walk(b)
-                        .is_some_and(|mut w| w.any(|s| s.chunk == chunk))
-                })
-                .collect();
+            let mut expected = Vec::new();
+            for birth in square(15).map(|c| chunk.offset(c.x, c.y)) {
+                let steps: Vec<_> = router.walk(birth).into_iter().flatten().collect();
+                if steps.iter().any(|s| s.chunk == chunk) {
+                    expected.push(TrailId { birth, number: 0 });
+                }
+                for (at, mut walk) in router.branches(birth, &steps) {
+                    if walk.any(|s| s.chunk == chunk) {
+                        expected.push(TrailId::branch(birth, at));
+                    }
+                }
+            }
             expected.sort_unstable();
-            assert!(!expected.is_empty());
-            assert_eq!(router.births_through(chunk), expected);
+            let branches = expected.iter().filter(|id| id.is_branch()).count();
+            assert!(branches > 0 && branches < expected.len());
+            assert_eq!(router.through(chunk), expected);
         }
     }
 

@@ -9,7 +9,7 @@ use nemoral_scene::{ChunkCoord, Surface};
 use nemoral_seed::{Domain, Draw, Key};
 
 use crate::cache::Cache;
-use crate::dressing_placement::{beds, grass, roots, stones, verges};
+use crate::dressing_placement::{beds, grass, roots, steps, stones, verges};
 use crate::given::course;
 use crate::layer::Earthworks;
 use crate::layout::{Course, Layout, TrailId};
@@ -38,8 +38,8 @@ pub struct Trails {
     key: Key,
     base: Arc<dyn Surface>,
     router: Router,
-    births: Cache<ChunkCoord, Arc<[ChunkCoord]>>,
-    paths: Cache<ChunkCoord, Arc<TrailPath>>,
+    through: Cache<ChunkCoord, Arc<[TrailId]>>,
+    paths: Cache<TrailId, Arc<TrailPath>>,
     /// Trails along given lines.
     given: Vec<Arc<TrailPath>>,
     /// The number of the next of them.
@@ -84,13 +84,13 @@ impl Trails {
         Self::with_memory(params, chunk_size_m, key, base, [16_384, 160])
     }
 
-    /// Trails whose caches hold this number of chunks' births and of paths.
+    /// Trails whose caches hold this number of chunks' trails and of paths.
     fn with_memory(
         params: TrailParams,
         chunk_size_m: f64,
         key: Key,
         base: Arc<dyn Surface>,
-        [births, paths]: [usize; 2],
+        [through, paths]: [usize; 2],
     ) -> Result<Self, ParamError> {
         params.check(chunk_size_m)?;
         let key = key.domain(TRAILS);
@@ -105,7 +105,7 @@ impl Trails {
             chunk_size_m,
             key,
             base,
-            births: Cache::new(births),
+            through: Cache::new(through),
             paths: Cache::new(paths),
             given: Vec::new(),
             numbered: 1,
@@ -162,9 +162,9 @@ impl Trails {
     /// Every trail that touches a chunk, sorted by id, given ones last.
     #[must_use]
     pub fn in_chunk(&self, coord: ChunkCoord) -> Vec<Arc<TrailPath>> {
-        self.births_through(coord)
+        self.through(coord)
             .iter()
-            .map(|&birth| self.path(birth))
+            .map(|&id| self.path(id))
             .chain(
                 self.given_in(coord)
                     .iter()
@@ -177,22 +177,22 @@ impl Trails {
     /// the base ground.
     #[must_use]
     pub fn ground_near(&self, coord: ChunkCoord, margin_m: f64) -> TrailGround {
-        self.near(coord, margin_m, |birth| self.path(birth))
+        self.near(coord, margin_m, |id| self.path(id))
     }
 
     /// Whether any trail touches a chunk.
     #[must_use]
     pub fn is_crossed(&self, coord: ChunkCoord) -> bool {
-        !self.births_through(coord).is_empty() || !self.given_in(coord).is_empty()
+        !self.through(coord).is_empty() || !self.given_in(coord).is_empty()
     }
 
     /// The edges of trails, for points at most `margin_m` from a chunk: as in
     /// [`ground_near`](Self::ground_near), but without computing heights.
     #[must_use]
     pub fn edges_near(&self, coord: ChunkCoord, margin_m: f64) -> TrailEdges {
-        let outline = |birth| {
-            let course = self.layout(birth).course(STEP_M);
-            let way = self.way(course.id);
+        let outline = |id| {
+            let course = self.layout(id).course(STEP_M);
+            let way = self.way(id);
             let way = (way, Arc::clone(&self.ways[way]));
             Arc::new(TrailPath::outline(way, self.key, course))
         };
@@ -204,7 +204,7 @@ impl Trails {
         &self,
         coord: ChunkCoord,
         margin_m: f64,
-        path: impl Fn(ChunkCoord) -> Arc<TrailPath>,
+        path: impl Fn(TrailId) -> Arc<TrailPath>,
     ) -> TrailGround {
         let margin_m = margin_m.max(0.0);
         let size = self.chunk_size_m;
@@ -217,16 +217,14 @@ impl Trails {
             c.x.abs_diff(coord.x) <= rings as u32 && c.y.abs_diff(coord.y) <= rings as u32
         };
         let around = || coord.square(rings);
-        let mut births: Vec<ChunkCoord> = around()
-            .flat_map(|c| self.births_through(c).to_vec())
-            .collect();
+        let mut born: Vec<TrailId> = around().flat_map(|c| self.through(c).to_vec()).collect();
         let mut given: Vec<usize> = around().flat_map(|c| self.given_in(c).to_vec()).collect();
         given.sort_unstable();
         given.dedup();
-        births.sort_unstable();
-        births.dedup();
+        born.sort_unstable();
+        born.dedup();
         let given = given.into_iter().map(|i| Arc::clone(&self.given[i]));
-        let paths: Vec<_> = births.into_iter().map(path).chain(given).collect();
+        let paths: Vec<_> = born.into_iter().map(path).chain(given).collect();
         TrailGround::new(
             &self.earthworks,
             self.key,
@@ -272,7 +270,7 @@ impl Trails {
     }
 
     /// What lies and grows on trails and at their edges, whose position is in a chunk: grass in a
-    /// keyed order, then stones, verges, roots and beds by trail. At most the greatest
+    /// keyed order, then stones, verges, roots and beds, and steps by trail. At most the greatest
     /// `grass_max_per_chunk` of tufts grow on the trails, however many meet there; where they meet,
     /// the verge of one does not grow on another.
     #[must_use]
@@ -324,11 +322,16 @@ impl Trails {
                 beds(self.key, path, chunk, emit);
             });
         }
+        if has_any(&|w| w.steps_from_grade) {
+            self.add(coord, &mut dressing, &|path, chunk, emit| {
+                steps(self.key, path, chunk, emit);
+            });
+        }
         dressing
     }
 
     /// Adds what trails have in a chunk, each along its passage through one; nothing of a verge or
-    /// a ditch lies on another trail, and no root on another kind of way.
+    /// a ditch lies on another trail, and no root or step on another kind of way.
     fn add(&self, coord: ChunkCoord, dressing: &mut Vec<TrailDressing>, dress: &Dress<'_>) {
         let size = self.chunk_size_m;
         let mut added = Vec::new();
@@ -356,16 +359,16 @@ impl Trails {
         dressing.extend(added.into_iter().filter(stays).map(|(_, d)| d));
     }
 
-    fn births_through(&self, chunk: ChunkCoord) -> Arc<[ChunkCoord]> {
-        self.births
-            .get_or_make(chunk, || self.router.births_through(chunk).into())
+    /// The trails that were born, and their branches, that touch a chunk.
+    fn through(&self, chunk: ChunkCoord) -> Arc<[TrailId]> {
+        self.through
+            .get_or_make(chunk, || self.router.through(chunk).into())
     }
 
-    fn path(&self, birth: ChunkCoord) -> Arc<TrailPath> {
-        self.paths.get_or_make(birth, || {
-            let course = self.layout(birth).course(STEP_M);
-            let way = self.way(course.id);
-            Arc::new(self.lay(way, course))
+    fn path(&self, id: TrailId) -> Arc<TrailPath> {
+        self.paths.get_or_make(id, || {
+            let course = self.layout(id).course(STEP_M);
+            Arc::new(self.lay(self.way(id), course))
         })
     }
 
@@ -377,20 +380,28 @@ impl Trails {
         path.with_stones(stones)
     }
 
-    /// The number of the kind of a trail that is born.
+    /// The number of the kind of a trail that is born; branches are of their trail's kind.
     fn way(&self, id: TrailId) -> usize {
         let shares: Vec<f64> = self.params.ways.iter().map(|w| w.1).collect();
-        let mut rng = id.key(self.key.domain(WAYS)).rng();
+        let mut rng = self.key.domain(WAYS).chunk(id.birth).rng();
         rng.weighted(&shares).unwrap_or(0)
     }
 
-    fn layout(&self, birth: ChunkCoord) -> Layout {
-        let walk = self.router.walk(birth).into_iter().flatten();
-        let id = TrailId { birth, number: 0 };
-        let way = &self.ways[self.way(id)];
-        let size_m = self.chunk_size_m;
-        let turning_m = turning::radius_m(way.turning_radius_m, way.width_m, size_m);
-        Layout::new(self.key, walk.collect(), size_m, turning_m, &*self.base)
+    fn layout(&self, id: TrailId) -> Layout {
+        let born = |id: TrailId, steps, fork| {
+            let way = &self.ways[self.way(id)];
+            let size_m = self.chunk_size_m;
+            let turning_m = turning::radius_m(way.turning_radius_m, way.width_m, size_m);
+            Layout::new(self.key, (id, steps), fork, size_m, turning_m, &*self.base)
+        };
+        let walk = self.router.walk(id.birth).into_iter().flatten();
+        let trail = born(TrailId { number: 0, ..id }, walk.collect(), None);
+        let Some(step) = id.leaves_at() else {
+            return trail;
+        };
+        let mut branches = self.router.branches(id.birth, trail.steps());
+        let (_, walk) = (branches.find(|(at, _)| *at == step)).expect("a router found the branch");
+        born(id, walk.collect(), Some(trail.node(step)))
     }
 }
 

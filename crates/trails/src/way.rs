@@ -35,6 +35,9 @@ pub struct Way {
     /// Roots that lie across a metre of a way, 0..=5. On a way that changes, there are half as
     /// many, in patches.
     pub roots_per_m: f64,
+    /// The grade from which steps of logs are built on a way, 0..=1; 0 for none. About two thirds of
+    /// the runs that are as steep have them.
+    pub steps_from_grade: f64,
     /// The share of the ditches, or of the edges of a way that has none, along which stones lie
     /// side by side, 0..=1.
     pub stone_beds: f64,
@@ -58,6 +61,7 @@ impl Default for Way {
             verge_tufts_per_m: 6.0,
             rocks_max_per_trail: 300,
             roots_per_m: 0.0,
+            steps_from_grade: 0.0,
             stone_beds: 0.0,
             turning_radius_m: 0.0,
         }
@@ -70,7 +74,7 @@ impl Way {
         [0.2, 0.2, 0.13, 0.14, 0.13, 0.1, 0.05, 0.05];
 
     /// A trodden path, 0.5 to 1.1 m wide, which follows the ground, lies a few centimetres deep,
-    /// and is worn to a hollow way where it is steep.
+    /// is worn to a hollow way where it is steep, and has steps of logs there.
     #[must_use]
     pub fn footpath() -> Self {
         Self {
@@ -103,6 +107,7 @@ impl Way {
             verge_tufts_per_m: 7.0,
             rocks_max_per_trail: 400,
             roots_per_m: 1.0,
+            steps_from_grade: 0.2,
             stone_beds: 0.0,
             turning_radius_m: 0.0,
         }
@@ -142,6 +147,7 @@ impl Way {
             verge_tufts_per_m: 10.0,
             rocks_max_per_trail: 500,
             roots_per_m: 0.0,
+            steps_from_grade: 0.0,
             stone_beds: 0.35,
             turning_radius_m: 7.0,
         }
@@ -177,6 +183,7 @@ impl Way {
             verge_tufts_per_m: 2.0,
             rocks_max_per_trail: 100,
             roots_per_m: 0.0,
+            steps_from_grade: 0.0,
             stone_beds: 0.0,
             turning_radius_m: 0.0,
         }
@@ -213,6 +220,7 @@ impl Way {
             verge_tufts_per_m: 4.0,
             rocks_max_per_trail: 50,
             roots_per_m: 0.3,
+            steps_from_grade: 0.0,
             stone_beds: 0.0,
             turning_radius_m: 0.0,
         }
@@ -254,6 +262,7 @@ impl Way {
             verge_tufts_per_m: 6.0,
             rocks_max_per_trail: 600,
             roots_per_m: 0.0,
+            steps_from_grade: 0.0,
             stone_beds: 0.0,
             turning_radius_m: 0.0,
         }
@@ -309,6 +318,12 @@ impl Way {
             "0..=100000",
         )?;
         ParamError::check_range("roots_per_m", self.roots_per_m, 0.0..=5.0, "0..=5")?;
+        ParamError::check_range(
+            "steps_from_grade",
+            self.steps_from_grade,
+            0.0..=1.0,
+            "0..=1",
+        )?;
         ParamError::check_range("stone_beds", self.stone_beds, 0.0..=1.0, "0..=1")?;
         ParamError::check_range(
             "turning_radius_m",

@@ -2,7 +2,7 @@
 
 mod common;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use common::{SIZE_M, around, flat, hills, trails};
@@ -16,6 +16,7 @@ fn dense(seed: u64) -> Trails {
     let params = TrailParams {
         spawn_probability: 0.1,
         max_length_chunks: 12,
+        fork_probability: 0.15,
         ..TrailParams::default()
     };
     trails(params, seed, hills(0.3))
@@ -175,17 +176,12 @@ fn crossings_keep_off_corners_and_lean_little() {
 fn tight_turns_are_rare() {
     let trails = dense(11);
     let (mut tight, mut all) = (0, 0);
-    let ids: BTreeSet<_> = around(ChunkCoord::new(0, 0), 6)
-        .flat_map(|c| trails.in_chunk(c).into_iter().map(|p| p.id()))
+    let paths: BTreeMap<_, _> = around(ChunkCoord::new(0, 0), 6)
+        .flat_map(|c| trails.in_chunk(c).into_iter().map(|p| (p.id(), p)))
         .collect();
-    assert!(ids.len() > 20);
-    for path in ids.iter().map(|id| {
-        let here = trails.in_chunk(id.birth);
-        here.into_iter()
-            .find(|p| p.id() == *id)
-            .expect("it is born here")
-    }) {
-        for (s, _) in points(&path, 0.5) {
+    assert!(paths.len() > 20);
+    for path in paths.values() {
+        for (s, _) in points(path, 0.5) {
             all += 1;
             tight += u32::from(path.curvature(s).abs() > 1.0 / 6.0);
         }
@@ -473,7 +469,75 @@ const VALUES: [&str; 5] = [
     "TrailDressing { position_m: DVec2(120.51844378147157, -47.369021413471074), yaw_rad: \
      0.02763158361172375, scale: 1.0875785400079991, kind: Grass }",
     "Some(TrailDressing { position_m: DVec2(115.56678910244048, -5.182610678238906), yaw_rad: \
-     0.4125438364883822, scale: 0.531581580946405, kind: Stone })",
+     0.4125438364883822, scale: 0.9, kind: Stone })",
     "Some(TrailDressing { position_m: DVec2(149.8107142412161, -12.778436750346291), yaw_rad: \
      0.5573484738590785, scale: 1.3742250095982231, kind: Verge })",
 ];
+
+#[test]
+fn value_stability_of_branches_and_steps() {
+    let params = TrailParams {
+        spawn_probability: 0.1,
+        fork_probability: 0.2,
+        ..TrailParams::of(Way::footpath())
+    };
+    let trails = trails(params, 7, flat(DVec2::new(0.3, -0.15)));
+    let mut branches = around(ChunkCoord::new(0, 0), 4)
+        .flat_map(|c| trails.in_chunk(c))
+        .filter(|p| p.id().is_branch());
+    let branch = branches.next().expect("there are branches");
+    let chunk = branch.chunks().last().expect("it goes through chunks");
+    let dressing = trails.dressing(chunk);
+    let got = [
+        format!("{:?}", branch.id()),
+        format!("{:?} {:?}", branch.length_m(), branch.position_m(60.0)),
+        format!(
+            "{:?}",
+            dressing.iter().rfind(|d| d.kind == DressingKind::Step)
+        ),
+    ];
+    assert_eq!(got, BRANCH_VALUES);
+}
+const BRANCH_VALUES: [&str; 3] = [
+    "TrailId { birth: ChunkCoord { x: -7, y: 0 }, number: 2147483656 }",
+    "256.7373824345565 DVec2(-135.42595126944278, -35.880018200685186)",
+    "Some(TrailDressing { position_m: DVec2(-216.33622077615559, -100.39023113958902), yaw_rad: \
+     0.39344523184298813, scale: 0.533481754970602, kind: Step })",
+];
+
+#[test]
+fn branches_leave_their_trail_at_an_acute_angle() {
+    let trails = dense(5);
+    let mut branches = BTreeSet::new();
+    for chunk in around(ChunkCoord::new(0, 0), 9) {
+        let paths = trails.in_chunk(chunk);
+        for branch in paths.iter().filter(|p| p.id().is_branch()) {
+            let start = branch.position_m(0.0);
+            if branch.chunks().next() != Some(chunk) || !branches.insert(branch.id()) {
+                continue;
+            }
+            let trail = paths
+                .iter()
+                .find(|p| p.id().birth == branch.id().birth && !p.id().is_branch())
+                .expect("a branch begins at its trail");
+            assert_eq!(trail.way_number(), branch.way_number());
+            // Where it begins, it is the trail, and goes its way.
+            let (s, gap) = points(trail, 0.05)
+                .map(|(s, p)| (s, p.distance(start)))
+                .min_by(|a, b| a.1.total_cmp(&b.1))
+                .expect("points");
+            assert!(gap < 0.06, "{gap}");
+            assert!(trail.tangent(s).dot(branch.tangent(0.0)) > 0.99);
+            // Then it leaves it.
+            let apart = |ahead: f64| {
+                let place = branch.position_m(ahead);
+                let on = points(trail, 0.5).filter(|(at, _)| (s..s + 60.0).contains(at));
+                let away = on.map(|(_, p)| p.distance(place));
+                away.fold(f64::INFINITY, f64::min)
+            };
+            let [soon, later] = [5.0, 32.0].map(apart);
+            assert!(soon < 3.0 && later > 4.0, "{soon} {later}");
+        }
+    }
+    assert!(branches.len() > 20, "{}", branches.len());
+}

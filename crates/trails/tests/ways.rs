@@ -504,6 +504,41 @@ fn grass_and_stones_come_in_patches_on_a_way_that_changes() {
 }
 
 #[test]
+fn steps_lie_where_a_path_is_steep() {
+    let steps = |grade: f64, from: f64| {
+        let way = Way {
+            steps_from_grade: from,
+            ..Way::footpath()
+        };
+        let (trails, path) = northward(way, flat(DVec2::new(0.0, grade)));
+        let mut steps = Vec::new();
+        for chunk in around(ChunkCoord::new(0, 0), 3) {
+            let dressing = trails.dressing(chunk).into_iter();
+            steps.extend(dressing.filter(|d| d.kind == DressingKind::Step));
+        }
+        (steps, path)
+    };
+    assert!(steps(0.15, 0.2).0.is_empty() && steps(0.3, 0.0).0.is_empty());
+    for grade in [0.3, -0.3] {
+        let (found, path) = steps(grade, 0.2);
+        // A rise of 240 m times 0.3 has room for 423 steps.
+        assert!((140..400).contains(&found.len()), "{}", found.len());
+        for step in &found {
+            let offset = step.position_m.x - path.position_m(120.0).x;
+            assert!(offset.abs() < 0.05, "{offset}");
+            assert!((0.4..1.2).contains(&step.scale), "{}", step.scale);
+            let down = DVec2::from_angle(step.yaw_rad).perp();
+            assert!(down.y * grade < -0.29, "{down}");
+        }
+        let mut places: Vec<f64> = found.iter().map(|s| s.position_m.y).collect();
+        places.sort_by(f64::total_cmp);
+        let apart = places.windows(2).map(|p| p[1] - p[0]);
+        let nearest = apart.fold(f64::INFINITY, f64::min);
+        assert!((nearest - 0.17 / 0.3).abs() < 0.02, "{nearest}");
+    }
+}
+
+#[test]
 fn roots_lie_across_paths_and_stones_in_ditches() {
     let (trails, path) = northward(Way::footpath(), flat(DVec2::ZERO));
     let mut roots = 0;

@@ -30,6 +30,7 @@ const LITTER: Domain = Domain::new("assets.litter");
 const TRAIL_TUFTS: Domain = Domain::new("assets.trail_tufts");
 const TRAIL_STONES: Domain = Domain::new("assets.trail_stones");
 const TRAIL_ROOTS: Domain = Domain::new("assets.trail_roots");
+const TRAIL_STEPS: Domain = Domain::new("assets.trail_steps");
 const SURFACE_ROOTS: Domain = Domain::new("assets.surface_roots");
 const STONE_BEDS: Domain = Domain::new("assets.stone_beds");
 const BANKS: Domain = Domain::new("assets.banks");
@@ -204,6 +205,16 @@ impl PlantGrower<'_> {
     pub(super) fn trail_roots(&self, bark: MaterialId) -> Vec<PlantAsset> {
         self.collect(TRAIL_ROOTS, 16, &|i, key| {
             self.patch("root", i, wayside::root(bark, &mut key.rng()))
+        })
+    }
+
+    /// Steps of logs across trails, if their materials are there.
+    pub(super) fn trail_steps(&self) -> Vec<PlantAsset> {
+        let each = Library::TRAIL_STEPS as u32;
+        let count = each * self.materials.steps.len() as u32;
+        self.collect(TRAIL_STEPS, count, &|i, key| {
+            let of = self.materials.steps[(i / each) as usize];
+            self.patch("step", i, wayside::step(of, &mut key.rng()))
         })
     }
 

@@ -28,6 +28,7 @@ use self::solid::{SolidTextures, register_stump, solid};
 use self::trees::register_tree;
 use crate::cards::card_raster::CardImage;
 use crate::plant::rock::StoneMaterials;
+use crate::plant::wayside::StepMaterials;
 use crate::textures::mineral;
 use crate::textures::tile::Tile;
 use crate::tree::{FoliageCard, Species, TreeMaterials};
@@ -96,6 +97,9 @@ pub(crate) struct WorldMaterials {
     pub(crate) surface_root: Option<MaterialId>,
     /// Bark of roots at the surface, by species; none if they were not asked for.
     pub(crate) surface_roots: Vec<MaterialId>,
+    /// Steps on trails, by [`TrailSurfaceKind::index`]; none if roots across trails were not
+    /// asked for.
+    pub(crate) steps: Vec<StepMaterials>,
     /// Lumps of the earth that trails are cut through, if roots across trails were asked for.
     pub(crate) bank_soil: Option<MaterialId>,
     pub(crate) cone: MaterialId,
@@ -215,6 +219,20 @@ impl WorldMaterials {
                 semantic: Semantic::SurfaceRoot,
                 ..bark
             }));
+            let mut add = |name: &str, of: MaterialId| {
+                let of = all.library.get(of).clone();
+                all.library.add(Material {
+                    name: name.to_owned(),
+                    semantic: Semantic::TrailSurface,
+                    ground: false,
+                    ..of
+                })
+            };
+            let log = add("step.log", all.fallen_twig);
+            for trail in &all.ground.trails {
+                let tread = add("step.tread", trail.surface);
+                all.steps.push(StepMaterials { log, tread });
+            }
             let soil = all.library.get(all.ground.cut_slope).clone();
             all.bank_soil = Some(all.library.add(Material {
                 name: "bank.soil".to_owned(),
@@ -379,7 +397,7 @@ impl WorldMaterials {
             semantic: Semantic::Soil,
             ..stone.clone()
         };
-        let stone = library.add(stone);
+        let (stone, pebble) = (library.add(stone), library.add(pebble));
         // Seedlings, deadwood, climbers and closed vegetation come last, so that all other
         // materials have the same number with and without them.
         let of_species = species.iter().zip(&solids.barks).zip(young);
@@ -391,7 +409,6 @@ impl WorldMaterials {
         });
         let climbers = climbing.map(|images| ClimberMaterials::register(&mut library, images));
         let communities = CommunityMaterials::register(&mut library, closed);
-        let pebble = library.add(pebble);
         Self {
             library,
             deadwood,
@@ -399,6 +416,7 @@ impl WorldMaterials {
             lianas: None,
             resin: Vec::new(),
             surface_roots: Vec::new(),
+            steps: Vec::new(),
             communities,
             trees,
             stumps,

@@ -62,6 +62,84 @@ pub(crate) fn root(material: MaterialId, rng: &mut impl Rng) -> Shape {
     shape
 }
 
+/// Of what a step is made.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct StepMaterials {
+    pub(crate) log: MaterialId,
+    /// The earth behind it.
+    pub(crate) tread: MaterialId,
+}
+
+/// A step on a way a metre wide that goes down along +y by a fifth to a third: a log across it, two
+/// stakes that hold it, and earth behind, trodden about level.
+pub(crate) fn step(of: StepMaterials, rng: &mut impl Rng) -> Shape {
+    const TREAD_M: f32 = 0.42;
+    let mut shape = Shape::default();
+    let radius = rng.range_f32(0.055, 0.075);
+    let half = rng.range_f32(0.5, 0.62);
+    let skew = rng.range_f32(-0.04, 0.04);
+    let bow = rng.range_f32(-0.012, 0.012);
+    let top = radius * 1.25;
+    let at = |t: f32| {
+        let x = half * (2.0 * t - 1.0);
+        let off = 1.0 - (2.0 * t - 1.0) * (2.0 * t - 1.0);
+        Vec3::new(
+            x,
+            skew * (2.0 * t - 1.0) + bow * off,
+            top - radius + 0.5 * bow * off,
+        )
+    };
+    let line: Vec<Vec3> = (0..=8).map(|i| at(i as f32 / 8.0)).collect();
+    let taper = rng.range_f32(-0.12, 0.12);
+    let radii: Vec<f32> = (0..=8)
+        .map(|i| radius * (1.0 + taper * (i as f32 / 4.0 - 1.0)))
+        .collect();
+    shape.tube(&line, &radii, 10, of.log);
+    for t in [rng.range_f32(0.12, 0.25), rng.range_f32(0.75, 0.88)] {
+        let foot = at(t) + Vec3::Y * (1.25 * radius);
+        let thick = rng.range_f32(0.018, 0.026);
+        let head = top + rng.range_f32(-0.015, 0.025);
+        let lean = Vec3::new(rng.range_f32(-0.03, 0.03), -0.01, 0.0);
+        let line = [foot.with_z(-0.12), foot.with_z(head) + lean];
+        shape.tube(&line, &[thick, 0.9 * thick], 7, of.log);
+    }
+    // The tread begins under the log's upper side and runs out in the ground.
+    let (rows, columns) = (8_u32, 16_u32);
+    let phases = [(); 3].map(|()| rng.range_f32(0.0, TAU));
+    let first = shape.mesh.positions.len() as u32;
+    let point = |i: u32, k: u32| {
+        let (v, u) = (
+            i as f32 / rows as f32,
+            2.0 * k as f32 / columns as f32 - 1.0,
+        );
+        let edge = 1.0 - u * u * u * u;
+        let reach = TREAD_M * (0.85 + 0.12 * libm::sinf(5.0 * u + phases[0])) * edge.max(0.25);
+        let rough = 0.006
+            * (libm::sinf(9.0 * u + 7.0 * v + phases[1])
+                + libm::sinf(17.0 * u - 11.0 * v + phases[2]));
+        let height = (0.85 * top) * (1.0 - v) * edge + rough - 0.03 * v - 0.05 * (1.0 - edge);
+        Vec3::new(0.98 * half * u, at(0.5 + 0.5 * u).y - reach * v, height)
+    };
+    for i in 0..=rows {
+        for k in 0..=columns {
+            let p = point(i, k);
+            let along = point((i + 1).min(rows), k) - point(i.saturating_sub(1), k);
+            let across = point(i, (k + 1).min(columns)) - point(i, k.saturating_sub(1));
+            let normal = along.cross(across).normalize_or(Vec3::Z);
+            shape.push(p, normal, p.truncate() / 2.0);
+        }
+    }
+    for i in 0..rows {
+        for k in 0..columns {
+            let a = first + i * (columns + 1) + k;
+            let (b, c, d) = (a + 1, a + columns + 1, a + columns + 2);
+            shape.triangle([a, c, b], of.tread);
+            shape.triangle([b, c, d], of.tread);
+        }
+    }
+    shape
+}
+
 /// Stones beside stones, from gravel to the size of a head, half sunk.
 pub(crate) fn bed(materials: StoneMaterials, key: Key) -> Shape {
     let mut rng = key.rng();
@@ -124,6 +202,29 @@ mod tests {
             for p in mesh.positions.iter().filter(|p| p.x.abs() > end - 0.005) {
                 assert!(p.z < 0.005, "an end is buried: {p}");
             }
+        }
+    }
+
+    #[test]
+    fn steps_are_as_high_as_a_log_and_level_behind_it() {
+        let of = StepMaterials {
+            log: MaterialId(0),
+            tread: MaterialId(1),
+        };
+        for i in 0..16 {
+            let mesh = step(of, &mut Key::world(i).rng()).mesh;
+            let top = mesh.positions.iter().fold(0.0_f32, |a, p| a.max(p.z));
+            assert!((0.06..0.13).contains(&top), "{top}");
+            let reach = mesh.positions.iter().fold(0.0_f32, |a, p| a.max(p.x.abs()));
+            assert!((0.48..0.7).contains(&reach), "{reach}");
+            for t in mesh.triangles.iter().filter(|t| t.material == of.tread) {
+                let [a, b, c] = t.corners.map(|c| mesh.positions[c as usize]);
+                assert!((b - a).cross(c - a).z > 0.0, "its earth faces up");
+                assert!(mesh.normals[t.corners[0] as usize].z > 0.4);
+            }
+            // Its earth ends in the ground, away from the log.
+            let end = &mesh.positions[mesh.positions.len() - 17..];
+            assert!(end.iter().all(|p| p.z < 0.0), "{end:?}");
         }
     }
 

@@ -531,7 +531,7 @@ mod tests {
     use nemoral_seed::Key;
 
     use super::*;
-    use crate::tree::{FoliageCard, GrownTree, GrowthParams, Species, grow};
+    use crate::tree::{FoliageCard, GrownTree, GrowthParams, Species, TreeSize, grow};
 
     fn key(i: u64) -> Key {
         Key::world(7).domain(Domain::new("test.sweep")).item(i)

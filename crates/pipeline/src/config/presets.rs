@@ -157,6 +157,7 @@ fn paper(config: &mut Config, trees: f64) {
 fn one_kind_of_way(config: &mut Config) {
     config.trails.kinds = TrailKinds::tracks_only();
     config.trails.change = 0.0;
+    config.trails.forks = 0.0;
     config.trails.banks = 0.0;
 }
 

@@ -27,6 +27,7 @@ pub(crate) fn trail_params(t: &config::Trails) -> TrailParams {
         spawn_probability: t.spawn_probability,
         forward_probability: t.forward_probability,
         max_length_chunks: t.max_length_chunks,
+        fork_probability: t.forks,
         ways: ways.into_iter().zip(t.kinds.shares()).collect(),
     }
 }
@@ -46,7 +47,9 @@ pub(crate) fn has_wayside(t: &config::Trails) -> bool {
     let mut ways = trail_params(t).ways.into_iter();
     t.enabled
         && (t.banks > 0.0
-            || ways.any(|(w, share)| share > 0.0 && w.roots_per_m + w.stone_beds > 0.0))
+            || ways.any(|(w, share)| {
+                share > 0.0 && w.roots_per_m + w.stone_beds + w.steps_from_grade > 0.0
+            }))
 }
 
 /// Share of skid trails that is covered with brash, where there are any.
@@ -152,6 +155,7 @@ fn footpath(t: &config::Trails) -> Way {
     way.section.sink_m = path.sink_m;
     way.section.hollow_m = path.hollow_m;
     way.roots_per_m = path.roots_per_m;
+    way.steps_from_grade = path.steps_from_grade;
     local(t, dressed(t, path.width_m, way))
 }
 

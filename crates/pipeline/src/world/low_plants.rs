@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use nemoral_assets::Library;
 use nemoral_placement::CoverPoint;
 use nemoral_raycast::Blas;
 use nemoral_scene::{ChunkCoord, InstancePlace};
@@ -85,6 +86,7 @@ impl LowPlants<'_> {
             .dressing
             .iter()
             .filter(|d| d.kind != DressingKind::Stone && is_dry(d) && !is_rootless(d));
+        let of_kind: Vec<_> = assets.trail_steps.chunks(Library::TRAIL_STEPS).collect();
         for (i, d) in tufts.enumerate() {
             let key = world.domain(LOW_PLANT_VARIATION).chunk(at).item(i as u64);
             let tuft = LowPlant {
@@ -93,9 +95,15 @@ impl LowPlants<'_> {
                 scale: d.scale,
                 key,
             };
-            let shapes = match d.kind {
+            let shapes: &[Arc<Blas>] = match d.kind {
                 DressingKind::Root => &assets.trail_roots,
                 DressingKind::Bed => &assets.stone_beds,
+                DressingKind::Step => {
+                    let kind = ground
+                        .trail_kind(d.position_m)
+                        .map_or(0, |kind| kind.index());
+                    of_kind[kind]
+                }
                 DressingKind::Grass | DressingKind::Verge | DressingKind::Stone => {
                     &assets.trail_tufts
                 }

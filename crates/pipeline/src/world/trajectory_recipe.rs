@@ -57,7 +57,7 @@ impl TrajectoryRecipe {
                     .and_then(|t| {
                         let way = WAYS[1..].iter().position(|word| *word == trail.way);
                         t.nearest_where(start_m, trail.search_radius_m, |path| {
-                            way.is_none_or(|way| path.way_number() == way)
+                            !path.id().is_branch() && way.is_none_or(|way| path.way_number() == way)
                         })
                     })
                     .and_then(|(path, nearest_m)| {

@@ -10,4 +10,5 @@ mod edge_trees;
 mod export;
 mod litter;
 mod meadows;
+mod surface_roots;
 mod water;

@@ -78,6 +78,9 @@ section! {
         forward_probability: f64 = 0.75, Real(0.0, 1.0), "long trails with some bends";
         /// A trail ends after this many chunks.
         max_length_chunks: u32 = 40, Whole(1, 64), "2 km; bounds the search for trails";
+        /// Probability that a trail forks where it enters a chunk: a branch of 2 to 6 chunks leaves
+        /// it at an acute angle. Robots stay on the trail.
+        forks: f64 = 0.08, Real(0.0, 1.0), "our choice: a fork every 600 m";
         /// How readily surface, grass and stones change along a way. 0: in stretches of 60 to
         /// 180 m, with grass and stones evenly along it; above 0, half as many, in patches.
         change: f64 = 0.5, Real(0.0, 1.0), "our choice: overgrown, muddy and stony places";

@@ -70,6 +70,8 @@ section! {
         /// Roots across a metre of the path, whatever grows beside it; on a path that changes, half
         /// as many, in patches.
         roots_per_m: f64 = 1.0, Real(0.0, 5.0), "our choice: bare roots among trees";
+        /// The grade from which about two thirds of the runs have steps of logs; 0 for none.
+        steps_from_grade: f64 = 0.2, Real(0.0, 1.0), "our choice: steeper paths wash out";
     }
 }
 
