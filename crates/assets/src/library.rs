@@ -194,6 +194,8 @@ pub struct Library {
     pub trail_stones: Vec<PlantAsset>,
     /// Roots that lie across trails, along x; none if they were not asked for.
     pub trail_roots: Vec<PlantAsset>,
+    /// Mouths of culverts, which open along x.
+    pub culverts: Vec<PlantAsset>,
     /// Steps of logs across a trail a metre wide, which goes down along y: by
     /// [`TrailSurfaceKind::index`], [`Library::TRAIL_STEPS`] for trails of each kind.
     pub trail_steps: Vec<PlantAsset>,
@@ -405,6 +407,7 @@ impl Library {
             trail_roots: (materials.surface_root)
                 .map(|bark| plants.trail_roots(bark))
                 .unwrap_or_default(),
+            culverts: plants.culverts(),
             trail_steps: plants.trail_steps(),
             surface_roots: plants.surface_roots(),
             stone_beds: if params.wayside {

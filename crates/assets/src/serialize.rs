@@ -47,7 +47,7 @@ struct StoredLibrary<'a> {
     /// Trees, saplings and snags.
     trees: [Vec<StoredTree<'a>>; 3],
     /// The kinds of plants, in the order of [`Library`]'s fields.
-    plants: [Vec<StoredPlant<'a>>; 22],
+    plants: [Vec<StoredPlant<'a>>; 23],
     /// Logs, and stems of thrown trees.
     logs: [Vec<StoredLog<'a>>; 2],
     /// What grows on each tree, and on each snag, in the order of [`TreeClimbers`]' fields.
@@ -161,6 +161,7 @@ impl Library {
                 &self.trail_tufts,
                 &self.trail_stones,
                 &self.trail_roots,
+                &self.culverts,
                 &self.trail_steps,
                 &self.surface_roots,
                 &self.stone_beds,
@@ -236,6 +237,7 @@ impl Library {
             trail_tufts,
             trail_stones,
             trail_roots,
+            culverts,
             trail_steps,
             surface_roots,
             stone_beds,
@@ -306,6 +308,7 @@ impl Library {
             trail_tufts: trail_tufts?,
             trail_stones: trail_stones?,
             trail_roots: trail_roots?,
+            culverts: culverts?,
             trail_steps: trail_steps?,
             surface_roots: surface_roots?,
             stone_beds: stone_beds?,

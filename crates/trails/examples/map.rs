@@ -89,7 +89,9 @@ fn draw(trails: &Trails, corner: ChunkCoord, side: u32, pixels: u32, contour_m: 
             let colour = match thing.kind {
                 DressingKind::Grass | DressingKind::Verge => Rgb([20, 110, 20]),
                 DressingKind::Stone | DressingKind::Bed => Rgb([240, 240, 240]),
-                DressingKind::Root | DressingKind::Step => Rgb([120, 70, 30]),
+                DressingKind::Root | DressingKind::Step | DressingKind::Culvert => {
+                    Rgb([120, 70, 30])
+                }
             };
             let size = (pixels / 300).max(1);
             for (dx, dy) in (0..size).flat_map(|x| (0..size).map(move |y| (x, y))) {

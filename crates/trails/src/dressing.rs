@@ -1,4 +1,4 @@
-//! Grass, stones and roots on trails and at their edges.
+//! Grass, stones, roots, steps and culverts on trails and at their edges.
 
 use glam::DVec2;
 
@@ -17,19 +17,21 @@ pub enum DressingKind {
     Bed,
     /// A step of a log that lies across the way, with earth trodden level behind it.
     Step,
+    /// An end of a culvert: the mouth of a pipe under the way, in its ditch or the slope below.
+    Culvert,
 }
 
-/// A tuft, stone, root or bed of stones that belongs to a trail.
+/// A tuft, stone, root or the like that belongs to a trail.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrailDressing {
     /// World position, metres.
     pub position_m: DVec2,
-    /// Turn about the vertical; a root's and a step's axis lies along x before, and a
-    /// step goes down along y.
+    /// Turn about the vertical; before, a root's and a step's axis lies along x, a step goes down
+    /// along y, and a culvert opens along x.
     pub yaw_rad: f64,
     /// Size relative to the usual one: grass 0.6..1.2, on a verge 0.6..1.6, stones lognormal,
-    /// 0.9..2.5, roots 0.6..1.3, beds 0.8..1.15,
-    /// steps the width of the way in metres.
+    /// 0.9..2.5, roots 0.6..1.3, beds 0.8..1.15, steps the width of the way in metres, culverts
+    /// 0.85..1.2.
     pub scale: f64,
     /// What it is.
     pub kind: DressingKind,

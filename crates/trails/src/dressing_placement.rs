@@ -14,7 +14,14 @@ const GRASS: Domain = Domain::new("trails.grass");
 const VERGE: Domain = Domain::new("trails.verge");
 const ROOTS: Domain = Domain::new("trails.roots");
 const STEPS: Domain = Domain::new("trails.steps");
+const CULVERTS: Domain = Domain::new("trails.culverts");
 const BEDS: Domain = Domain::new("trails.beds");
+
+/// The least mean distance of culverts, metres.
+const NEAREST_CULVERTS_M: f64 = 5.0;
+
+/// The distance of a culvert's outlet from the way's edge, metres.
+const OUTLET_M: f64 = 1.1;
 
 /// The rise of a step, metres.
 const RISE_M: f64 = 0.17;
@@ -221,6 +228,50 @@ pub(crate) fn steps(
                     yaw_rad: libm::atan2(axis.y, axis.x),
                     scale: path.width_m(s),
                     kind: DressingKind::Step,
+                });
+            }
+        }
+    }
+}
+
+/// The ends of a trail's culverts along its passage through a chunk.
+pub(crate) fn culverts(
+    key: Key,
+    path: &TrailPath,
+    chunk: ChunkCoord,
+    mut emit: impl FnMut(TrailDressing),
+) {
+    let way = path.way();
+    let Some(ditch) = way.section.ditch.filter(|_| way.culvert_spacing_m > 0.0) else {
+        return;
+    };
+    let spacing_m = way.culvert_spacing_m.max(NEAREST_CULVERTS_M);
+    let key = path.id().key(key.domain(CULVERTS));
+    for (_, _, knots) in path.transits().filter(|t| t.1 == chunk) {
+        let last = knots.end.min(path.knots().len() - 1);
+        let (from, to) = (path.knots()[knots.start].arc, path.knots()[last].arc);
+        let numbers = [from, to].map(|s| (s / spacing_m) as u64);
+        for number in numbers[0]..=numbers[1] {
+            let mut rng = key.item(number).rng();
+            let s = spacing_m * (number as f64 + rng.unit_f64());
+            let scale = rng.range_f64(0.85, 1.2);
+            let [left, right] = path.ditches(s);
+            let uphill = match (left > 0.8, right > 0.8) {
+                (true, false) if right < 0.2 => 1.0,
+                (false, true) if left < 0.2 => -1.0,
+                _ => continue,
+            };
+            if !(from..to).contains(&s) {
+                continue;
+            }
+            // The water comes in in the ditch's middle, and leaves in the filled slope.
+            for (side, beyond) in [(uphill, 0.5 * ditch.width_m), (-uphill, OUTLET_M)] {
+                let out = path.tangent(s).perp() * side;
+                emit(TrailDressing {
+                    position_m: beside(path, s, side * (0.5 * path.width_m(s) + beyond)),
+                    yaw_rad: libm::atan2(out.y, out.x),
+                    scale,
+                    kind: DressingKind::Culvert,
                 });
             }
         }

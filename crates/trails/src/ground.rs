@@ -288,9 +288,14 @@ impl TrailGround {
             if fade.is_none_or(|f| f.value > 0.0)
                 && let Some(carved) = layer.carved(p, &strands, edge, &natural)
             {
-                ground = Some(match fade {
-                    None => carved,
-                    Some(fade) => ground.unwrap_or_else(natural) + fade * (carved - natural()),
+                ground = Some(match (fade, ground) {
+                    // A layer that is too far away to matter may be known here and not in the next
+                    // chunk, so it must not change a bit.
+                    (None, _) => carved,
+                    (Some(fade), None) if fade.value >= 1.0 => carved,
+                    (Some(fade), before) => {
+                        before.unwrap_or_else(natural) + fade * (carved - natural())
+                    }
                 });
             }
             before.push((edge, layer.fillet_m()));

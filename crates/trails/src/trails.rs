@@ -9,7 +9,7 @@ use nemoral_scene::{ChunkCoord, Surface};
 use nemoral_seed::{Domain, Draw, Key};
 
 use crate::cache::Cache;
-use crate::dressing_placement::{beds, grass, roots, steps, stones, verges};
+use crate::dressing_placement::{beds, culverts, grass, roots, steps, stones, verges};
 use crate::given::course;
 use crate::layer::Earthworks;
 use crate::layout::{Course, Layout, TrailId};
@@ -270,9 +270,9 @@ impl Trails {
     }
 
     /// What lies and grows on trails and at their edges, whose position is in a chunk: grass in a
-    /// keyed order, then stones, verges, roots and beds, and steps by trail. At most the greatest
-    /// `grass_max_per_chunk` of tufts grow on the trails, however many meet there; where they meet,
-    /// the verge of one does not grow on another.
+    /// keyed order, then stones, verges, roots and beds, culverts, and steps, each by trail. At most
+    /// the greatest `grass_max_per_chunk` of tufts grow on the trails, however many meet there;
+    /// where they meet, the verge of one does not grow on another.
     #[must_use]
     pub fn dressing(&self, coord: ChunkCoord) -> Vec<TrailDressing> {
         let size = self.chunk_size_m;
@@ -322,6 +322,11 @@ impl Trails {
                 beds(self.key, path, chunk, emit);
             });
         }
+        if has_any(&|w| w.culvert_spacing_m) {
+            self.add(coord, &mut dressing, &|path, chunk, emit| {
+                culverts(self.key, path, chunk, emit);
+            });
+        }
         if has_any(&|w| w.steps_from_grade) {
             self.add(coord, &mut dressing, &|path, chunk, emit| {
                 steps(self.key, path, chunk, emit);
@@ -353,7 +358,9 @@ impl Trails {
         }
         let ground = self.ground_near(coord, 0.0);
         let stays = |&(own, d): &(usize, TrailDressing)| match d.kind {
-            DressingKind::Verge | DressingKind::Bed => ground.edge_m(d.position_m) >= 0.0,
+            DressingKind::Verge | DressingKind::Bed | DressingKind::Culvert => {
+                ground.edge_m(d.position_m) >= 0.0
+            }
             _ => (ground.way_number(d.position_m)).is_none_or(|way| way == own),
         };
         dressing.extend(added.into_iter().filter(stays).map(|(_, d)| d));

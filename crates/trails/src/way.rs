@@ -35,12 +35,16 @@ pub struct Way {
     /// Roots that lie across a metre of a way, 0..=5. On a way that changes, there are half as
     /// many, in patches.
     pub roots_per_m: f64,
-    /// The grade from which steps of logs are built on a way, 0..=1; 0 for none. About two thirds of
-    /// the runs that are as steep have them.
+    /// The grade from which steps of logs are built on a way, 0..=1; 0 for none. About two thirds
+    /// of the runs that are as steep have them.
     pub steps_from_grade: f64,
     /// The share of the ditches, or of the edges of a way that has none, along which stones lie
     /// side by side, 0..=1.
     pub stone_beds: f64,
+    /// The distance of the culverts that lead the water of a ditch under the way to its other side,
+    /// metres, 0..=500, at least 5 m; 0 for none. They are where the way lies on a slope, and so
+    /// has a ditch on its uphill side alone.
+    pub culvert_spacing_m: f64,
     /// The radius of the loops on which vehicles turn at its ends, metres, 0..=15; 0 for none. They
     /// are smaller where chunks have no room for them; where they would be narrower than the way
     /// is wide, and on trails of one chunk or along given lines, there are none.
@@ -63,6 +67,7 @@ impl Default for Way {
             roots_per_m: 0.0,
             steps_from_grade: 0.0,
             stone_beds: 0.0,
+            culvert_spacing_m: 0.0,
             turning_radius_m: 0.0,
         }
     }
@@ -109,12 +114,14 @@ impl Way {
             roots_per_m: 1.0,
             steps_from_grade: 0.2,
             stone_beds: 0.0,
+            culvert_spacing_m: 0.0,
             turning_radius_m: 0.0,
         }
     }
 
-    /// A road with a carriageway of gravel, 3.6 m wide, cambered by 4 %, with a ditch on its uphill
-    /// side, cut and filled. It ends in loops of 7 m on which lorries turn.
+    /// A road with a carriageway of gravel, 3.6 m wide, cambered by 4 %, cut and filled, with a
+    /// ditch on its uphill side, from which culverts lead. It ends in loops of 7 m on which lorries
+    /// turn.
     #[must_use]
     pub fn forest_road() -> Self {
         Self {
@@ -149,6 +156,7 @@ impl Way {
             roots_per_m: 0.0,
             steps_from_grade: 0.0,
             stone_beds: 0.35,
+            culvert_spacing_m: 60.0,
             turning_radius_m: 7.0,
         }
     }
@@ -185,6 +193,7 @@ impl Way {
             roots_per_m: 0.0,
             steps_from_grade: 0.0,
             stone_beds: 0.0,
+            culvert_spacing_m: 0.0,
             turning_radius_m: 0.0,
         }
     }
@@ -222,6 +231,7 @@ impl Way {
             roots_per_m: 0.3,
             steps_from_grade: 0.0,
             stone_beds: 0.0,
+            culvert_spacing_m: 0.0,
             turning_radius_m: 0.0,
         }
     }
@@ -264,6 +274,7 @@ impl Way {
             roots_per_m: 0.0,
             steps_from_grade: 0.0,
             stone_beds: 0.0,
+            culvert_spacing_m: 0.0,
             turning_radius_m: 0.0,
         }
     }
@@ -325,6 +336,12 @@ impl Way {
             "0..=1",
         )?;
         ParamError::check_range("stone_beds", self.stone_beds, 0.0..=1.0, "0..=1")?;
+        ParamError::check_range(
+            "culvert_spacing_m",
+            self.culvert_spacing_m,
+            0.0..=500.0,
+            "0..=500 m",
+        )?;
         ParamError::check_range(
             "turning_radius_m",
             self.turning_radius_m,

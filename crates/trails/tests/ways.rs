@@ -86,6 +86,24 @@ proptest! {
     }
 
     #[test]
+    fn neighbours_agree_to_the_bit_about_forks(seed: u64) {
+        let params = TrailParams {
+            fork_probability: 0.5,
+            ..mixed()
+        };
+        let trails = trails(params, seed, hills(0.4));
+        for chunk in around(ChunkCoord::new(0, 0), 2) {
+            let [here, east] = [chunk, chunk.offset(1, 0)].map(|c| trails.ground_near(c, 25.0));
+            let border = chunk.offset(1, 0).origin_m(SIZE_M);
+            for i in 0..1500 {
+                let p = border + DVec2::new(f64::from(i % 30) * 0.4 - 6.0, f64::from(i / 30));
+                prop_assert_eq!(here.sample(p), east.sample(p), "{}", p);
+                prop_assert_eq!(here.edge(p), east.edge(p), "{}", p);
+            }
+        }
+    }
+
+    #[test]
     fn the_ground_is_continuous_and_gradients_are_difference_quotients(seed: u64) {
         let trails = trails(mixed(), seed, hills(0.4));
         let (mut near, mut off) = (0, 0);
@@ -535,6 +553,39 @@ fn steps_lie_where_a_path_is_steep() {
         let apart = places.windows(2).map(|p| p[1] - p[0]);
         let nearest = apart.fold(f64::INFINITY, f64::min);
         assert!((nearest - 0.17 / 0.3).abs() < 0.02, "{nearest}");
+    }
+}
+
+#[test]
+fn culverts_lead_from_the_uphill_ditch_to_the_slope_below() {
+    let culverts = |slope: f64, spacing_m: f64| {
+        let way = Way {
+            culvert_spacing_m: spacing_m,
+            ..Way::forest_road()
+        };
+        let (trails, path) = northward(way, flat(DVec2::new(slope, 0.0)));
+        let mut found = Vec::new();
+        for chunk in around(ChunkCoord::new(0, 0), 3) {
+            let dressing = trails.dressing(chunk).into_iter();
+            found.extend(dressing.filter(|d| d.kind == DressingKind::Culvert));
+        }
+        (found, path.position_m(120.0).x)
+    };
+    // On level ground both sides have ditches.
+    assert!(culverts(0.0, 20.0).0.is_empty() && culverts(0.25, 0.0).0.is_empty());
+    let (found, middle) = culverts(0.25, 20.0);
+    assert!((16..=24).contains(&found.len()), "{}", found.len());
+    let uphill = found.iter().filter(|d| d.position_m.x > middle).count();
+    assert_eq!(2 * uphill, found.len());
+    for mouth in &found {
+        let side = (mouth.position_m.x - middle).signum();
+        let opens = DVec2::from_angle(mouth.yaw_rad);
+        assert!(
+            opens.x * side > 0.99,
+            "it opens away from the road: {opens}"
+        );
+        let off_m = (mouth.position_m.x - middle).abs();
+        assert!((1.8..3.3).contains(&off_m), "{off_m}");
     }
 }
 

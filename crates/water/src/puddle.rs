@@ -81,7 +81,7 @@ impl Puddle {
     }
 
     /// Places on a ring that is as wide as this many radii, counter-clockwise.
-    pub(crate) fn ring(&self, radii: f64, count: u32) -> impl Iterator<Item = DVec2> + '_ {
+    pub fn ring(&self, radii: f64, count: u32) -> impl Iterator<Item = DVec2> + '_ {
         let PuddleSite {
             middle_m,
             along,

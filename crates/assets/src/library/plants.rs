@@ -30,6 +30,7 @@ const LITTER: Domain = Domain::new("assets.litter");
 const TRAIL_TUFTS: Domain = Domain::new("assets.trail_tufts");
 const TRAIL_STONES: Domain = Domain::new("assets.trail_stones");
 const TRAIL_ROOTS: Domain = Domain::new("assets.trail_roots");
+const CULVERTS: Domain = Domain::new("assets.culverts");
 const TRAIL_STEPS: Domain = Domain::new("assets.trail_steps");
 const SURFACE_ROOTS: Domain = Domain::new("assets.surface_roots");
 const STONE_BEDS: Domain = Domain::new("assets.stone_beds");
@@ -205,6 +206,16 @@ impl PlantGrower<'_> {
     pub(super) fn trail_roots(&self, bark: MaterialId) -> Vec<PlantAsset> {
         self.collect(TRAIL_ROOTS, 16, &|i, key| {
             self.patch("root", i, wayside::root(bark, &mut key.rng()))
+        })
+    }
+
+    /// Mouths of culverts, if their material is there.
+    pub(super) fn culverts(&self) -> Vec<PlantAsset> {
+        let Some(of) = self.materials.culvert else {
+            return Vec::new();
+        };
+        self.collect(CULVERTS, 4, &|i, key| {
+            self.patch("culvert", i, wayside::culvert(of, &mut key.rng()))
         })
     }
 

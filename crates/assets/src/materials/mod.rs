@@ -97,6 +97,8 @@ pub(crate) struct WorldMaterials {
     pub(crate) surface_root: Option<MaterialId>,
     /// Bark of roots at the surface, by species; none if they were not asked for.
     pub(crate) surface_roots: Vec<MaterialId>,
+    /// The concrete of culverts and the dark in them, if roots across trails were asked for.
+    pub(crate) culvert: Option<[MaterialId; 2]>,
     /// Steps on trails, by [`TrailSurfaceKind::index`]; none if roots across trails were not
     /// asked for.
     pub(crate) steps: Vec<StepMaterials>,
@@ -218,6 +220,17 @@ impl WorldMaterials {
                 name: "surface_root".to_owned(),
                 semantic: Semantic::SurfaceRoot,
                 ..bark
+            }));
+            let concrete = all.library.get(all.stones.stone).clone();
+            let dark = Texture::from_linear(1, 1, &[Vec3::splat(0.012)]);
+            let dark = Arc::new(dark.expect("it is one texel"));
+            let parts = [("culvert", concrete.albedo.clone()), ("culvert.dark", dark)];
+            all.culvert = Some(parts.map(|(name, albedo)| {
+                all.library.add(Material {
+                    name: name.to_owned(),
+                    albedo,
+                    ..concrete.clone()
+                })
             }));
             let mut add = |name: &str, of: MaterialId| {
                 let of = all.library.get(of).clone();
@@ -417,6 +430,7 @@ impl WorldMaterials {
             resin: Vec::new(),
             surface_roots: Vec::new(),
             steps: Vec::new(),
+            culvert: None,
             communities,
             trees,
             stumps,

@@ -140,6 +140,62 @@ pub(crate) fn step(of: StepMaterials, rng: &mut impl Rng) -> Shape {
     shape
 }
 
+/// The mouth of a culvert: the end of a pipe 0.4 m wide, with its axis about at z = 0, that comes
+/// out of the ground along +x. As ground has no holes, its inside ends at a dark wall a hand deep.
+pub(crate) fn culvert([pipe, dark]: [MaterialId; 2], rng: &mut impl Rng) -> Shape {
+    const SIDES: u32 = 24;
+    let mut shape = Shape::default();
+    let [outer, inner] = [0.215, 0.17];
+    let axis_m = 0.03 + rng.range_f32(-0.02, 0.02);
+    let out = rng.range_f32(0.22, 0.4);
+    let tilt = rng.range_f32(-0.04, 0.02);
+    // From the buried end along the outside, over the rim, and along the inside to its dark end.
+    let rings = [
+        (-1.4, outer, Vec2::Y),
+        (out - 0.015, outer, Vec2::Y),
+        (out, outer - 0.012, Vec2::X),
+        (out, inner + 0.008, Vec2::X),
+        (out - 0.012, inner, Vec2::NEG_Y),
+        (out - 0.14, inner, Vec2::NEG_Y),
+    ];
+    let mut along = 0.0;
+    for (i, (x, radius, facing)) in rings.iter().enumerate() {
+        if i > 0 {
+            let (x0, r0, _) = rings[i - 1];
+            along += Vec2::new(x - x0, radius - r0).length();
+        }
+        for k in 0..=SIDES {
+            let angle = TAU * k as f32 / SIDES as f32;
+            let radial = Vec3::new(0.0, libm::cosf(angle), libm::sinf(angle));
+            let p = Vec3::new(*x, 0.0, axis_m + tilt * x) + radial * *radius;
+            let uv = Vec2::new(k as f32 / SIDES as f32, along) * 2.0;
+            shape.push(p, Vec3::X * facing.x + radial * facing.y, uv);
+        }
+    }
+    for i in 0..rings.len() as u32 - 1 {
+        for k in 0..SIDES {
+            let a = i * (SIDES + 1) + k;
+            let (b, c, d) = (a + 1, a + SIDES + 1, a + SIDES + 2);
+            shape.triangle([a, d, b], pipe);
+            shape.triangle([a, c, d], pipe);
+        }
+    }
+    let wall_m = out - 0.13;
+    let at = |y: f32, z: f32| Vec3::new(wall_m, y, axis_m + tilt * wall_m + z);
+    let middle = shape.push(at(0.0, 0.0), Vec3::X, Vec2::ZERO);
+    let rim: Vec<u32> = (0..=SIDES)
+        .map(|k| {
+            let angle = TAU * k as f32 / SIDES as f32;
+            let (y, z) = (inner * libm::cosf(angle), inner * libm::sinf(angle));
+            shape.push(at(y, z), Vec3::X, Vec2::new(y, z))
+        })
+        .collect();
+    for pair in rim.windows(2) {
+        shape.triangle([middle, pair[0], pair[1]], dark);
+    }
+    shape
+}
+
 /// Stones beside stones, from gravel to the size of a head, half sunk.
 pub(crate) fn bed(materials: StoneMaterials, key: Key) -> Shape {
     let mut rng = key.rng();
@@ -226,6 +282,29 @@ mod tests {
             let end = &mesh.positions[mesh.positions.len() - 17..];
             assert!(end.iter().all(|p| p.z < 0.0), "{end:?}");
         }
+    }
+
+    #[test]
+    fn a_culvert_is_a_pipe_whose_faces_look_out_of_the_wall() {
+        let mesh = culvert([MaterialId(0), MaterialId(1)], &mut Key::world(3).rng()).mesh;
+        for t in &mesh.triangles {
+            let [a, b, c] = t.corners.map(|c| mesh.positions[c as usize]);
+            let normals = t.corners.map(|c| mesh.normals[c as usize]);
+            let facing = (b - a).cross(c - a);
+            let mean = normals[0] + normals[1] + normals[2];
+            assert!(
+                facing.length() < 1e-7 || facing.dot(mean) > 0.0,
+                "{facing} {mean}"
+            );
+        }
+        let dark = mesh
+            .triangles
+            .iter()
+            .filter(|t| t.material == MaterialId(1));
+        assert!(
+            dark.flat_map(|t| t.corners)
+                .all(|c| mesh.positions[c as usize].x < 0.3)
+        );
     }
 
     #[test]

@@ -48,7 +48,8 @@ pub(crate) fn has_wayside(t: &config::Trails) -> bool {
     t.enabled
         && (t.banks > 0.0
             || ways.any(|(w, share)| {
-                share > 0.0 && w.roots_per_m + w.stone_beds + w.steps_from_grade > 0.0
+                share > 0.0
+                    && w.roots_per_m + w.stone_beds + w.steps_from_grade + w.culvert_spacing_m > 0.0
             }))
 }
 
@@ -114,6 +115,7 @@ fn forest_road(t: &config::Trails) -> Way {
     let way = Way {
         section,
         stone_beds,
+        culvert_spacing_m: road.culvert_spacing_m,
         turning_radius_m: road.turning_radius_m,
         ..way
     };

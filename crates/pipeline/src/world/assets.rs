@@ -56,6 +56,8 @@ pub struct WorldAssets {
     pub trail_stones: Vec<Arc<Blas>>,
     /// Of `library.trail_roots`.
     pub trail_roots: Vec<Arc<Blas>>,
+    /// Of `library.culverts`.
+    pub culverts: Vec<Arc<Blas>>,
     /// Of `library.trail_steps`.
     pub trail_steps: Vec<Arc<Blas>>,
     /// Of `library.surface_roots`.
@@ -237,6 +239,7 @@ impl WorldAssets {
             stone_beds: plants(&library.stone_beds),
             wet_stones: plants(&library.stream_stones.stones),
             wet_beds: plants(&library.stream_stones.beds),
+            culverts: plants(&library.culverts),
             trail_steps: plants(&library.trail_steps),
             surface_roots: plants(&library.surface_roots),
             banks: plants(&library.banks),

@@ -5,8 +5,9 @@ use std::sync::Arc;
 use nemoral_assets::Library;
 use nemoral_placement::CoverPoint;
 use nemoral_raycast::Blas;
-use nemoral_scene::{ChunkCoord, InstancePlace};
-use nemoral_seed::Key;
+use nemoral_scene::glam::DVec2;
+use nemoral_scene::{ChunkCoord, FlatSurface, InstancePlace, Surface};
+use nemoral_seed::{Domain, Key};
 use nemoral_stand::{LOW_PLANT_VARIATION, LowPlant, PatchKind};
 use nemoral_trails::{DressingKind, TrailDressing};
 
@@ -17,6 +18,8 @@ use super::ground::ChunkGround;
 use super::patch::Patch;
 use super::stream_stones::StreamStones;
 use crate::Error;
+
+const CULVERTS: Domain = Domain::new("pipeline.culverts");
 
 /// How far the variants of neighbouring tiles differ, as a share of all.
 const VARIANT_SPREAD: f64 = 0.16;
@@ -82,10 +85,10 @@ impl LowPlants<'_> {
         let is_rootless = |d: &TrailDressing| {
             d.kind == DressingKind::Root && share_of_fall(ground, d.position_m) <= 0.0
         };
-        let tufts = self
-            .dressing
-            .iter()
-            .filter(|d| d.kind != DressingKind::Stone && is_dry(d) && !is_rootless(d));
+        let tufts = self.dressing.iter().filter(|d| {
+            let is_other = matches!(d.kind, DressingKind::Stone | DressingKind::Culvert);
+            !is_other && is_dry(d) && !is_rootless(d)
+        });
         let of_kind: Vec<_> = assets.trail_steps.chunks(Library::TRAIL_STEPS).collect();
         for (i, d) in tufts.enumerate() {
             let key = world.domain(LOW_PLANT_VARIATION).chunk(at).item(i as u64);
@@ -104,9 +107,7 @@ impl LowPlants<'_> {
                         .map_or(0, |kind| kind.index());
                     of_kind[kind]
                 }
-                DressingKind::Grass | DressingKind::Verge | DressingKind::Stone => {
-                    &assets.trail_tufts
-                }
+                _ => &assets.trail_tufts,
             };
             plant(shapes, None, tuft);
         }
@@ -120,6 +121,18 @@ impl LowPlants<'_> {
         for stone in along.stones {
             plant(&assets.trail_stones, None, stone);
         }
+        let culverts = self
+            .dressing
+            .iter()
+            .filter(|d| d.kind == DressingKind::Culvert);
+        for (i, d) in culverts.enumerate() {
+            let key = world.domain(CULVERTS).chunk(at).item(i as u64);
+            let Some((mouth, level)) = culvert(d, ground, key) else {
+                continue;
+            };
+            let placed = mouth.place(&assets.culverts, None, &level, origin);
+            instances.extend(placed.map(|(place, shape)| (place, Arc::clone(shape))));
+        }
         let (bare, rooty) = assets.banks.split_at(assets.banks.len() / 2);
         for piece in banks((at, chunk_size_m), world, self.banks, ground)? {
             let shapes = if piece.is_rooty { rooty } else { bare };
@@ -128,6 +141,36 @@ impl LowPlants<'_> {
         }
         Ok(instances)
     }
+}
+
+/// The mouth of a culvert and the level that it is on; `None` where the way is not high enough over
+/// it.
+fn culvert(
+    mouth: &TrailDressing,
+    ground: &ChunkGround,
+    key: Key,
+) -> Option<(LowPlant, FlatSurface)> {
+    /// How far from a mouth the way's surface is, metres.
+    const INWARDS_M: f64 = 1.3;
+    /// How much higher the way must be, and over how much more its pipe lies free, metres.
+    const COVER_M: [f64; 2] = [0.2, 0.35];
+    /// How free it lies at most, metres.
+    const FREE_M: f64 = 0.15;
+    let (sin, cos) = libm::sincos(mouth.yaw_rad);
+    let here_m = ground.height_m(mouth.position_m);
+    let way_m = ground.height_m(mouth.position_m - INWARDS_M * DVec2::new(cos, sin));
+    let cover_m = way_m - here_m;
+    let level = FlatSurface {
+        height_m: here_m + (cover_m - COVER_M[1]).clamp(0.0, FREE_M),
+        gradient: DVec2::ZERO,
+    };
+    let of = LowPlant {
+        position_m: mouth.position_m,
+        yaw_rad: mouth.yaw_rad,
+        scale: mouth.scale,
+        key,
+    };
+    (cover_m > COVER_M[0]).then_some((of, level))
 }
 
 /// Weights of `count` variants of which those near `variant`, 0..1, are frequent.

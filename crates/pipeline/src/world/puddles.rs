@@ -22,6 +22,9 @@ const RUT_M: f64 = 0.012;
 /// Puddles keep this far from a trail's edge and from each other, metres.
 const VERGE_M: f64 = 0.15;
 const APART_M: f64 = 0.5;
+/// The places of its border at which a puddle must be this far within the trail, metres.
+const AROUND: u32 = 24;
+const RIM_M: f64 = 0.03;
 /// The longest half of a puddle, metres.
 const LONGEST_M: f64 = 1.7;
 
@@ -80,8 +83,11 @@ impl Puddles {
                     let is_near = site.middle_m.distance(other.middle_m) < room;
                     wins &= !is_near || site.key.to_u64() > other.key.to_u64();
                 }
+                // Where a trail forks or bends, its edge is near the ends of a puddle, too.
+                let is_on_trail =
+                    |of: &Puddle| of.ring(1.0, AROUND).all(|p| trails.edge_m(p) < -RIM_M);
                 if wins {
-                    puddles.extend(Puddle::dig(site, trails));
+                    puddles.extend(Puddle::dig(site, trails).filter(is_on_trail));
                 }
             }
         }

@@ -17,6 +17,7 @@ static VALLEY: LazyLock<World> = LazyLock::new(|| {
         "water.ponds=1",
         "water.puddles=1",
         "trails.spawn_probability=0.05",
+        "trails.forks=0",
     ];
     World::without_cameras("stream-valley", &settings)
 });

@@ -120,7 +120,13 @@ impl Materials {
 
 /// The texels of all textures, one after another in layers.
 fn albedos(gpu: &Gpu, mut texels: Vec<u32>) -> Result<wgpu::Texture, GpuError> {
-    let layers = texels.len().div_ceil(LAYER).max(1);
+    let layers = match texels.len().div_ceil(LAYER) {
+        // wgpu makes a plain texture of one layer for OpenGL, and a cube of six squares or a
+        // multiple of them, which cannot be bound as an array.
+        0 | 1 => 2,
+        six if six % 6 == 0 => six + 1,
+        layers => layers,
+    };
     let limit = gpu.device().limits().max_texture_array_layers as usize;
     if layers > limit {
         return Err(GpuError::TooSmall {

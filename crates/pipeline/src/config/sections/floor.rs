@@ -80,8 +80,8 @@ section! {
         herbs: f64 = 0.3, Real(0.0, 100.0), "open forests of the south";
         /// Weight of ferns and bracken, which grow in groups.
         ferns: f64 = 0.6, Real(0.0, 100.0), "open forests of the south";
-        /// Roots that spread over the ground from the feet of old trees, relative to the usual: more
-        /// of species with a wide foot, and where soil is thin; 0 for none.
+        /// Roots that spread over the ground from the feet of old trees, relative to the usual:
+        /// more of species with a wide foot, and where soil is thin; 0 for none.
         surface_roots: f64 = 1.0, Real(0.0, 2.0), "our choice: each large lobe of an old foot";
     }
     plus {

@@ -88,6 +88,8 @@ section! {
         ditch_width_m: f64 = 1.2, Real(0.4, 1.5), "0.6-1.2 m are usual";
         /// About the share of the ditches in which stones lie side by side.
         stone_beds: f64 = 0.35, Real(0.0, 1.0), "our choice: where water runs";
+        /// Distance of the culverts that lead its ditch's water under it, on slopes; 0 for none.
+        culvert_spacing_m: f64 = 60.0, Real(0.0, 500.0), "our choice: 50-100 m are usual on slopes";
         /// Radius of the loops at its ends, on which vehicles turn, less in small chunks; 0 for
         /// none.
         turning_radius_m: f64 = 7.0, Real(0.0, 15.0), "our choice: 6-12 m are usual for lorries";
