@@ -270,8 +270,8 @@ impl Trails {
     }
 
     /// What lies and grows on trails and at their edges, whose position is in a chunk: grass in a
-    /// keyed order, then stones, verges, roots and beds, culverts, and steps, each by trail. At most
-    /// the greatest `grass_max_per_chunk` of tufts grow on the trails, however many meet there;
+    /// keyed order, then stones, verges, roots and beds, culverts, and steps, by trail. At most the
+    /// greatest `grass_max_per_chunk` of tufts grow on the trails, however many meet there;
     /// where they meet, the verge of one does not grow on another.
     #[must_use]
     pub fn dressing(&self, coord: ChunkCoord) -> Vec<TrailDressing> {
