@@ -102,10 +102,10 @@ impl LowPlants<'_> {
                 DressingKind::Root => &assets.trail_roots,
                 DressingKind::Bed => &assets.stone_beds,
                 DressingKind::Step => {
-                    let kind = ground
-                        .trail_kind(d.position_m)
-                        .map_or(0, |kind| kind.index());
-                    of_kind[kind]
+                    let kind = ground.trail_kind(d.position_m).map(|kind| kind.index());
+                    kind.and_then(|kind| of_kind.get(kind))
+                        .copied()
+                        .unwrap_or(&[])
                 }
                 _ => &assets.trail_tufts,
             };

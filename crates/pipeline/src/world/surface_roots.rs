@@ -38,17 +38,17 @@ pub(crate) fn surface_roots(
     ground: &ChunkGround,
 ) -> Vec<(InstancePlace, Arc<Blas>)> {
     let mut all = Vec::new();
-    if assets.surface_roots.is_empty() {
-        return all;
-    }
     let key = world.domain(SURFACE_ROOTS).chunk(at);
     let origin_m = at.origin_m(chunk_size_m).extend(0.0);
     for object in &objects.0 {
-        let Some(species) = assets.species_of(object) else {
+        // Users' own models have feet of their own.
+        let each = Library::SURFACE_ROOTS;
+        let of = assets
+            .species_of(object)
+            .map(|of| of * each..(of + 1) * each);
+        let Some(shapes) = of.and_then(|of| assets.surface_roots.get(of)) else {
             continue;
         };
-        let shapes = &assets.surface_roots[species * Library::SURFACE_ROOTS..];
-        let shapes = &shapes[..Library::SURFACE_ROOTS];
         let key = key.item(u64::from(object.object.item()));
         let lobes = &assets.standing[object.asset].tree.flare_lobes;
         for (i, lobe) in lobes.iter().enumerate() {
@@ -57,12 +57,11 @@ pub(crate) fn surface_roots(
             let reach = object.linear.as_dmat3() * DVec3::new(cos, sin, 0.0) * lobe.radius_m;
             let reach_m = reach.truncate();
             let chance = amount * likelihood(reach_m.length(), lobe.share, object, ground);
-            let [is_there, size] = [rng.chance(chance), rng.unit_f64() > 0.5];
-            let shape = &shapes[rng.below(Library::SURFACE_ROOTS as u32) as usize];
-            let size = if size { 1.0 } else { 0.8 } * rng.range_f64(0.8, 1.2);
-            if !is_there {
+            if !rng.chance(chance) {
                 continue;
             }
+            let shape = &shapes[rng.below(each as u32) as usize];
+            let size = rng.range_f64(0.65, 1.2);
             let placed = SIZES
                 .iter()
                 .find_map(|share| Run::new(object, reach_m, share * size, shape, ground));
@@ -114,7 +113,7 @@ impl Run {
         let start = object.position_m.truncate() + reach_m;
         let length_m = scale * f64::from(shape.prototype().bounds().max.x);
         let step_m = length_m / (PLACES - 1) as f64;
-        let heights = [0, 1, 2, 3, 4, 5].map(|i| {
+        let heights: [_; PLACES] = std::array::from_fn(|i| {
             let p = start + way * (step_m * i as f64);
             (p, ground.height_m(p))
         });
