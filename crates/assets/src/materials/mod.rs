@@ -222,8 +222,7 @@ impl WorldMaterials {
                 ..bark
             }));
             let concrete = all.library.get(all.stones.stone).clone();
-            let dark = Texture::from_linear(1, 1, &[Vec3::splat(0.012)]);
-            let dark = Arc::new(dark.expect("it is one texel"));
+            let dark = Arc::new(Texture::plain(Vec3::splat(0.012)));
             let parts = [("culvert", concrete.albedo.clone()), ("culvert.dark", dark)];
             all.culvert = Some(parts.map(|(name, albedo)| {
                 all.library.add(Material {

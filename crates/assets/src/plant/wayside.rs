@@ -176,8 +176,8 @@ pub(crate) fn culvert([pipe, dark]: [MaterialId; 2], rng: &mut impl Rng) -> Shap
         for k in 0..SIDES {
             let a = i * (SIDES + 1) + k;
             let (b, c, d) = (a + 1, a + SIDES + 1, a + SIDES + 2);
-            shape.triangle([a, d, b], pipe);
-            shape.triangle([a, c, d], pipe);
+            shape.triangle([a, b, d], pipe);
+            shape.triangle([a, d, c], pipe);
         }
     }
     let wall_m = out - 0.13;
