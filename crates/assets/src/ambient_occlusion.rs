@@ -66,7 +66,8 @@ const MOST_CELLS: f32 = 3e7;
 impl OcclusionParams {
     /// The same with cells so large that a shape has few of them.
     fn for_size(self, size: Vec3) -> Self {
-        let least = (size.max(Vec3::splat(self.cell_m)).element_product() / MOST_CELLS).cbrt();
+        let volume = size.max(Vec3::splat(self.cell_m)).element_product();
+        let least = libm::cbrtf(volume / MOST_CELLS);
         let cell_m = self.cell_m.max(least);
         Self {
             cell_m,

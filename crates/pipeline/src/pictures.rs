@@ -88,7 +88,7 @@ fn depth_colour(depth_m: f32) -> [u8; 3] {
         [66.0, 10.0, 104.0],
         [20.0, 11.0, 52.0],
     ];
-    let t = ((depth_m.max(1.0).ln() / 200.0_f32.ln()) * 5.0).clamp(0.0, 4.999);
+    let t = ((libm::logf(depth_m.max(1.0)) / libm::logf(200.0)) * 5.0).clamp(0.0, 4.999);
     let (i, f) = (t as usize, t.fract());
     std::array::from_fn(|k| (ANCHORS[i][k] * (1.0 - f) + ANCHORS[i + 1][k] * f) as u8)
 }

@@ -78,7 +78,7 @@ pub(crate) fn view(camera: &CameraFrame, cameras: usize, ontology: &Ontology) ->
         let longest = longest.map(|f| f.offset_px.length()).fold(1.0, f32::max);
         let colour = flow.map(|f| {
             f.map_or([0; 3], |f| {
-                let angle = f.offset_px.y.atan2(f.offset_px.x) / std::f32::consts::TAU;
+                let angle = libm::atan2f(f.offset_px.y, f.offset_px.x) / std::f32::consts::TAU;
                 hue_colour(
                     angle.rem_euclid(1.0),
                     (f.offset_px.length() / longest).sqrt(),
@@ -139,7 +139,8 @@ fn depth_index(depth_m: f32) -> u8 {
     if depth_m <= 0.0 {
         return 0;
     }
-    1 + (254.0 * (depth_m.max(1.0).ln() / FAR_M.ln()).min(1.0)).round() as u8
+    let share = libm::logf(depth_m.max(1.0)) / libm::logf(FAR_M);
+    1 + (254.0 * share.min(1.0)).round() as u8
 }
 
 /// Near is light, far is dark: the inferno palette.

@@ -21,7 +21,7 @@ const LEAN_RAD: f64 = 0.5;
 /// further ones may be given; of a branch, the chunk in which the trail was born that it leaves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct TrailId {
-    /// The chunk that the trail starts in.
+    /// The chunk that the trail starts in, or that which a branch leaves.
     pub birth: ChunkCoord,
     /// 0 for a trail that was born there, the number of a given one, from 1, or
     /// [`TrailId::BRANCHES`] and the number of the trail's chunk in which a branch leaves it.

@@ -5,13 +5,11 @@ mod common;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use common::{SIZE_M, around, flat, hills, trails};
+use common::{SIZE_M, around, flat, given, hills, northward, trails};
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, Surface};
 use nemoral_seed::Key;
-use nemoral_trails::{
-    DressingKind, Section, TrailParams, TrailPath, TrailSurfaceKind, TrailZone, Trails, Way,
-};
+use nemoral_trails::{Section, TrailParams, TrailSurfaceKind, TrailZone, Trails, Way};
 use proptest::prelude::*;
 
 fn all_ways() -> Vec<(Way, f64)> {
@@ -32,25 +30,6 @@ fn mixed() -> TrailParams {
         ways: all_ways(),
         ..TrailParams::default()
     }
-}
-
-/// A world with given lines only: each with the way's number.
-fn given(ways: Vec<(Way, f64)>, lines: &[(usize, [DVec2; 2])], base: Arc<dyn Surface>) -> Trails {
-    let params = TrailParams {
-        spawn_probability: 0.0,
-        ways,
-        ..TrailParams::default()
-    };
-    let none = trails(params, 5, base);
-    (lines.iter()).fold(none, |t, (way, line)| t.along(&[line.to_vec()], *way))
-}
-
-/// A straight way towards the north through the origin.
-fn northward(way: Way, base: Arc<dyn Surface>) -> (Trails, Arc<TrailPath>) {
-    let line = [DVec2::new(3.0, -120.0), DVec2::new(3.0, 120.0)];
-    let trails = given(vec![(way, 1.0)], &[(0, line)], base);
-    let (path, _) = trails.nearest(DVec2::ZERO, 20.0).expect("it is near");
-    (trails, path)
 }
 
 proptest! {
@@ -494,139 +473,6 @@ fn surfaces_change_along_a_way_without_straight_lines() {
 }
 
 #[test]
-fn grass_and_stones_come_in_patches_on_a_way_that_changes() {
-    let counts = |change: f64, wanted: DressingKind| {
-        let way = Way {
-            change,
-            rocks_max_per_trail: 2000,
-            ..Way::default()
-        };
-        let (trails, path) = northward(way, flat(DVec2::ZERO));
-        let mut along = [0_u32; 24];
-        for chunk in around(ChunkCoord::new(0, 0), 3) {
-            for d in trails.dressing(chunk).iter().filter(|d| d.kind == wanted) {
-                let s = (d.position_m - path.position_m(0.0)).dot(path.tangent(120.0));
-                along[((s / 10.0) as usize).min(23)] += 1;
-            }
-        }
-        let (least, most) = (
-            along[2..22].iter().min().copied().unwrap_or(0),
-            along[2..22].iter().max().copied().unwrap_or(0),
-        );
-        f64::from(least) / f64::from(most.max(1))
-    };
-    for kind in [DressingKind::Grass, DressingKind::Stone] {
-        let (even, patchy) = (counts(0.0, kind), counts(0.9, kind));
-        assert!(even > 0.2 && patchy < 0.15, "{kind:?}: {even} {patchy}");
-    }
-}
-
-#[test]
-fn steps_lie_where_a_path_is_steep() {
-    let steps = |grade: f64, from: f64| {
-        let way = Way {
-            steps_from_grade: from,
-            ..Way::footpath()
-        };
-        let (trails, path) = northward(way, flat(DVec2::new(0.0, grade)));
-        let mut steps = Vec::new();
-        for chunk in around(ChunkCoord::new(0, 0), 3) {
-            let dressing = trails.dressing(chunk).into_iter();
-            steps.extend(dressing.filter(|d| d.kind == DressingKind::Step));
-        }
-        (steps, path)
-    };
-    assert!(steps(0.15, 0.2).0.is_empty() && steps(0.3, 0.0).0.is_empty());
-    for grade in [0.3, -0.3] {
-        let (found, path) = steps(grade, 0.2);
-        // A rise of 240 m times 0.3 has room for 423 steps.
-        assert!((140..400).contains(&found.len()), "{}", found.len());
-        for step in &found {
-            let offset = step.position_m.x - path.position_m(120.0).x;
-            assert!(offset.abs() < 0.05, "{offset}");
-            assert!((0.4..1.2).contains(&step.scale), "{}", step.scale);
-            let down = DVec2::from_angle(step.yaw_rad).perp();
-            assert!(down.y * grade < -0.29, "{down}");
-        }
-        let mut places: Vec<f64> = found.iter().map(|s| s.position_m.y).collect();
-        places.sort_by(f64::total_cmp);
-        let apart = places.windows(2).map(|p| p[1] - p[0]);
-        let nearest = apart.fold(f64::INFINITY, f64::min);
-        assert!((nearest - 0.17 / 0.3).abs() < 0.02, "{nearest}");
-    }
-}
-
-#[test]
-fn culverts_lead_from_the_uphill_ditch_to_the_slope_below() {
-    let culverts = |slope: f64, spacing_m: f64| {
-        let way = Way {
-            culvert_spacing_m: spacing_m,
-            ..Way::forest_road()
-        };
-        let (trails, path) = northward(way, flat(DVec2::new(slope, 0.0)));
-        let mut found = Vec::new();
-        for chunk in around(ChunkCoord::new(0, 0), 3) {
-            let dressing = trails.dressing(chunk).into_iter();
-            found.extend(dressing.filter(|d| d.kind == DressingKind::Culvert));
-        }
-        (found, path.position_m(120.0).x)
-    };
-    // On level ground both sides have ditches.
-    assert!(culverts(0.0, 20.0).0.is_empty() && culverts(0.25, 0.0).0.is_empty());
-    let (found, middle) = culverts(0.25, 20.0);
-    assert!((16..=24).contains(&found.len()), "{}", found.len());
-    let uphill = found.iter().filter(|d| d.position_m.x > middle).count();
-    assert_eq!(2 * uphill, found.len());
-    for mouth in &found {
-        let side = (mouth.position_m.x - middle).signum();
-        let opens = DVec2::from_angle(mouth.yaw_rad);
-        assert!(
-            opens.x * side > 0.99,
-            "it opens away from the road: {opens}"
-        );
-        let off_m = (mouth.position_m.x - middle).abs();
-        assert!((1.8..3.3).contains(&off_m), "{off_m}");
-    }
-}
-
-#[test]
-fn roots_lie_across_paths_and_stones_in_ditches() {
-    let (trails, path) = northward(Way::footpath(), flat(DVec2::ZERO));
-    let mut roots = 0;
-    for chunk in around(ChunkCoord::new(0, 0), 3) {
-        let roots_here = trails.dressing(chunk);
-        for root in roots_here.iter().filter(|d| d.kind == DressingKind::Root) {
-            let offset = (root.position_m.x - path.position_m(120.0).x).abs();
-            assert!(offset < 0.75, "{offset}");
-            // Within 46 degrees of across.
-            assert!(root.yaw_rad.cos().abs() > 0.69, "{}", root.yaw_rad);
-            roots += 1;
-        }
-    }
-    // About half of one a metre, in patches.
-    assert!((60..200).contains(&roots), "{roots}");
-    let way = Way {
-        stone_beds: 0.5,
-        ..Way::forest_road()
-    };
-    let ditch = way.section.ditch.expect("a road has one");
-    let (trails, path) = northward(way, flat(DVec2::new(0.2, 0.0)));
-    let mut beds = 0;
-    for chunk in around(ChunkCoord::new(0, 0), 3) {
-        let ground = trails.ground_near(chunk, 1.0);
-        let beds_here = trails.dressing(chunk);
-        for bed in beds_here.iter().filter(|d| d.kind == DressingKind::Bed) {
-            let edge = ground.edge_m(bed.position_m);
-            assert!((edge - 0.5 * ditch.width_m).abs() < 0.2, "{edge}");
-            assert!(bed.position_m.x > path.position_m(120.0).x, "uphill only");
-            beds += 1;
-        }
-    }
-    // Of room for 343.
-    assert!((90..260).contains(&beds), "{beds}");
-}
-
-#[test]
 fn of_unequal_ways_the_nearest_edge_counts() {
     // A wide trail and a narrow one side by side, with a ridge between that is cut.
     let ridge = |p: DVec2| 3.0 * libm::exp(-(p.x - 4.0).powi(2));
@@ -694,62 +540,6 @@ fn lines_that_are_none_make_no_kind_used() {
         }
     }
     assert!(near > 100, "{near}");
-}
-
-#[test]
-fn no_root_lies_on_a_road() {
-    let lines = [
-        (0, [DVec2::new(-60.0, 10.0), DVec2::new(60.0, 12.0)]),
-        (1, [DVec2::new(9.0, -60.0), DVec2::new(11.0, 60.0)]),
-    ];
-    let rooted = Way {
-        roots_per_m: 5.0,
-        change: 0.0,
-        ..Way::footpath()
-    };
-    let trails = given(
-        vec![(Way::forest_road(), 1.0), (rooted, 1.0)],
-        &lines,
-        flat(DVec2::ZERO),
-    );
-    let chunk = ChunkCoord::new(0, 0);
-    let ground = trails.ground_near(chunk, 2.0);
-    let dressing = trails.dressing(chunk);
-    let mut roots = dressing.iter().filter(|d| d.kind == DressingKind::Root);
-    assert!(roots.clone().count() > 100);
-    assert!(roots.all(|d| ground.way_number(d.position_m) != Some(0)));
-}
-
-#[test]
-fn stones_lie_in_narrow_ditches_too() {
-    let mut way = Way::forest_road();
-    way.stone_beds = 1.0;
-    for width_m in [0.4, 0.6, 1.2, 1.5] {
-        way.section.ditch = Some(nemoral_trails::Ditch {
-            depth_m: 0.35,
-            width_m,
-        });
-        let (trails, path) = northward(way.clone(), flat(DVec2::ZERO));
-        let dressing = trails.dressing(ChunkCoord::new(0, 0));
-        let beds = dressing.iter().filter(|d| d.kind == DressingKind::Bed);
-        let ground = trails.ground_near(ChunkCoord::new(0, 0), 2.0);
-        let mut count = 0;
-        for bed in beds {
-            count += 1;
-            // The bed's edge away from the trail, on the plane that touches the ground at its
-            // middle, is not above the edges of the ditch.
-            let s = ground.sample(bed.position_m);
-            let away = path.tangent(60.0).perp();
-            let half_m = 0.52 * bed.scale;
-            let level_m = ground.height_m(DVec2::new(40.0, 20.0));
-            let highest = s.height_m - level_m + (s.gradient.dot(away) * half_m).abs();
-            assert!(highest < 0.12, "{width_m}: {highest}");
-            assert!(ground.is_in_ditch(bed.position_m, 0.0), "{width_m}");
-        }
-        assert!(count > 20, "{count}");
-        let place = DVec2::new(3.0 + 1.8 + width_m + 1.0, 20.0);
-        assert!(!ground.is_in_ditch(place, 0.3) && ground.is_in_ditch(place, 1.1));
-    }
 }
 
 #[test]

@@ -161,7 +161,7 @@ fn resize(camera: &mut Camera, (width, height): (u32, u32)) {
     let angle = match (&camera.optics, &camera.lens) {
         (CameraOptics::Fov(fov), CameraLens::Pinhole(_)) => Some(fov.horizontal_deg.to_radians()),
         (CameraOptics::Sensor(s), CameraLens::Pinhole(_)) => {
-            Some(2.0 * (s.width_mm / 2.0 / s.focal_length_mm).atan())
+            Some(2.0 * libm::atan(s.width_mm / 2.0 / s.focal_length_mm))
         }
         _ => None,
     };
@@ -169,7 +169,7 @@ fn resize(camera: &mut Camera, (width, height): (u32, u32)) {
     if let Some(angle) = angle {
         camera.height_px = height;
         let of_width = f64::from(width) / f64::from(width.max(height));
-        let horizontal = 2.0 * ((angle / 2.0).tan() * of_width).atan();
+        let horizontal = 2.0 * libm::atan(libm::tan(angle / 2.0) * of_width);
         let mut fov = CameraFov::default();
         fov.horizontal_deg = horizontal.to_degrees().clamp(1.0, 179.0);
         camera.optics = CameraOptics::Fov(fov);

@@ -246,6 +246,40 @@ fn only_render_names_wgpu() {
 }
 
 #[test]
+fn no_result_comes_from_the_platforms_sine() {
+    const NAMES: [&str; 16] = [
+        "sin", "cos", "sin_cos", "tan", "asin", "acos", "atan", "atan2", "exp", "exp2", "ln",
+        "log2", "log10", "powf", "cbrt", "hypot",
+    ];
+    let calls = NAMES.map(|name| {
+        [
+            format!(".{name}("),
+            format!("f32::{name}("),
+            format!("f64::{name}("),
+        ]
+    });
+    let calls = calls.as_flattened();
+    let mut own = 0;
+    for package in crates() {
+        for (path, text) in package.sources("src") {
+            if path.ends_with("tests.rs") {
+                continue;
+            }
+            let code = text.split("#[cfg(test)]").next().unwrap_or_default();
+            for line in code.lines().map(|l| l.split("//").next().unwrap_or(l)) {
+                own += usize::from(line.contains("libm::sin"));
+                let found = calls.iter().find(|call| line.contains(*call));
+                assert!(found.is_none(), "{}: {line}: use libm", path.display());
+            }
+        }
+    }
+    assert!(own > 20, "the search sees code: {own}");
+    let manifest = fs::read_to_string(root().join("Cargo.toml")).expect("the workspace");
+    let glam = manifest.lines().find(|l| l.starts_with("glam = "));
+    assert!(glam.is_some_and(|l| l.contains("\"libm\"")), "{glam:?}");
+}
+
+#[test]
 fn unsafe_is_where_it_is_known() {
     let mut found = BTreeSet::new();
     for package in packages() {

@@ -189,7 +189,7 @@ impl PlantGrower<'_> {
         self.collect(TRAIL_STONES, 16, &|i, key| {
             let mut rng = key.rng();
             let plan = RockPlan {
-                radius_m: rng.range_f32(0.028, 0.072),
+                radius_m: rng.range_f32(0.042, 0.078),
                 subdivisions: 2,
                 sunk: rng.range_f32(0.25, 0.45),
                 roughness: rng.range_f32(0.03, 0.08),

@@ -214,43 +214,7 @@ impl WorldMaterials {
         let ground = (trails, floors);
         let mut all = Self::register(species, ground, solids, images, leaves, rare);
         if wayside {
-            // After all others, so that they have the same number with and without it.
-            let bark = all.library.get(all.shrub_wood).clone();
-            all.surface_root = Some(all.library.add(Material {
-                name: "surface_root".to_owned(),
-                semantic: Semantic::SurfaceRoot,
-                ..bark
-            }));
-            let concrete = all.library.get(all.stones.stone).clone();
-            let dark = Arc::new(Texture::plain(Vec3::splat(0.012)));
-            let parts = [("culvert", concrete.albedo.clone()), ("culvert.dark", dark)];
-            all.culvert = Some(parts.map(|(name, albedo)| {
-                all.library.add(Material {
-                    name: name.to_owned(),
-                    albedo,
-                    ..concrete.clone()
-                })
-            }));
-            let mut add = |name: &str, of: MaterialId| {
-                let of = all.library.get(of).clone();
-                all.library.add(Material {
-                    name: name.to_owned(),
-                    semantic: Semantic::TrailSurface,
-                    ground: false,
-                    ..of
-                })
-            };
-            let log = add("step.log", all.fallen_twig);
-            for trail in &all.ground.trails {
-                let tread = add("step.tread", trail.surface);
-                all.steps.push(StepMaterials { log, tread });
-            }
-            let soil = all.library.get(all.ground.cut_slope).clone();
-            all.bank_soil = Some(all.library.add(Material {
-                name: "bank.soil".to_owned(),
-                ground: false,
-                ..soil
-            }));
+            all.wayside();
         }
         if stream_stones {
             let mut wet = |dry: MaterialId| {
@@ -291,6 +255,47 @@ impl WorldMaterials {
             all.resin = self::lianas::resin(&mut all.library, cards);
         }
         all
+    }
+
+    /// Adds what lies across ways, under them and beside them, after all other materials, so that
+    /// these have the same number with and without it.
+    fn wayside(&mut self) {
+        let bark = self.library.get(self.shrub_wood).clone();
+        self.surface_root = Some(self.library.add(Material {
+            name: "surface_root".to_owned(),
+            semantic: Semantic::SurfaceRoot,
+            ..bark
+        }));
+        let concrete = self.library.get(self.stones.stone).clone();
+        let dark = Arc::new(Texture::plain(Vec3::splat(0.012)));
+        let parts = [("culvert", concrete.albedo.clone()), ("culvert.dark", dark)];
+        self.culvert = Some(parts.map(|(name, albedo)| {
+            self.library.add(Material {
+                name: name.to_owned(),
+                albedo,
+                ..concrete.clone()
+            })
+        }));
+        let mut add = |name: &str, of: MaterialId| {
+            let of = self.library.get(of).clone();
+            self.library.add(Material {
+                name: name.to_owned(),
+                semantic: Semantic::TrailSurface,
+                ground: false,
+                ..of
+            })
+        };
+        let log = add("step.log", self.fallen_twig);
+        for trail in &self.ground.trails {
+            let tread = add("step.tread", trail.surface);
+            self.steps.push(StepMaterials { log, tread });
+        }
+        let soil = self.library.get(self.ground.cut_slope).clone();
+        self.bank_soil = Some(self.library.add(Material {
+            name: "bank.soil".to_owned(),
+            ground: false,
+            ..soil
+        }));
     }
 
     /// Adds what each species sheds, after all other materials.

@@ -4,11 +4,11 @@
 
 use std::f32::consts::{FRAC_PI_2, TAU};
 
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 use nemoral_scene::MaterialId;
 use nemoral_seed::{Draw, Key};
 
-use super::rock::{RockPlan, StoneMaterials, rock};
+use super::rock::{RockPlan, StoneMaterials, rock, stone};
 use super::shape::{Shape, around};
 use crate::textures::ground::FLOOR_M;
 
@@ -45,35 +45,23 @@ pub(crate) fn bank(is_rooty: bool, materials: &BankMaterials, key: Key) -> Shape
             subdivisions: 1 + u32::from(radius_m > 0.045),
             sunk: rng.range_f32(0.4, 0.65),
             roughness: if is_stone { 0.06 } else { 0.16 },
-            material: if is_stone {
-                materials.stones.of(radius_m)
-            } else {
-                materials.soil
-            },
+            material: materials.soil,
             tile_m: if is_stone { 0.5 } else { FLOOR_M },
         };
         let at = around(rng.range_f32(0.0, TAU)) * (REACH_M * rng.unit_f32().sqrt());
-        let turn = Vec2::from_angle(rng.range_f32(0.0, TAU));
-        put(&mut shape, &rock(&plan, key.item(u64::from(i))), turn, at);
+        let turn = around(rng.range_f32(0.0, TAU)).truncate();
+        let key = key.item(u64::from(i));
+        let piece = if is_stone {
+            stone(&plan, materials.stones, key)
+        } else {
+            rock(&plan, key)
+        };
+        shape.add(&piece, turn, at);
     }
     for _ in 0..roots {
         root_end(&mut shape, materials.root, &mut rng);
     }
     shape
-}
-
-/// Adds a turned shape at a place.
-fn put(shape: &mut Shape, other: &Shape, turn: Vec2, at: Vec3) {
-    let turned = |v: Vec3| turn.rotate(v.truncate()).extend(v.z);
-    let (to, from) = (&mut shape.mesh, &other.mesh);
-    let first = to.positions.len() as u32;
-    to.positions
-        .extend(from.positions.iter().map(|&p| turned(p) + at));
-    to.normals.extend(from.normals.iter().map(|&n| turned(n)));
-    to.uvs.extend(&from.uvs);
-    for triangle in &from.triangles {
-        shape.triangle(triangle.corners.map(|c| c + first), triangle.material);
-    }
 }
 
 /// The end of a root: out of the bank, about its way down, and limp.

@@ -15,7 +15,7 @@ const SMALLEST_STONE_M: f32 = 0.05;
 /// What rock to make.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RockPlan {
-    /// Mean half-width, metres.
+    /// Mean half-width of the ball that planes cut, metres.
     pub(crate) radius_m: f32,
     /// How many times the icosahedron's faces are divided into four.
     pub(crate) subdivisions: u32,
@@ -36,15 +36,26 @@ pub(crate) struct StoneMaterials {
     pub(crate) pebble: MaterialId,
 }
 
-impl StoneMaterials {
-    /// The material of a stone of this mean half-width, metres.
-    pub(crate) fn of(self, radius_m: f32) -> MaterialId {
-        if radius_m < 0.5 * SMALLEST_STONE_M {
-            self.pebble
-        } else {
-            self.stone
-        }
+/// A stone, labelled by its width.
+pub(crate) fn stone(plan: &RockPlan, materials: StoneMaterials, key: Key) -> Shape {
+    let mut shape = rock(plan, key);
+    let material = if width_m(&shape) < SMALLEST_STONE_M {
+        materials.pebble
+    } else {
+        materials.stone
+    };
+    for triangle in &mut shape.mesh.triangles {
+        triangle.material = material;
     }
+    shape
+}
+
+/// The mean of a shape's extents along x and y, metres.
+fn width_m(shape: &Shape) -> f32 {
+    let points = || shape.mesh.positions.iter().map(|p| p.truncate());
+    let low = points().fold(Vec2::MAX, Vec2::min);
+    let high = points().fold(Vec2::MIN, Vec2::max);
+    0.5 * (high - low).element_sum()
 }
 
 /// A rock: a stretched ball, cut by 6-12 planes, worn by noise.

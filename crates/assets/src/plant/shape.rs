@@ -110,6 +110,53 @@ impl Shape {
         }
     }
 
+    /// Adds another shape without cards, turned about the vertical by the angle of a unit vector
+    /// from +x, at a place.
+    pub(crate) fn add(&mut self, other: &Self, turn: Vec2, at: Vec3) {
+        let turned = |v: Vec3| turn.rotate(v.truncate()).extend(v.z);
+        let (to, from) = (&mut self.mesh, &other.mesh);
+        let first = to.positions.len() as u32;
+        let moved = from.positions.iter().map(|&p| turned(p) + at);
+        to.positions.extend(moved);
+        to.normals.extend(from.normals.iter().map(|&n| turned(n)));
+        to.uvs.extend(&from.uvs);
+        for triangle in &from.triangles {
+            self.triangle(triangle.corners.map(|c| c + first), triangle.material);
+        }
+    }
+
+    /// Adds a smooth surface through rows of as many points each. It faces to where the direction
+    /// from row to row is turned into that along a row. `uv` is of a row and a column.
+    pub(crate) fn surface(
+        &mut self,
+        rows: &[Vec<Vec3>],
+        uv: impl Fn(usize, usize) -> Vec2,
+        material: MaterialId,
+    ) {
+        let first = self.mesh.positions.len() as u32;
+        let columns = rows.first().map_or(0, Vec::len);
+        for (i, row) in rows.iter().enumerate() {
+            let (before, after) = (
+                &rows[i.saturating_sub(1)],
+                &rows[(i + 1).min(rows.len() - 1)],
+            );
+            for (k, &p) in row.iter().enumerate() {
+                let along = after[k] - before[k];
+                let across = row[(k + 1).min(columns - 1)] - row[k.saturating_sub(1)];
+                self.push(p, along.cross(across), uv(i, k));
+            }
+        }
+        let columns = columns as u32;
+        for i in 1..rows.len() as u32 {
+            for k in 1..columns {
+                let d = first + i * columns + k;
+                let (c, b, a) = (d - 1, d - columns, d - columns - 1);
+                self.triangle([a, d, b], material);
+                self.triangle([a, c, d], material);
+            }
+        }
+    }
+
     /// Gives all below a height the material `wet`; triangles across it are cut there.
     pub(crate) fn soak(&mut self, line_m: f32, wet: MaterialId) {
         let whole = std::mem::take(&mut self.mesh.triangles);

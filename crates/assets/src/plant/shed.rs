@@ -270,22 +270,14 @@ fn fruit(shape: &mut Shape, at: Vec2, of: &FruitLook, material: MaterialId, rng:
 fn stone(shape: &mut Shape, at: Vec2, material: MaterialId, key: Key) {
     let mut rng = key.rng();
     let plan = RockPlan {
-        radius_m: rng.range_f32(0.028, 0.06),
+        radius_m: rng.range_f32(0.04, 0.065),
         subdivisions: 1,
         sunk: rng.range_f32(0.25, 0.5),
         roughness: 0.06,
         material,
         tile_m: 0.5,
     };
-    let made = rock(&plan, key.item(0)).mesh;
-    let first = shape.mesh.positions.len() as u32;
-    let moved = made.positions.iter().map(|&p| p + at.extend(0.0));
-    shape.mesh.positions.extend(moved);
-    shape.mesh.normals.extend(made.normals);
-    shape.mesh.uvs.extend(made.uvs);
-    for triangle in made.triangles {
-        shape.triangle(triangle.corners.map(|c| c + first), material);
-    }
+    shape.add(&rock(&plan, key.item(0)), Vec2::X, at.extend(0.0));
 }
 
 #[cfg(test)]

@@ -11,7 +11,7 @@ use glam::{Vec2, Vec3};
 use nemoral_scene::MaterialId;
 use nemoral_seed::{Draw, Key};
 
-use super::shape::Shape;
+use super::shape::{Shape, around};
 
 /// The distance of the lobe's end from the middle of the stem for which roots are made, metres.
 pub(crate) const LOBE_M: f32 = 0.3;
@@ -91,7 +91,8 @@ impl Course {
         const STEPS: u32 = 24;
         let step = t / STEPS as f32;
         (0..STEPS).fold(self.start, |at, i| {
-            at + Vec2::from_angle(self.heading_at((i as f32 + 0.5) * step)) * (self.length_m * step)
+            let way = around(self.heading_at((i as f32 + 0.5) * step));
+            at + way.truncate() * (self.length_m * step)
         })
     }
 
@@ -121,51 +122,30 @@ impl Course {
     fn sweep(&self, shape: &mut Shape, material: MaterialId) {
         let rings = (self.length_m / 0.055).ceil() as usize + 1;
         let columns = AROUND + 2;
-        let first = shape.mesh.positions.len() as u32;
-        let ts: Vec<f32> = (0..=rings).map(|i| i as f32 / rings as f32).collect();
+        let share = |i: usize| i as f32 / rings as f32;
         let ring = |t: f32| {
             let (at, heading) = (self.place(t), self.heading_at(t));
-            let side = Vec2::from_angle(heading).perp();
+            let side = around(heading).truncate().perp();
             let (half_m, top_m) = (self.half_m_at(t), self.top_m(t));
-            let bottom_m = top_m - SKIRT_M;
             let point = move |k: usize| {
                 let angle = PI * (k.clamp(1, AROUND) - 1) as f32 / (AROUND - 1) as f32;
                 let (sin, cos) = (libm::sinf(angle), libm::cosf(angle));
-                let is_skirt = k == 0 || k == columns - 1;
-                let out = at - side * (half_m * cos * if is_skirt { 1.5 } else { 1.0 });
-                let z = if is_skirt {
-                    bottom_m
+                if k == 0 || k == columns - 1 {
+                    (at - side * (1.5 * half_m * cos)).extend(top_m - SKIRT_M)
                 } else {
-                    top_m + 1.1 * half_m * (sin - 1.0)
-                };
-                out.extend(z)
+                    (at - side * (half_m * cos)).extend(top_m + 1.1 * half_m * (sin - 1.0))
+                }
             };
             (0..columns).map(point).collect::<Vec<Vec3>>()
         };
-        let grid: Vec<Vec<Vec3>> = ts.iter().map(|&t| ring(t)).collect();
-        for (i, row) in grid.iter().enumerate() {
-            let (before, after) = (&grid[i.saturating_sub(1)], &grid[(i + 1).min(rings)]);
-            for (k, &p) in row.iter().enumerate() {
-                let along = after[k] - before[k];
-                let across = row[(k + 1).min(columns - 1)] - row[k.saturating_sub(1)];
-                let normal = along.cross(across).normalize_or(Vec3::Z);
-                // Each shows another piece of the bark, which is finer than the stem's.
-                let [u, v, ..] = self.phases;
-                let uv = Vec2::new(
-                    u + 0.3 * k as f32 / (columns - 1) as f32,
-                    v + self.length_m * ts[i],
-                );
-                shape.push(p, normal, uv);
-            }
-        }
-        for i in 0..rings as u32 {
-            for k in 0..columns as u32 - 1 {
-                let a = first + i * columns as u32 + k;
-                let (b, c, d) = (a + 1, a + columns as u32, a + columns as u32 + 1);
-                shape.triangle([a, d, b], material);
-                shape.triangle([a, c, d], material);
-            }
-        }
+        let rows: Vec<Vec<Vec3>> = (0..=rings).map(|i| ring(share(i))).collect();
+        // Each shows another piece of the bark, which is finer than the stem's.
+        let [u, v, ..] = self.phases;
+        let uv = |i: usize, k: usize| {
+            let around = 0.3 * k as f32 / (columns - 1) as f32;
+            Vec2::new(u + around, v + self.length_m * share(i))
+        };
+        shape.surface(&rows, uv, material);
     }
 }
 

@@ -1,4 +1,4 @@
-//! What lies across ways and beside them: roots at the surface, and beds of stones.
+//! What lies across ways, under them and beside them: roots, steps, culverts, and beds of stones.
 
 use std::f32::consts::TAU;
 
@@ -6,8 +6,8 @@ use glam::{Vec2, Vec3};
 use nemoral_scene::MaterialId;
 use nemoral_seed::{Draw, Key, Rng};
 
-use super::rock::{RockPlan, StoneMaterials, rock};
-use super::shape::Shape;
+use super::rock::{RockPlan, StoneMaterials, stone};
+use super::shape::{Shape, around};
 
 /// Radius of a bed of stones, metres.
 const BED_M: f32 = 0.52;
@@ -104,13 +104,13 @@ pub(crate) fn step(of: StepMaterials, rng: &mut impl Rng) -> Shape {
         shape.tube(&line, &[thick, 0.9 * thick], 7, of.log);
     }
     // The tread begins under the log's upper side and runs out in the ground.
-    let (rows, columns) = (8_u32, 16_u32);
+    const ROWS: usize = 8;
+    const COLUMNS: usize = 16;
     let phases = [(); 3].map(|()| rng.range_f32(0.0, TAU));
-    let first = shape.mesh.positions.len() as u32;
-    let point = |i: u32, k: u32| {
+    let point = |i: usize, k: usize| {
         let (v, u) = (
-            i as f32 / rows as f32,
-            2.0 * k as f32 / columns as f32 - 1.0,
+            i as f32 / ROWS as f32,
+            2.0 * k as f32 / COLUMNS as f32 - 1.0,
         );
         let edge = 1.0 - u * u * u * u;
         let reach = TREAD_M * (0.85 + 0.12 * libm::sinf(5.0 * u + phases[0])) * edge.max(0.25);
@@ -120,23 +120,9 @@ pub(crate) fn step(of: StepMaterials, rng: &mut impl Rng) -> Shape {
         let height = (0.85 * top) * (1.0 - v) * edge + rough - 0.03 * v - 0.05 * (1.0 - edge);
         Vec3::new(0.98 * half * u, at(0.5 + 0.5 * u).y - reach * v, height)
     };
-    for i in 0..=rows {
-        for k in 0..=columns {
-            let p = point(i, k);
-            let along = point((i + 1).min(rows), k) - point(i.saturating_sub(1), k);
-            let across = point(i, (k + 1).min(columns)) - point(i, k.saturating_sub(1));
-            let normal = along.cross(across).normalize_or(Vec3::Z);
-            shape.push(p, normal, p.truncate() / 2.0);
-        }
-    }
-    for i in 0..rows {
-        for k in 0..columns {
-            let a = first + i * (columns + 1) + k;
-            let (b, c, d) = (a + 1, a + columns + 1, a + columns + 2);
-            shape.triangle([a, c, b], of.tread);
-            shape.triangle([b, c, d], of.tread);
-        }
-    }
+    let row = |i: usize| (0..=COLUMNS).map(|k| point(i, k)).collect();
+    let rows: Vec<Vec<Vec3>> = (0..=ROWS).map(row).collect();
+    shape.surface(&rows, |i, k| rows[i][k].truncate() / 2.0, of.tread);
     shape
 }
 
@@ -222,23 +208,11 @@ pub(crate) fn bed(materials: StoneMaterials, key: Key) -> Shape {
             subdivisions: 1,
             sunk: key.item(1).rng().range_f32(0.35, 0.6),
             roughness: 0.05,
-            material: materials.of(radius_m),
+            material: materials.stone,
             tile_m: 0.5,
         };
-        let turn = Vec2::from_angle(key.item(2).rng().range_f32(0.0, TAU));
-        let turned = |v: Vec3| turn.rotate(v.truncate()).extend(v.z);
-        let stone = rock(&plan, key.item(0)).mesh;
-        let first = shape.mesh.positions.len() as u32;
-        let moved = stone.positions.iter().map(|p| turned(*p) + at.extend(0.0));
-        shape.mesh.positions.extend(moved);
-        shape
-            .mesh
-            .normals
-            .extend(stone.normals.iter().map(|n| turned(*n)));
-        shape.mesh.uvs.extend(stone.uvs);
-        for triangle in stone.triangles {
-            shape.triangle(triangle.corners.map(|c| c + first), triangle.material);
-        }
+        let turn = around(key.item(2).rng().range_f32(0.0, TAU)).truncate();
+        shape.add(&stone(&plan, materials, key.item(0)), turn, at.extend(0.0));
     }
     shape
 }

@@ -79,7 +79,7 @@ impl Nodes {
             "name": camera.name,
             "type": "perspective",
             "perspective": {
-                "yfov": 2.0 * (height / 2.0 / k.fy).atan(),
+                "yfov": 2.0 * libm::atan(height / 2.0 / k.fy),
                 "aspectRatio": width / k.fx / (height / k.fy),
                 "znear": 0.01,
             },

@@ -144,7 +144,7 @@ impl Stage<Forest> for ScanStage {
     );
     type Output = Vec<Vec<LidarPoint>>;
     const ID: &'static str = "frame.scans";
-    const VERSION: u32 = 5;
+    const VERSION: u32 = 6;
 
     fn fingerprint(&self, _: &mut Hasher) {}
 

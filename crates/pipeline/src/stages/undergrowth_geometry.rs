@@ -54,7 +54,7 @@ impl Stage<Forest> for UndergrowthGeometryStage {
     );
     type Output = UndergrowthGeometry;
     const ID: &'static str = "chunk.undergrowth_geometry";
-    const VERSION: u32 = 10;
+    const VERSION: u32 = 11;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         InputFiles::default().encode(hasher, self);

@@ -5,21 +5,19 @@ use std::sync::Arc;
 use nemoral_assets::Library;
 use nemoral_placement::CoverPoint;
 use nemoral_raycast::Blas;
-use nemoral_scene::glam::DVec2;
-use nemoral_scene::{ChunkCoord, FlatSurface, InstancePlace, Surface};
-use nemoral_seed::{Domain, Key};
+use nemoral_scene::{ChunkCoord, InstancePlace};
+use nemoral_seed::Key;
 use nemoral_stand::{LOW_PLANT_VARIATION, LowPlant, PatchKind};
 use nemoral_trails::{DressingKind, TrailDressing};
 
 use super::assets::WorldAssets;
 use super::banks::banks;
+use super::culverts::culverts;
 use super::flora::share_of_fall;
 use super::ground::ChunkGround;
 use super::patch::Patch;
 use super::stream_stones::StreamStones;
 use crate::Error;
-
-const CULVERTS: Domain = Domain::new("pipeline.culverts");
 
 /// How far the variants of neighbouring tiles differ, as a share of all.
 const VARIANT_SPREAD: f64 = 0.16;
@@ -121,15 +119,8 @@ impl LowPlants<'_> {
         for stone in along.stones {
             plant(&assets.trail_stones, None, stone);
         }
-        let culverts = self
-            .dressing
-            .iter()
-            .filter(|d| d.kind == DressingKind::Culvert);
-        for (i, d) in culverts.enumerate() {
-            let key = world.domain(CULVERTS).chunk(at).item(i as u64);
-            let Some((mouth, level)) = culvert(d, ground, key) else {
-                continue;
-            };
+        let mouths = culverts(at, world, self.dressing, ground);
+        for (mouth, level) in mouths {
             let placed = mouth.place(&assets.culverts, None, &level, origin);
             instances.extend(placed.map(|(place, shape)| (place, Arc::clone(shape))));
         }
@@ -141,36 +132,6 @@ impl LowPlants<'_> {
         }
         Ok(instances)
     }
-}
-
-/// The mouth of a culvert and the level that it is on; `None` where the way is not high enough over
-/// it.
-fn culvert(
-    mouth: &TrailDressing,
-    ground: &ChunkGround,
-    key: Key,
-) -> Option<(LowPlant, FlatSurface)> {
-    /// How far from a mouth the way's surface is, metres.
-    const INWARDS_M: f64 = 1.3;
-    /// How much higher the way must be, and over how much more its pipe lies free, metres.
-    const COVER_M: [f64; 2] = [0.2, 0.35];
-    /// How free it lies at most, metres.
-    const FREE_M: f64 = 0.15;
-    let (sin, cos) = libm::sincos(mouth.yaw_rad);
-    let here_m = ground.height_m(mouth.position_m);
-    let way_m = ground.height_m(mouth.position_m - INWARDS_M * DVec2::new(cos, sin));
-    let cover_m = way_m - here_m;
-    let level = FlatSurface {
-        height_m: here_m + (cover_m - COVER_M[1]).clamp(0.0, FREE_M),
-        gradient: DVec2::ZERO,
-    };
-    let of = LowPlant {
-        position_m: mouth.position_m,
-        yaw_rad: mouth.yaw_rad,
-        scale: mouth.scale,
-        key,
-    };
-    (cover_m > COVER_M[0]).then_some((of, level))
 }
 
 /// Weights of `count` variants of which those near `variant`, 0..1, are frequent.

@@ -9,6 +9,7 @@ pub mod chunk_geometry;
 pub(crate) mod climbers;
 pub(crate) mod closed_vegetation;
 pub(crate) mod conditions;
+pub(crate) mod culverts;
 pub(crate) mod deadwood;
 pub(crate) mod edge_trees;
 pub mod flora;

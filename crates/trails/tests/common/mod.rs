@@ -6,7 +6,7 @@ use std::sync::Arc;
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, FlatSurface, Surface, SurfaceSample};
 use nemoral_seed::Key;
-use nemoral_trails::{Section, TrailParams, Trails};
+use nemoral_trails::{Section, TrailParams, TrailPath, Trails, Way};
 
 pub const SIZE_M: f64 = 50.0;
 
@@ -63,4 +63,27 @@ pub fn trails(params: TrailParams, seed: u64, base: Arc<dyn Surface>) -> Trails 
 /// Chunks of a square around a chunk.
 pub fn around(centre: ChunkCoord, n: i32) -> impl Iterator<Item = ChunkCoord> {
     (-n..=n).flat_map(move |x| (-n..=n).map(move |y| centre.offset(x, y)))
+}
+
+/// A world with given lines only: each with the way's number.
+pub fn given(
+    ways: Vec<(Way, f64)>,
+    lines: &[(usize, [DVec2; 2])],
+    base: Arc<dyn Surface>,
+) -> Trails {
+    let params = TrailParams {
+        spawn_probability: 0.0,
+        ways,
+        ..TrailParams::default()
+    };
+    let none = trails(params, 5, base);
+    (lines.iter()).fold(none, |t, (way, line)| t.along(&[line.to_vec()], *way))
+}
+
+/// A straight way towards the north through the origin.
+pub fn northward(way: Way, base: Arc<dyn Surface>) -> (Trails, Arc<TrailPath>) {
+    let line = [DVec2::new(3.0, -120.0), DVec2::new(3.0, 120.0)];
+    let trails = given(vec![(way, 1.0)], &[(0, line)], base);
+    let (path, _) = trails.nearest(DVec2::ZERO, 20.0).expect("it is near");
+    (trails, path)
 }

@@ -87,7 +87,7 @@ impl World {
         let assets = runner.get(forest.assets, ())?;
         let pose = runner.get(forest.pose, 0)?.world_from_body();
         let ahead = pose.transform_vector(DVec3::X);
-        let heading_deg = ahead.x.atan2(ahead.y).to_degrees();
+        let heading_deg = libm::atan2(ahead.x, ahead.y).to_degrees();
         let start = (pose.translation_m.x, pose.translation_m.y, heading_deg);
         Ok(Self {
             revision,
