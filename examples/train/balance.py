@@ -1,10 +1,11 @@
 """What balance brings: as many frames of drives, of views anywhere beside the path, and of views
 that were chosen for a rare class, tested on worlds never seen.
 
-    python balance.py FOLDER [--program nemoral] [--target rocks=0.05] [--steps 150] [--runs 3]
+    python balance.py FOLDER [--program nemoral] [--target rocks=0.05] [--steps 2000] [--runs 3]
 
-Makes the data sets in FOLDER and trains on each. Every network is tested on drives, as a robot sees
-them, and on chosen views, which show enough of the rare class to measure it.
+Makes the data sets in FOLDER and trains on each, with weights by which rare classes count more.
+Every network is tested on drives, as a robot sees them, and on chosen views, which show enough of
+the rare class to measure it.
 """
 
 import argparse
@@ -16,7 +17,7 @@ import numpy as np
 from torch import nn
 
 import pictures
-from common import frames, mean, ontology
+from common import class_weights, frames, mean, ontology
 
 HERE = Path(__file__).parent
 
@@ -39,7 +40,7 @@ def main():
     parser.add_argument("folder", type=Path)
     parser.add_argument("--program", default=shutil.which("nemoral") or "nemoral")
     parser.add_argument("--target", default="rocks=0.05")
-    parser.add_argument("--steps", type=int, default=150)
+    parser.add_argument("--steps", type=int, default=2000)
     parser.add_argument("--runs", type=int, default=3)
     parser.add_argument("--halve", action="store_true", help="pictures of half the size, for slow machines")
     args = parser.parse_args()
@@ -67,9 +68,11 @@ def main():
     for kind, out in made.items():
         x, y = load(out)
         print(f"| {kind} | share of pixels | – | " + " | ".join(f"{share(y, i):.1f}" for i in ids) + " |")
+        count = max(ids) + 1
+        learning = {"weights": class_weights(y, count), "say": lambda _: None}
         runs = []
         for seed in range(args.runs):
-            network = pictures.learn([(x, y, 1.0)], max(ids) + 1, args.steps, seed, say=lambda _: None)
+            network = pictures.learn([(x, y, 1.0)], count, args.steps, seed, **learning)
             runs.append({test: pictures.score(network, *data, ids) for test, data in seen.items()})
         for test in tests:
             means = 100 * np.array([mean(r[test]) for r in runs])

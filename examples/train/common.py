@@ -86,9 +86,18 @@ def table(names, scores):
     return "\n".join([*rows, f"  {'mean':14} {100 * mean(scores):5.1f} %"])
 
 
-def fit(network, batches, steps, rate=2e-3, say=print):
+def class_weights(truth, count):
+    """Weights by which classes that are rare in `truth` count more: one over the root of their
+    share, with a mean of 1 over all that is known. A class that is not there has the weight 0."""
+    known = truth[truth >= 0]
+    shares = torch.bincount(known.ravel(), minlength=count).float() / known.numel()
+    weights = torch.where(shares > 0, shares.clamp(min=1e-9).rsqrt(), 0.0)
+    return weights / (weights * shares).sum()
+
+
+def fit(network, batches, steps, rate=2e-3, weights=None, say=print):
     """Trains by Adam with a cosine schedule on `batches(step)`, which gives inputs and classes of
-    which -1 are not known."""
+    which -1 are not known, with a weight for each class if there are any."""
     optimizer = torch.optim.AdamW(network.parameters(), lr=rate, weight_decay=1e-3)
     schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimizer, steps)
     network.train()
@@ -96,7 +105,8 @@ def fit(network, batches, steps, rate=2e-3, say=print):
     every = max(1, steps // 5)
     for step in range(steps):
         inputs, truth = batches(step)
-        loss = torch.nn.functional.cross_entropy(network(*inputs), truth, ignore_index=-1)
+        guess = network(*inputs)
+        loss = torch.nn.functional.cross_entropy(guess, truth, weights, ignore_index=-1)
         optimizer.zero_grad()
         loss.backward()
         optimizer.step()

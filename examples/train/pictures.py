@@ -86,7 +86,7 @@ def augmented(x, y, chance):
     return x * gain + shift, y
 
 
-def learn(sets, classes, steps, seed, batch=8, say=print):
+def learn(sets, classes, steps, seed, batch=8, weights=None, say=print):
     """Trains on sets of pictures, of which each gives its share of a batch's pictures."""
     chance = seeded(seed)
     network = UNet(classes)
@@ -104,7 +104,7 @@ def learn(sets, classes, steps, seed, batch=8, say=print):
         x, y = augmented(x, y, chance)
         return (x,), y
 
-    return fit(network, batches, steps, say=say)
+    return fit(network, batches, steps, weights=weights, say=say)
 
 
 @torch.no_grad()

@@ -159,7 +159,7 @@ fn it_is_stored_and_nothing_is_made_without_being_asked_for() {
 fn value_stability() {
     let of = &LIBRARY.shed[0].wide[6].prototype;
     let card = of.cards()[10];
-    assert_eq!((of.cards().len(), of.mesh().positions.len()), (435, 1222));
+    assert_eq!((of.cards().len(), of.mesh().positions.len()), (435, 1942));
     assert_eq!(
         card.corner.to_array(),
         [0.529_275_06, 0.261_144_1, 0.007_781_269]

@@ -428,7 +428,7 @@ fn things_stand_in_the_ground_and_keep_their_radius() {
         );
     }
     for p in &l.trail_stones {
-        assert!((0.025..0.09).contains(&p.radius_m), "{}", p.radius_m);
+        assert!((0.03..0.14).contains(&p.radius_m), "{}", p.radius_m);
     }
     for t in &l.trees {
         assert!(
@@ -675,7 +675,7 @@ fn value_stability() {
     let got = (shapes.0, fingerprint(&LIBRARY).1);
     assert_eq!(format!("{got:x?}"), VALUES);
 }
-const VALUES: &str = "(6398e82502966dea, f2016b7710861bf0)";
+const VALUES: &str = "(fbda2c477549c04e, f2016b7710861bf0)";
 
 proptest! {
     #[test]

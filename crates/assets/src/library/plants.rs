@@ -10,7 +10,7 @@ use super::{Library, PlantAsset, StreamStones, prototype, with_occlusion};
 use crate::ambient_occlusion::{MaskCoverage, OcclusionParams};
 use crate::materials::WorldMaterials;
 use crate::plant::bank::{BankMaterials, bank};
-use crate::plant::rock::{RockPlan, StoneMaterials, rock};
+use crate::plant::rock::{RockPlan, StoneMaterials, cobble_m, rock};
 use crate::plant::seedling::seedling;
 use crate::plant::shape::Shape;
 use crate::plant::shrub::ShrubKind;
@@ -189,7 +189,7 @@ impl PlantGrower<'_> {
         self.collect(TRAIL_STONES, 16, &|i, key| {
             let mut rng = key.rng();
             let plan = RockPlan {
-                radius_m: rng.range_f32(0.042, 0.078),
+                radius_m: cobble_m(&mut rng),
                 subdivisions: 2,
                 sunk: rng.range_f32(0.25, 0.45),
                 roughness: rng.range_f32(0.03, 0.08),

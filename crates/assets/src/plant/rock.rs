@@ -36,6 +36,12 @@ pub(crate) struct StoneMaterials {
     pub(crate) pebble: MaterialId,
 }
 
+/// A half-width of a cobble for [`RockPlan`], metres. Once cut, most are 6 to 16 cm wide, the small
+/// ones more frequent (cobbles of Wentworth's scale, 1922, have 6.4 to 25.6 cm).
+pub(crate) fn cobble_m(rng: &mut impl Draw) -> f32 {
+    0.042 * libm::exp2f(1.4 * rng.unit_f32())
+}
+
 /// A stone, labelled by its width.
 pub(crate) fn stone(plan: &RockPlan, materials: StoneMaterials, key: Key) -> Shape {
     let mut shape = rock(plan, key);

@@ -10,7 +10,7 @@ use nemoral_scene::MaterialId;
 use nemoral_seed::{Draw, Key};
 
 use super::floor::{Egg, twig};
-use super::rock::{RockPlan, rock};
+use super::rock::{RockPlan, cobble_m, rock};
 use super::shape::{Shape, around};
 use crate::materials::ShedMaterials;
 use crate::tree::{FoliageCard, FruitLook, ShedBark, ShedLook};
@@ -269,9 +269,10 @@ fn fruit(shape: &mut Shape, at: Vec2, of: &FruitLook, material: MaterialId, rng:
 /// A stone, a third of it in the ground.
 fn stone(shape: &mut Shape, at: Vec2, material: MaterialId, key: Key) {
     let mut rng = key.rng();
+    let radius_m = cobble_m(&mut rng);
     let plan = RockPlan {
-        radius_m: rng.range_f32(0.04, 0.065),
-        subdivisions: 1,
+        radius_m,
+        subdivisions: 1 + u32::from(radius_m > 0.08),
         sunk: rng.range_f32(0.25, 0.5),
         roughness: 0.06,
         material,

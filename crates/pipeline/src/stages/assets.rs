@@ -26,7 +26,7 @@ impl Stage<Forest> for LibraryStage {
     type Inputs = ();
     type Output = Library;
     const ID: &'static str = "world.library";
-    const VERSION: u32 = 18;
+    const VERSION: u32 = 20;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         self.0.fingerprint(hasher);
