@@ -120,7 +120,8 @@ impl TrailGround {
     /// The part of a trail at this position; where trails meet, that of the nearest one.
     #[must_use]
     pub fn zone(&self, world_m: DVec2) -> TrailZone {
-        self.beside(world_m, self.part(world_m).map(|p| p.zone))
+        let around = self.around(world_m);
+        self.beside(world_m, &around, part(&around).map(|p| p.zone))
     }
 
     /// Signed distance to the nearest border between parts of trails, slopes counting as untouched
@@ -129,7 +130,7 @@ impl TrailGround {
     /// is cut along its zeros follows every border.
     #[must_use]
     pub fn border_m(&self, world_m: DVec2) -> f64 {
-        match self.part(world_m) {
+        match part(&self.around(world_m)) {
             Some(p) if is_negative(p.zone) => -p.border_m,
             Some(p) if p.border_m < REACH_M => p.border_m,
             _ => f64::INFINITY,
@@ -140,14 +141,15 @@ impl TrailGround {
     /// on its side of them, whatever the rounding of its middle.
     #[must_use]
     pub fn zone_on_side(&self, world_m: DVec2, negative: bool) -> TrailZone {
-        let zone = self.part(world_m).map(|p| {
+        let around = self.around(world_m);
+        let zone = part(&around).map(|p| {
             if is_negative(p.zone) == negative {
                 p.zone
             } else {
                 p.beyond
             }
         });
-        self.beside(world_m, zone)
+        self.beside(world_m, &around, zone)
     }
 
     /// The distance from their edges within which ways have shapes as small as ruts and ditches,
@@ -157,40 +159,14 @@ impl TrailGround {
         self.fine_m
     }
 
-    fn part(&self, world_m: DVec2) -> Option<Part> {
-        let around = self.around(world_m);
-        let edge = outline(&around)?.value;
-        let mut before = f64::INFINITY;
-        for near in around.iter().filter(|_| edge < 0.0) {
-            let strand = nearest(&near.strands)?;
-            if near.edge.value < 0.0 {
-                // Ruts end where a way that is listed before has its edge.
-                let bound = near.edge.value.max(-before);
-                return Some(strand.path.way().part(&strand.foot, edge, bound));
-            }
-            before = before.min(near.edge.value);
-        }
-        let (zone, beyond) = if edge < 0.0 {
-            (TrailZone::Surface, TrailZone::Off)
-        } else {
-            (TrailZone::Off, TrailZone::Surface)
-        };
-        Some(Part {
-            zone,
-            border_m: edge.abs(),
-            beyond,
-        })
-    }
-
     /// Distinguishes slopes from untouched ground beside the surfaces of trails.
-    fn beside(&self, world_m: DVec2, zone: Option<TrailZone>) -> TrailZone {
+    fn beside(&self, world_m: DVec2, around: &[Near<'_>], zone: Option<TrailZone>) -> TrailZone {
         match zone {
             Some(TrailZone::Off) => {
-                let touched = self.height_m(world_m) - self.base.height_m(world_m);
-                if touched.abs() > TOUCH_M {
-                    TrailZone::CutSlope
-                } else {
-                    TrailZone::Off
+                let natural = self.natural(world_m);
+                match carved(world_m, around, &natural) {
+                    Some(z) if (z.value - natural().value).abs() > TOUCH_M => TrailZone::CutSlope,
+                    _ => TrailZone::Off,
                 }
             }
             Some(zone) => zone,
@@ -265,42 +241,15 @@ impl TrailGround {
         near.collect()
     }
 
-    /// The carved ground; `None` where it is the base.
-    fn carved(&self, p: DVec2) -> Option<Dual> {
+    /// The ground without trails, which is sampled once if it is asked for.
+    fn natural(&self, p: DVec2) -> impl Fn() -> Dual + use<'_> {
         let natural = OnceCell::new();
-        let natural = || {
+        move || {
             *natural.get_or_init(|| {
                 let base = self.base.sample(p);
                 Dual::new(base.height_m, base.gradient)
             })
-        };
-        let (mut ground, mut before): (Option<Dual>, Vec<(Dual, f64)>) = (None, Vec::new());
-        for Near {
-            layer,
-            strands,
-            edge,
-        } in self.around(p)
-        {
-            let fade = joined(&before).map(|edge| {
-                let t = (edge.value / MERGE_M).clamp(0.0, 1.0);
-                edge.chain((smoothstep(t), 6.0 * t * (1.0 - t) / MERGE_M))
-            });
-            if fade.is_none_or(|f| f.value > 0.0)
-                && let Some(carved) = layer.carved(p, &strands, edge, &natural)
-            {
-                ground = Some(match (fade, ground) {
-                    // A layer that is too far away to matter may be known here and not in the next
-                    // chunk, so it must not change a bit.
-                    (None, _) => carved,
-                    (Some(fade), None) if fade.value >= 1.0 => carved,
-                    (Some(fade), before) => {
-                        before.unwrap_or_else(natural) + fade * (carved - natural())
-                    }
-                });
-            }
-            before.push((edge, layer.fillet_m()));
         }
-        ground
     }
 
     /// Keyed noise of the plane in -1..=1, a metre across.
@@ -316,6 +265,62 @@ impl TrailGround {
         let (low, high) = (a + x * (b - a), c + x * (d - c));
         low + y * (high - low)
     }
+}
+
+/// The part of a trail at a point with these trails around.
+fn part(around: &[Near<'_>]) -> Option<Part> {
+    let edge = outline(around)?.value;
+    let mut before = f64::INFINITY;
+    for near in around.iter().filter(|_| edge < 0.0) {
+        let strand = nearest(&near.strands)?;
+        if near.edge.value < 0.0 {
+            // Ruts end where a way that is listed before has its edge.
+            let bound = near.edge.value.max(-before);
+            return Some(strand.path.way().part(&strand.foot, edge, bound));
+        }
+        before = before.min(near.edge.value);
+    }
+    let (zone, beyond) = if edge < 0.0 {
+        (TrailZone::Surface, TrailZone::Off)
+    } else {
+        (TrailZone::Off, TrailZone::Surface)
+    };
+    Some(Part {
+        zone,
+        border_m: edge.abs(),
+        beyond,
+    })
+}
+
+/// The ground with these trails around carved in; `None` where it is the natural one.
+fn carved(p: DVec2, around: &[Near<'_>], natural: &dyn Fn() -> Dual) -> Option<Dual> {
+    let (mut ground, mut before): (Option<Dual>, Vec<(Dual, f64)>) = (None, Vec::new());
+    for Near {
+        layer,
+        strands,
+        edge,
+    } in around
+    {
+        let fade = joined(&before).map(|edge| {
+            let t = (edge.value / MERGE_M).clamp(0.0, 1.0);
+            edge.chain((smoothstep(t), 6.0 * t * (1.0 - t) / MERGE_M))
+        });
+        if fade.is_none_or(|f| f.value > 0.0)
+            && let Some(carved) = layer.carved(p, strands, *edge, natural)
+        {
+            ground = Some(match (fade, ground) {
+                // A layer that is too far away to matter may be known here and not in the next
+                // chunk, so it must not change a bit.
+                (None, _) => carved,
+                (Some(fade), None) if fade.value >= 1.0 => carved,
+                (Some(fade), before) => {
+                    before.unwrap_or_else(natural) + fade * (carved - natural())
+                }
+            });
+        }
+        before.push((*edge, layer.fillet_m()));
+    }
+    ground
 }
 
 /// Signed distance to the union of the trails of all layers.
@@ -355,7 +360,7 @@ fn topmost<'a>(around: &'a [Near<'a>], ragged: f64) -> Option<&'a Strand<'a>> {
 
 impl Surface for TrailGround {
     fn sample(&self, world_m: DVec2) -> SurfaceSample {
-        match self.carved(world_m) {
+        match carved(world_m, &self.around(world_m), &self.natural(world_m)) {
             Some(z) => SurfaceSample {
                 height_m: z.value,
                 gradient: z.gradient,

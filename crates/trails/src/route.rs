@@ -45,6 +45,13 @@ pub(crate) struct Step {
     pub(crate) exit: Heading,
 }
 
+impl Step {
+    /// The number of borders between its chunk and another one.
+    fn borders_to(&self, chunk: ChunkCoord) -> u32 {
+        self.chunk.x.abs_diff(chunk.x) + self.chunk.y.abs_diff(chunk.y)
+    }
+}
+
 /// Decides where trails are born and where they turn.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Router {
@@ -88,38 +95,28 @@ impl Router {
         })
     }
 
-    /// The branches of a trail of these steps: each with the number of the step at whose beginning
-    /// it leaves the trail, through one of the two other borders of that step's chunk.
-    pub(crate) fn branches<'a>(
-        &'a self,
-        birth: ChunkCoord,
-        steps: &'a [Step],
-    ) -> impl Iterator<Item = (usize, Walk)> + 'a {
-        let inner = if self.fork_probability > 0.0 {
-            1..steps.len().saturating_sub(1).max(1)
-        } else {
-            1..1
-        };
-        inner.filter_map(move |i| {
-            let mut rng = self.forks.chunk(birth).item(i as u64).rng();
-            if !rng.chance(self.fork_probability) {
-                return None;
-            }
-            let entered = steps[i - 1].exit;
-            let others = [entered, entered.left(), entered.right()];
-            let mut others = others.into_iter().filter(|&e| e != steps[i].exit);
-            let exit = others.nth(rng.below(2) as usize)?;
-            let left = rng.between(BRANCH_CHUNKS[0], BRANCH_CHUNKS[1]);
-            let chunk = steps[i].chunk;
-            Some((
-                i,
-                Walk {
-                    forward_probability: self.forward_probability,
-                    rng,
-                    left,
-                    next: Step { chunk, exit },
-                },
-            ))
+    /// The branch that leaves a trail of these steps at the beginning of one of them, through one
+    /// of the two other borders of that step's chunk, if there is one.
+    pub(crate) fn branch(&self, birth: ChunkCoord, steps: &[Step], at: usize) -> Option<Walk> {
+        // There is none where the trail begins, and none where it ends.
+        if at == 0 || at + 1 >= steps.len() {
+            return None;
+        }
+        let mut rng = self.forks.chunk(birth).item(at as u64).rng();
+        if !rng.chance(self.fork_probability) {
+            return None;
+        }
+        let entered = steps[at - 1].exit;
+        let others = [entered, entered.left(), entered.right()];
+        let mut others = others.into_iter().filter(|&e| e != steps[at].exit);
+        let exit = others.nth(rng.below(2) as usize)?;
+        let left = rng.between(BRANCH_CHUNKS[0], BRANCH_CHUNKS[1]);
+        let chunk = steps[at].chunk;
+        Some(Walk {
+            forward_probability: self.forward_probability,
+            rng,
+            left,
+            next: Step { chunk, exit },
         })
     }
 
@@ -144,10 +141,12 @@ impl Router {
                 }
                 if branch > 0 {
                     let steps: Vec<Step> = walk.collect();
-                    let branches = self
-                        .branches(birth, &steps)
-                        .filter(|b| b.1.clone().meets(chunk));
-                    ids.extend(branches.map(|(at, _)| TrailId::branch(birth, at)));
+                    let meets = |&at: &usize| {
+                        steps[at].borders_to(chunk) < BRANCH_CHUNKS[1]
+                            && (self.branch(birth, &steps, at)).is_some_and(|b| b.meets(chunk))
+                    };
+                    let forks = (0..steps.len()).filter(meets);
+                    ids.extend(forks.map(|at| TrailId::branch(birth, at)));
                 }
             }
         }
@@ -167,8 +166,7 @@ pub(crate) struct Walk {
 impl Walk {
     fn meets(mut self, chunk: ChunkCoord) -> bool {
         // A step covers at most one chunk of the remaining distance.
-        let far = |s: &Step| s.chunk.x.abs_diff(chunk.x) + s.chunk.y.abs_diff(chunk.y);
-        while far(&self.next) < self.left {
+        while self.next.borders_to(chunk) < self.left {
             match self.next() {
                 Some(step) if step.chunk == chunk => return true,
                 Some(_) => {}
@@ -268,7 +266,10 @@ mod tests {
         for birth in square(8) {
             let steps: Vec<_> = router.walk(birth).expect("always").collect();
             places += steps.len() as f64 - 2.0;
-            for (at, walk) in router.branches(birth, &steps) {
+            for at in 0..steps.len() {
+                let Some(walk) = router.branch(birth, &steps, at) else {
+                    continue;
+                };
                 let branch: Vec<_> = walk.collect();
                 assert!((2..=6).contains(&branch.len()));
                 assert_eq!(branch[0].chunk, steps[at].chunk);
@@ -320,8 +321,9 @@ mod tests {
                 if steps.iter().any(|s| s.chunk == chunk) {
                     expected.push(TrailId { birth, number: 0 });
                 }
-                for (at, mut walk) in router.branches(birth, &steps) {
-                    if walk.any(|s| s.chunk == chunk) {
+                for at in 0..steps.len() {
+                    let branch = router.branch(birth, &steps, at);
+                    if branch.into_iter().flatten().any(|s| s.chunk == chunk) {
                         expected.push(TrailId::branch(birth, at));
                     }
                 }

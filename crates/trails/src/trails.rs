@@ -406,8 +406,8 @@ impl Trails {
         let Some(step) = id.leaves_at() else {
             return trail;
         };
-        let mut branches = self.router.branches(id.birth, trail.steps());
-        let (_, walk) = (branches.find(|(at, _)| *at == step)).expect("a router found the branch");
+        let walk =
+            (self.router.branch(id.birth, trail.steps(), step)).expect("the router found it");
         born(id, walk.collect(), Some(trail.node(step)))
     }
 }
