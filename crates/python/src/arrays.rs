@@ -1,10 +1,11 @@
 //! Arrays of Python: made of Rust's vectors without copies where their types are equal.
 
+use std::sync::{Mutex, PoisonError};
+
 use nemoral_scene::glam::{DMat3, DQuat, DVec3, Vec3};
 use nemoral_scene::{Image, RigidTransform};
 use numpy::{Element, PyArray1, PyArray2, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
-use rayon::prelude::*;
 
 use crate::failure::Failure;
 use crate::work;
@@ -12,8 +13,9 @@ use crate::work;
 /// Bytes of a task: fewer are not worth a second thread.
 const TASK: usize = 1 << 18;
 
-/// The numbers of some things, N each. Many are made by all threads of the pool, as most of the
-/// time goes into the first touch of fresh memory.
+/// The numbers of some things, N each. Many are made by the calling thread with the help of the
+/// pool's: half of the time goes into the first touch of fresh memory, and the other half is not
+/// worth waiting until another thread is awake.
 pub(crate) fn numbers<T: Sync, U: Copy + Default + Send + Sync, const N: usize>(
     py: Python<'_>,
     things: &[T],
@@ -28,13 +30,20 @@ pub(crate) fn numbers<T: Sync, U: Copy + Default + Send + Sync, const N: usize>(
         // Zeros come from the system untouched.
         let mut all = vec![U::default(); things.len() * N];
         let (rows, _) = all.as_chunks_mut::<N>();
-        let tasks = things.par_chunks(task).zip(rows.par_chunks_mut(task));
-        pool.install(|| {
-            tasks.for_each(|(things, rows)| {
+        let tasks = Mutex::new(things.chunks(task).zip(rows.chunks_mut(task)));
+        let next = || tasks.lock().unwrap_or_else(PoisonError::into_inner).next();
+        let labour = || {
+            while let Some((things, rows)) = next() {
                 for (row, thing) in rows.iter_mut().zip(things) {
                     *row = numbers(thing);
                 }
-            });
+            }
+        };
+        pool.in_place_scope(|scope| {
+            for _ in 1..pool.current_num_threads() {
+                scope.spawn(|_| labour());
+            }
+            labour();
         });
         Ok(all)
     })

@@ -28,12 +28,14 @@ impl ObjectId {
     }
 
     /// True for [`ObjectId::NONE`].
+    #[inline]
     #[must_use]
     pub const fn is_none(self) -> bool {
         self.0 == 0
     }
 
     /// The chunk that the object stands in; (0, 0) for [`ObjectId::NONE`].
+    #[inline]
     #[must_use]
     pub const fn chunk(self) -> ChunkCoord {
         if self.is_none() {
@@ -47,6 +49,7 @@ impl ObjectId {
     }
 
     /// The object's number in its chunk, 1..=65535; 0 for [`ObjectId::NONE`].
+    #[inline]
     #[must_use]
     pub const fn item(self) -> u16 {
         self.0 as u16
@@ -69,6 +72,7 @@ impl ObjectId {
     }
 
     /// The 24-bit id of instance images: chunk x mod 16, chunk y mod 16, item. 0 for none.
+    #[inline]
     #[must_use]
     pub const fn to_image_id(self) -> u32 {
         let c = self.chunk();
@@ -85,6 +89,7 @@ impl ObjectId {
     /// chunks at most 2 from the sensor's, with items 1..=1310; 0 for none, farther objects and
     /// higher items. It is below 2^15, as SemanticKITTI's tools for panoptic segmentation pack it
     /// with other bits.
+    #[inline]
     #[must_use]
     pub const fn to_label_id(self, sensor_chunk: ChunkCoord) -> u16 {
         let c = self.chunk();

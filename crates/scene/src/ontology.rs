@@ -86,6 +86,7 @@ impl Ontology {
     }
 
     /// The class of a semantic.
+    #[inline]
     #[must_use]
     pub fn class(&self, semantic: Semantic) -> &Class {
         &self.classes[usize::from(self.class_of[semantic as usize])]

@@ -62,6 +62,7 @@ impl PlyPoint {
 
     /// A point as a file has it, whose classes are the ontology's. The sensor is in the chunk
     /// `sensor_chunk`.
+    #[inline]
     #[must_use]
     pub fn new(point: LidarPoint, ontology: &Ontology, sensor_chunk: ChunkCoord) -> Self {
         Self {
@@ -77,6 +78,7 @@ impl PlyPoint {
     }
 
     /// The vertex's bytes.
+    #[inline]
     #[must_use]
     pub fn to_bytes(&self) -> [u8; Self::BYTES] {
         let Self {
