@@ -3,6 +3,7 @@
 
 use nemoral_scene::ChunkCoord;
 use nemoral_scene::glam::DVec2;
+use nemoral_stand::SkyViewFactor;
 
 use crate::ForestPlan;
 use crate::plan::{Node, Runner};
@@ -13,7 +14,7 @@ use crate::stages::sky_view_factor::chunks_of_trees;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Part {
     Objects,
-    /// The sky view factor, which pictures need of all chunks, and low plants of their own.
+    /// The sky view factor: all of it for pictures, or the low part by which plants grow.
     Light,
     Undergrowth,
     Litter,
@@ -108,16 +109,21 @@ impl ForestPlan {
             return;
         }
         let ahead_m = place_m + (place_m - before_m) * (lead_m / step_m);
+        let light = if is_lit {
+            self.sky_view_factor
+        } else {
+            self.low_sky_view_factor
+        };
         let mut missing = reach.coming(place_m, ahead_m);
         let kept_m = reach.visible_radius_m + spare_m;
         missing.retain(|coming| {
-            !self.has(runner, *coming) && reach.trees_are_within(coming, place_m, kept_m)
+            !self.has(runner, light, *coming) && reach.trees_are_within(coming, place_m, kept_m)
         });
         for &Coming { chunk, part, .. } in &missing[..due(&missing, step_m)] {
             // An error occurs again when the chunk is seen.
             let _ = match part {
                 Part::Objects => runner.get(self.object_geometry, chunk).map(drop),
-                Part::Light => runner.get(self.sky_view_factor, chunk).map(drop),
+                Part::Light => runner.get(light, chunk).map(drop),
                 Part::Undergrowth => runner.get(self.undergrowth_geometry, chunk).map(drop),
                 Part::Litter => runner.get(self.litter_geometry, chunk).map(drop),
             };
@@ -125,14 +131,19 @@ impl ForestPlan {
     }
 
     /// Whether a part of a chunk has grown.
-    fn has(&self, runner: &Runner<'_>, coming: Coming) -> bool {
+    fn has(
+        &self,
+        runner: &Runner<'_>,
+        light: Node<ChunkCoord, SkyViewFactor>,
+        coming: Coming,
+    ) -> bool {
         fn has<T>(runner: &Runner<'_>, node: Node<ChunkCoord, T>, chunk: ChunkCoord) -> bool {
             runner.store().contains(runner.plan().key(node, chunk))
         }
         let chunk = coming.chunk;
         match coming.part {
             Part::Objects => has(runner, self.object_geometry, chunk),
-            Part::Light => has(runner, self.sky_view_factor, chunk),
+            Part::Light => has(runner, light, chunk),
             Part::Undergrowth => has(runner, self.undergrowth_geometry, chunk),
             Part::Litter => has(runner, self.litter_geometry, chunk),
         }

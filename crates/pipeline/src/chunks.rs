@@ -10,7 +10,7 @@ use crate::stages::annotations::UncoveredGeometryStage;
 use crate::stages::balance::ChoiceStage;
 use crate::stages::litter::{LitterGeometryStage, LitterStage};
 use crate::stages::object_geometry::ObjectGeometryStage;
-use crate::stages::sky_view_factor::SkyViewStage;
+use crate::stages::sky_view_factor::{LowSkyViewStage, SkyViewStage};
 use crate::stages::undergrowth::{SeedlingStage, UndergrowthStage};
 use crate::stages::undergrowth_geometry::UndergrowthGeometryStage;
 
@@ -93,9 +93,10 @@ impl ChunkManager {
                     LitterGeometryStage::ID | LitterStage::ID => {
                         c.litter_radius_m.min(c.undergrowth_radius_m) + spare
                     }
-                    ObjectGeometryStage::ID | UncoveredGeometryStage::ID | SkyViewStage::ID => {
-                        c.delete_radius_m
-                    }
+                    ObjectGeometryStage::ID
+                    | UncoveredGeometryStage::ID
+                    | LowSkyViewStage::ID
+                    | SkyViewStage::ID => c.delete_radius_m,
                     _ => c.delete_radius_m + 2.0 * c.size_m,
                 };
                 distance <= limit

@@ -23,7 +23,7 @@ use crate::stages::object_geometry::ObjectGeometryStage;
 use crate::stages::placement::{PlacementStage, RockPhaseStage, RockStage, WoodyStage};
 use crate::stages::scene_objects::SceneObjectStage;
 use crate::stages::sensors::{CameraStage, LidarStage};
-use crate::stages::sky_view_factor::SkyViewStage;
+use crate::stages::sky_view_factor::{LowSkyViewStage, SkyViewStage};
 use crate::stages::trajectory::TrajectoryStage;
 use crate::stages::undergrowth::{FloraStage, SeedlingStage, UndergrowthStage};
 use crate::stages::undergrowth_geometry::UndergrowthGeometryStage;
@@ -82,6 +82,8 @@ pub struct ForestPlan {
     pub objects: Node<ChunkCoord, SceneObjects>,
     /// Chunk: the sky view factor under its crowns.
     pub sky_view_factor: Node<ChunkCoord, SkyViewFactor>,
+    /// Chunk: the part of it near the ground, by which plants grow.
+    pub low_sky_view_factor: Node<ChunkCoord, SkyViewFactor>,
     /// Chunk: its low plants.
     pub undergrowth: Node<ChunkCoord, Vec<Patch>>,
     /// Chunk: its tree seedlings.
@@ -227,17 +229,28 @@ impl ForestPlan {
             },
             (assets.global(), ground, objects),
         );
-        let sky_view_factor = plan.add(
-            SkyViewStage { chunk_size_m },
+        let low_sky_view_factor = plan.add(
+            LowSkyViewStage { chunk_size_m },
             (assets.global(), ground, object_geometry.anywhere()),
         );
-        let undergrowth = plan.add(UndergrowthStage, (flora.global(), ground, sky_view_factor));
+        let sky_view_factor = plan.add(
+            SkyViewStage { chunk_size_m },
+            (
+                assets.global(),
+                low_sky_view_factor,
+                object_geometry.anywhere(),
+            ),
+        );
+        let undergrowth = plan.add(
+            UndergrowthStage,
+            (flora.global(), ground, low_sky_view_factor),
+        );
         let seedlings = plan.add(
             SeedlingStage {
                 per_m2: config.placement.regeneration.seedlings,
                 chunk_size_m,
             },
-            (world, ground, sky_view_factor),
+            (world, ground, low_sky_view_factor),
         );
         let undergrowth_geometry = plan.add(
             UndergrowthGeometryStage {
@@ -261,7 +274,7 @@ impl ForestPlan {
                 flora.global(),
                 assets.global(),
                 ground,
-                sky_view_factor,
+                low_sky_view_factor,
                 object_geometry,
                 objects.anywhere(),
             ),
@@ -384,6 +397,7 @@ impl ForestPlan {
             deadwood,
             objects,
             sky_view_factor,
+            low_sky_view_factor,
             undergrowth,
             seedlings,
             object_geometry,

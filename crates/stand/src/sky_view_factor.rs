@@ -7,6 +7,10 @@ use nemoral_scene::{Ray, RayCaster, Surface};
 /// Heights above ground of a grid's layers, metres. Above the last the sky is taken as open.
 const HEIGHTS_M: [f64; 5] = [0.3, 4.0, 9.0, 15.0, 24.0];
 
+/// How many of them are needed for what grows on the ground, which is seldom far from the plane
+/// through four columns.
+const LOW_LAYERS: usize = 2;
+
 /// Length of the rays, metres; farther crowns do not count. Together with the widest crown it is
 /// less than a chunk of the usual size, so that neighbouring chunks get the same values at places
 /// that both have.
@@ -31,7 +35,10 @@ pub struct SkyViewArea {
 
 /// The share of the sky hemisphere, weighted by the cosine, that is visible past the crowns: a grid
 /// over a square of the plane, at several heights above its ground.
-#[derive(Clone, Debug)]
+///
+/// The [low part](Self::measure_low) of it, for what grows on the ground, takes two fifths of the
+/// rays.
+#[derive(Clone, Debug, PartialEq)]
 pub struct SkyViewFactor {
     origin_m: DVec2,
     cell_m: f64,
@@ -39,7 +46,9 @@ pub struct SkyViewFactor {
     side: usize,
     /// Ground height at each column of nodes.
     ground_m: Vec<f64>,
-    /// `HEIGHTS_M.len()` values for each column.
+    /// The number of layers, the lowest ones.
+    layers: usize,
+    /// As many values for each column.
     values: Vec<f32>,
 }
 
@@ -54,17 +63,64 @@ impl SkyViewFactor {
         ground: &(impl Surface + ?Sized),
         crowns: &(impl RayCaster + ?Sized),
     ) -> Self {
+        Self::measure_low(area, ground, crowns).completed(area, crowns)
+    }
+
+    /// The layers near the ground alone, of which the upper one counts everywhere above it.
+    #[must_use]
+    pub fn measure_low(
+        area: &SkyViewArea,
+        ground: &(impl Surface + ?Sized),
+        crowns: &(impl RayCaster + ?Sized),
+    ) -> Self {
         let cells = (area.side_m / CELL_M).ceil() as usize;
         let (side, cell_m) = (cells + 1, area.side_m / cells as f64);
+        let mut low = Self {
+            origin_m: area.origin_m,
+            cell_m,
+            side,
+            ground_m: Vec::new(),
+            layers: LOW_LAYERS,
+            values: Vec::new(),
+        };
+        let columns = (0..side * side).map(|i| area.origin_m + low.column_m(i));
+        low.ground_m = columns.map(|p| ground.height_m(p)).collect();
+        low.values = low.open_shares(area, &HEIGHTS_M[..LOW_LAYERS], crowns);
+        low
+    }
+
+    /// All layers, of which the low ones are these. `area` and `crowns` are those of the low ones.
+    #[must_use]
+    pub fn completed(&self, area: &SkyViewArea, crowns: &(impl RayCaster + ?Sized)) -> Self {
+        let heights_m = &HEIGHTS_M[self.layers..];
+        let high = self.open_shares(area, heights_m, crowns);
+        let columns = (self.values.chunks(self.layers)).zip(high.chunks(heights_m.len().max(1)));
+        let values = columns.flat_map(|(low, high)| [low, high].concat());
+        Self {
+            values: values.collect(),
+            layers: HEIGHTS_M.len(),
+            ground_m: self.ground_m.clone(),
+            ..*self
+        }
+    }
+
+    /// Where a column of nodes is, in metres relative to the square's corner.
+    fn column_m(&self, column: usize) -> DVec2 {
+        DVec2::new((column % self.side) as f64, (column / self.side) as f64) * self.cell_m
+    }
+
+    /// The shares of the sky that are visible at heights above the columns' ground, by column.
+    fn open_shares(
+        &self,
+        area: &SkyViewArea,
+        heights_m: &[f64],
+        crowns: &(impl RayCaster + ?Sized),
+    ) -> Vec<f32> {
         let directions = directions();
-        let mut ground_m = Vec::with_capacity(side * side);
-        let mut rays = Vec::with_capacity(side * side * HEIGHTS_M.len() * DIRECTIONS);
-        for i in 0..side * side {
-            let local = DVec2::new((i % side) as f64, (i / side) as f64) * cell_m;
-            let z = ground.height_m(area.origin_m + local);
-            ground_m.push(z);
-            for height in HEIGHTS_M {
-                let origin = local.extend(z + height).as_vec3();
+        let mut rays = Vec::with_capacity(self.ground_m.len() * heights_m.len() * DIRECTIONS);
+        for (column, z) in self.ground_m.iter().enumerate() {
+            for height in heights_m {
+                let origin = self.column_m(column).extend(z + height).as_vec3();
                 rays.extend(directions.map(|direction| Ray {
                     origin,
                     direction,
@@ -75,20 +131,14 @@ impl SkyViewFactor {
         }
         let mut hidden = vec![false; rays.len()];
         crowns.are_occluded(&rays, &mut hidden);
-        let layers = HEIGHTS_M.iter().cycle();
-        let values = (hidden.chunks_exact(DIRECTIONS).zip(layers))
-            .map(|(hidden, height)| {
-                let below_m = (area.canopy_height_m - height).max(0.0);
-                open_share(&directions, hidden, below_m) as f32
-            })
-            .collect();
-        Self {
-            origin_m: area.origin_m,
-            cell_m,
-            side,
-            ground_m,
-            values,
-        }
+        (hidden
+            .chunks_exact(DIRECTIONS)
+            .zip(heights_m.iter().cycle()))
+        .map(|(hidden, height)| {
+            let below_m = (area.canopy_height_m - height).max(0.0);
+            open_share(&directions, hidden, below_m) as f32
+        })
+        .collect()
     }
 
     /// The sky view factor at a world point, trilinear; 0 is closed, 1 is open.
@@ -114,19 +164,20 @@ impl SkyViewFactor {
             .map(|&(dx, dy, w)| w * self.ground_m[node(dx, dy)])
             .sum();
         let height = world_m.z - ground;
-        let layers = HEIGHTS_M.len();
-        if height >= HEIGHTS_M[layers - 1] {
+        let heights_m = &HEIGHTS_M[..self.layers];
+        let top_m = heights_m[self.layers - 1];
+        if height >= top_m && self.layers == HEIGHTS_M.len() {
             // Fades to open sky over the last ten metres.
-            let fade = ((height - HEIGHTS_M[layers - 1]) / 10.0).min(1.0) as f32;
-            let last = self.blend(&corners, node, layers - 1);
+            let fade = ((height - top_m) / 10.0).min(1.0) as f32;
+            let last = self.blend(&corners, node, self.layers - 1);
             return last + (1.0 - last) * fade;
         }
-        let upper = HEIGHTS_M
+        let upper = heights_m
             .iter()
             .position(|&h| height < h)
-            .unwrap_or(layers - 1)
+            .unwrap_or(self.layers - 1)
             .max(1);
-        let (low, high) = (HEIGHTS_M[upper - 1], HEIGHTS_M[upper]);
+        let (low, high) = (heights_m[upper - 1], heights_m[upper]);
         let t = ((height - low) / (high - low)).clamp(0.0, 1.0) as f32;
         let (below, above) = (
             self.blend(&corners, node, upper - 1),
@@ -141,7 +192,7 @@ impl SkyViewFactor {
         node: impl Fn(usize, usize) -> usize,
         layer: usize,
     ) -> f32 {
-        let value = |dx, dy| self.values[node(dx, dy) * HEIGHTS_M.len() + layer];
+        let value = |dx, dy| self.values[node(dx, dy) * self.layers + layer];
         corners
             .iter()
             .map(|&(dx, dy, w)| w as f32 * value(dx, dy))
@@ -241,5 +292,13 @@ mod tests {
         assert!(at(10.0, 24.0) < 0.25, "{}", at(10.0, 24.0));
         // High above everything the sky is taken as open.
         assert_eq!(at(10.0, 40.0), 1.0);
+        // The low part is the same as far up as it reaches.
+        let low = SkyViewFactor::measure_low(&area, &FlatSurface::default(), &Roof);
+        for (x, z) in [(3.0, -1.0), (5.0, 0.3), (8.0, 2.0), (9.5, 3.9)] {
+            let p = DVec3::new(100.0 + x, -45.0, z);
+            assert_eq!(low.at(p), sky.at(p));
+        }
+        assert_eq!(low.at(DVec3::new(105.0, -45.0, 30.0)), at(5.0, 4.0));
+        assert_eq!(low.completed(&area, &Roof), sky);
     }
 }

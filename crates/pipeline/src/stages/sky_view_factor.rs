@@ -8,7 +8,7 @@ use nemoral_seed::Key;
 use nemoral_stand::{REACH_M, SkyViewArea, SkyViewFactor};
 
 use crate::Error;
-use crate::plan::{AnyChunk, Forest, Hasher, Node, OfWorld, Stage, Values};
+use crate::plan::{AnyChunk, Demand, Forest, Hasher, Node, OfWorld, Stage, Values};
 use crate::pool::in_pool;
 use crate::recording::scene::chunk_offset_m;
 use crate::world::assets::WorldAssets;
@@ -24,14 +24,36 @@ pub(crate) fn chunks_of_trees(
     at.square((REACH_M / chunk_size_m).ceil() as i32)
 }
 
-/// Measures the [`SkyViewFactor`] of a chunk from the trees in it and in its neighbours.
+/// The trees in a chunk and in its neighbours, as rays meet them.
+fn crowns(
+    at: ChunkCoord,
+    chunk_size_m: f64,
+    objects: &Demand<'_, ObjectGeometry>,
+) -> Result<RayScene, Error> {
+    let around: Vec<ChunkCoord> = chunks_of_trees(at, chunk_size_m).collect();
+    let groups = around.iter().zip(objects.all(&around)?);
+    let offset = |chunk: &ChunkCoord| chunk_offset_m(*chunk, at, chunk_size_m);
+    let groups = groups.map(|(chunk, objects)| (offset(chunk), Arc::clone(&objects.0)));
+    Ok(RayScene::new(groups.collect::<Vec<_>>()))
+}
+
+fn area(at: ChunkCoord, chunk_size_m: f64, assets: &WorldAssets) -> SkyViewArea {
+    SkyViewArea {
+        origin_m: at.origin_m(chunk_size_m),
+        side_m: chunk_size_m,
+        canopy_height_m: assets.mean_height_m(),
+    }
+}
+
+/// Measures the [`SkyViewFactor`] of a chunk near the ground, by which plants grow, from the trees
+/// in it and in its neighbours.
 #[derive(Clone, Copy, Debug)]
-pub struct SkyViewStage {
+pub struct LowSkyViewStage {
     /// Side of a chunk.
     pub chunk_size_m: f64,
 }
 
-impl Stage<Forest> for SkyViewStage {
+impl Stage<Forest> for LowSkyViewStage {
     type At = ChunkCoord;
     type Inputs = (
         OfWorld<WorldAssets>,
@@ -39,8 +61,8 @@ impl Stage<Forest> for SkyViewStage {
         AnyChunk<ObjectGeometry>,
     );
     type Output = SkyViewFactor;
-    const ID: &'static str = "chunk.sky_view_factor";
-    const VERSION: u32 = 2;
+    const ID: &'static str = "chunk.low_sky_view_factor";
+    const VERSION: u32 = 1;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         let Self { chunk_size_m } = self;
@@ -53,19 +75,45 @@ impl Stage<Forest> for SkyViewStage {
         _: Key,
         (assets, ground, objects): Values<'_, Self>,
     ) -> Result<SkyViewFactor, Error> {
-        let around: Vec<ChunkCoord> = chunks_of_trees(at, self.chunk_size_m).collect();
-        let groups = around.iter().zip(objects.all(&around)?);
-        let offset = |chunk: &ChunkCoord| chunk_offset_m(*chunk, at, self.chunk_size_m);
-        let groups = groups.map(|(chunk, objects)| (offset(chunk), Arc::clone(&objects.0)));
-        let groups: Vec<_> = groups.collect();
-        let area = SkyViewArea {
-            origin_m: at.origin_m(self.chunk_size_m),
-            side_m: self.chunk_size_m,
-            canopy_height_m: assets.mean_height_m(),
-        };
+        let area = area(at, self.chunk_size_m, &assets);
+        let crowns = crowns(at, self.chunk_size_m, &objects)?;
         Ok(in_pool(|| {
-            let crowns = RayScene::new(groups);
-            SkyViewFactor::measure(&area, &*ground, &crowns)
+            SkyViewFactor::measure_low(&area, &*ground, &crowns)
         }))
+    }
+}
+
+/// Measures the rest of the [`SkyViewFactor`] of a chunk, by which cameras see.
+#[derive(Clone, Copy, Debug)]
+pub struct SkyViewStage {
+    /// Side of a chunk.
+    pub chunk_size_m: f64,
+}
+
+impl Stage<Forest> for SkyViewStage {
+    type At = ChunkCoord;
+    type Inputs = (
+        OfWorld<WorldAssets>,
+        Node<ChunkCoord, SkyViewFactor>,
+        AnyChunk<ObjectGeometry>,
+    );
+    type Output = SkyViewFactor;
+    const ID: &'static str = "chunk.sky_view_factor";
+    const VERSION: u32 = 3;
+
+    fn fingerprint(&self, hasher: &mut Hasher) {
+        let Self { chunk_size_m } = self;
+        hasher.write_f64(*chunk_size_m);
+    }
+
+    fn run(
+        &self,
+        at: ChunkCoord,
+        _: Key,
+        (assets, low, objects): Values<'_, Self>,
+    ) -> Result<SkyViewFactor, Error> {
+        let area = area(at, self.chunk_size_m, &assets);
+        let crowns = crowns(at, self.chunk_size_m, &objects)?;
+        Ok(in_pool(|| low.completed(&area, &crowns)))
     }
 }

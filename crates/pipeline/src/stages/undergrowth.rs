@@ -44,7 +44,7 @@ impl Stage<Forest> for UndergrowthStage {
     );
     type Output = Vec<Patch>;
     const ID: &'static str = "chunk.undergrowth";
-    const VERSION: u32 = 7;
+    const VERSION: u32 = 8;
 
     fn fingerprint(&self, _: &mut Hasher) {}
 
@@ -74,7 +74,7 @@ impl Stage<Forest> for SeedlingStage {
     );
     type Output = Vec<CoverPoint>;
     const ID: &'static str = "chunk.seedlings";
-    const VERSION: u32 = 3;
+    const VERSION: u32 = 4;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         let Self {
