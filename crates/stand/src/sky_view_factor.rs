@@ -93,8 +93,11 @@ impl SkyViewFactor {
     #[must_use]
     pub fn completed(&self, area: &SkyViewArea, crowns: &(impl RayCaster + ?Sized)) -> Self {
         let heights_m = &HEIGHTS_M[self.layers..];
+        if heights_m.is_empty() {
+            return self.clone();
+        }
         let high = self.open_shares(area, heights_m, crowns);
-        let columns = (self.values.chunks(self.layers)).zip(high.chunks(heights_m.len().max(1)));
+        let columns = (self.values.chunks(self.layers)).zip(high.chunks(heights_m.len()));
         let values = columns.flat_map(|(low, high)| [low, high].concat());
         Self {
             values: values.collect(),
@@ -300,5 +303,6 @@ mod tests {
         }
         assert_eq!(low.at(DVec3::new(105.0, -45.0, 30.0)), at(5.0, 4.0));
         assert_eq!(low.completed(&area, &Roof), sky);
+        assert_eq!(sky.completed(&area, &Roof), sky);
     }
 }

@@ -2,8 +2,9 @@
 
 use std::sync::Arc;
 
-use nemoral_raycast::RayScene;
+use nemoral_raycast::{Group, RayScene};
 use nemoral_scene::ChunkCoord;
+use nemoral_scene::glam::Vec3;
 use nemoral_seed::Key;
 use nemoral_stand::{REACH_M, SkyViewArea, SkyViewFactor};
 
@@ -24,17 +25,17 @@ pub(crate) fn chunks_of_trees(
     at.square((REACH_M / chunk_size_m).ceil() as i32)
 }
 
-/// The trees in a chunk and in its neighbours, as rays meet them.
-fn crowns(
+/// The trees in a chunk and in its neighbours, and where they are in metres from its corner.
+fn trees(
     at: ChunkCoord,
     chunk_size_m: f64,
     objects: &Demand<'_, ObjectGeometry>,
-) -> Result<RayScene, Error> {
+) -> Result<Vec<(Vec3, Arc<Group>)>, Error> {
     let around: Vec<ChunkCoord> = chunks_of_trees(at, chunk_size_m).collect();
     let groups = around.iter().zip(objects.all(&around)?);
     let offset = |chunk: &ChunkCoord| chunk_offset_m(*chunk, at, chunk_size_m);
     let groups = groups.map(|(chunk, objects)| (offset(chunk), Arc::clone(&objects.0)));
-    Ok(RayScene::new(groups.collect::<Vec<_>>()))
+    Ok(groups.collect())
 }
 
 fn area(at: ChunkCoord, chunk_size_m: f64, assets: &WorldAssets) -> SkyViewArea {
@@ -76,9 +77,9 @@ impl Stage<Forest> for LowSkyViewStage {
         (assets, ground, objects): Values<'_, Self>,
     ) -> Result<SkyViewFactor, Error> {
         let area = area(at, self.chunk_size_m, &assets);
-        let crowns = crowns(at, self.chunk_size_m, &objects)?;
+        let trees = trees(at, self.chunk_size_m, &objects)?;
         Ok(in_pool(|| {
-            SkyViewFactor::measure_low(&area, &*ground, &crowns)
+            SkyViewFactor::measure_low(&area, &*ground, &RayScene::new(trees))
         }))
     }
 }
@@ -113,7 +114,7 @@ impl Stage<Forest> for SkyViewStage {
         (assets, low, objects): Values<'_, Self>,
     ) -> Result<SkyViewFactor, Error> {
         let area = area(at, self.chunk_size_m, &assets);
-        let crowns = crowns(at, self.chunk_size_m, &objects)?;
-        Ok(in_pool(|| low.completed(&area, &crowns)))
+        let trees = trees(at, self.chunk_size_m, &objects)?;
+        Ok(in_pool(|| low.completed(&area, &RayScene::new(trees))))
     }
 }
