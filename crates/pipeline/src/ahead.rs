@@ -14,7 +14,7 @@ use crate::stages::sky_view_factor::chunks_of_trees;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Part {
     Objects,
-    /// The sky view factor: all of it for pictures, or the low part by which plants grow.
+    /// The sky view factor: all of it for pictures, or the part by which plants grow.
     Light,
     Undergrowth,
     Litter,
@@ -112,7 +112,7 @@ impl ForestPlan {
         let light = if is_lit {
             self.sky_view_factor
         } else {
-            self.low_sky_view_factor
+            self.ground_sky_view_factor
         };
         let mut missing = reach.coming(place_m, ahead_m);
         let kept_m = reach.visible_radius_m + spare_m;

@@ -10,7 +10,7 @@ use crate::stages::annotations::UncoveredGeometryStage;
 use crate::stages::balance::ChoiceStage;
 use crate::stages::litter::{LitterGeometryStage, LitterStage};
 use crate::stages::object_geometry::ObjectGeometryStage;
-use crate::stages::sky_view_factor::{LowSkyViewStage, SkyViewStage};
+use crate::stages::sky_view_factor::{GroundSkyViewStage, SkyViewStage};
 use crate::stages::undergrowth::{SeedlingStage, UndergrowthStage};
 use crate::stages::undergrowth_geometry::UndergrowthGeometryStage;
 
@@ -95,7 +95,7 @@ impl ChunkManager {
                     }
                     ObjectGeometryStage::ID
                     | UncoveredGeometryStage::ID
-                    | LowSkyViewStage::ID
+                    | GroundSkyViewStage::ID
                     | SkyViewStage::ID => c.delete_radius_m,
                     _ => c.delete_radius_m + 2.0 * c.size_m,
                 };

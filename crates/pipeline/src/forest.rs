@@ -23,7 +23,7 @@ use crate::stages::object_geometry::ObjectGeometryStage;
 use crate::stages::placement::{PlacementStage, RockPhaseStage, RockStage, WoodyStage};
 use crate::stages::scene_objects::SceneObjectStage;
 use crate::stages::sensors::{CameraStage, LidarStage};
-use crate::stages::sky_view_factor::{LowSkyViewStage, SkyViewStage};
+use crate::stages::sky_view_factor::{GroundSkyViewStage, SkyViewStage};
 use crate::stages::trajectory::TrajectoryStage;
 use crate::stages::undergrowth::{FloraStage, SeedlingStage, UndergrowthStage};
 use crate::stages::undergrowth_geometry::UndergrowthGeometryStage;
@@ -83,7 +83,7 @@ pub struct ForestPlan {
     /// Chunk: the sky view factor under its crowns.
     pub sky_view_factor: Node<ChunkCoord, SkyViewFactor>,
     /// Chunk: the part of it near the ground, by which plants grow.
-    pub low_sky_view_factor: Node<ChunkCoord, SkyViewFactor>,
+    pub ground_sky_view_factor: Node<ChunkCoord, SkyViewFactor>,
     /// Chunk: its low plants.
     pub undergrowth: Node<ChunkCoord, Vec<Patch>>,
     /// Chunk: its tree seedlings.
@@ -229,28 +229,24 @@ impl ForestPlan {
             },
             (assets.global(), ground, objects),
         );
-        let low_sky_view_factor = plan.add(
-            LowSkyViewStage { chunk_size_m },
+        let ground_sky_view_factor = plan.add(
+            GroundSkyViewStage { chunk_size_m },
             (assets.global(), ground, object_geometry.anywhere()),
         );
         let sky_view_factor = plan.add(
             SkyViewStage { chunk_size_m },
-            (
-                assets.global(),
-                low_sky_view_factor,
-                object_geometry.anywhere(),
-            ),
+            (ground_sky_view_factor, object_geometry.anywhere()),
         );
         let undergrowth = plan.add(
             UndergrowthStage,
-            (flora.global(), ground, low_sky_view_factor),
+            (flora.global(), ground, ground_sky_view_factor),
         );
         let seedlings = plan.add(
             SeedlingStage {
                 per_m2: config.placement.regeneration.seedlings,
                 chunk_size_m,
             },
-            (world, ground, low_sky_view_factor),
+            (world, ground, ground_sky_view_factor),
         );
         let undergrowth_geometry = plan.add(
             UndergrowthGeometryStage {
@@ -274,7 +270,7 @@ impl ForestPlan {
                 flora.global(),
                 assets.global(),
                 ground,
-                low_sky_view_factor,
+                ground_sky_view_factor,
                 object_geometry,
                 objects.anywhere(),
             ),
@@ -397,7 +393,7 @@ impl ForestPlan {
             deadwood,
             objects,
             sky_view_factor,
-            low_sky_view_factor,
+            ground_sky_view_factor,
             undergrowth,
             seedlings,
             object_geometry,

@@ -9,7 +9,7 @@ const HEIGHTS_M: [f64; 5] = [0.3, 4.0, 9.0, 15.0, 24.0];
 
 /// How many of them are needed for what grows on the ground, which is seldom far from the plane
 /// through four columns.
-const LOW_LAYERS: usize = 2;
+const GROUND_LAYERS: usize = 2;
 
 /// Length of the rays, metres; farther crowns do not count. Together with the widest crown it is
 /// less than a chunk of the usual size, so that neighbouring chunks get the same values at places
@@ -36,8 +36,8 @@ pub struct SkyViewArea {
 /// The share of the sky hemisphere, weighted by the cosine, that is visible past the crowns: a grid
 /// over a square of the plane, at several heights above its ground.
 ///
-/// The [low part](Self::measure_low) of it, for what grows on the ground, takes two fifths of the
-/// rays.
+/// The [part near the ground](Self::measure_near_ground), by which plants grow, takes two fifths of
+/// the rays.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SkyViewFactor {
     origin_m: DVec2,
@@ -46,6 +46,7 @@ pub struct SkyViewFactor {
     side: usize,
     /// Ground height at each column of nodes.
     ground_m: Vec<f64>,
+    canopy_height_m: f64,
     /// The number of layers, the lowest ones.
     layers: usize,
     /// As many values for each column.
@@ -63,40 +64,41 @@ impl SkyViewFactor {
         ground: &(impl Surface + ?Sized),
         crowns: &(impl RayCaster + ?Sized),
     ) -> Self {
-        Self::measure_low(area, ground, crowns).completed(area, crowns)
+        Self::measure_near_ground(area, ground, crowns).completed(crowns)
     }
 
     /// The layers near the ground alone, of which the upper one counts everywhere above it.
     #[must_use]
-    pub fn measure_low(
+    pub fn measure_near_ground(
         area: &SkyViewArea,
         ground: &(impl Surface + ?Sized),
         crowns: &(impl RayCaster + ?Sized),
     ) -> Self {
         let cells = (area.side_m / CELL_M).ceil() as usize;
         let (side, cell_m) = (cells + 1, area.side_m / cells as f64);
-        let mut low = Self {
+        let mut part = Self {
             origin_m: area.origin_m,
             cell_m,
             side,
             ground_m: Vec::new(),
-            layers: LOW_LAYERS,
+            canopy_height_m: area.canopy_height_m,
+            layers: GROUND_LAYERS,
             values: Vec::new(),
         };
-        let columns = (0..side * side).map(|i| area.origin_m + low.column_m(i));
-        low.ground_m = columns.map(|p| ground.height_m(p)).collect();
-        low.values = low.open_shares(area, &HEIGHTS_M[..LOW_LAYERS], crowns);
-        low
+        let columns = (0..side * side).map(|i| area.origin_m + part.column_m(i));
+        part.ground_m = columns.map(|p| ground.height_m(p)).collect();
+        part.values = part.open_shares(&HEIGHTS_M[..GROUND_LAYERS], crowns);
+        part
     }
 
-    /// All layers, of which the low ones are these. `area` and `crowns` are those of the low ones.
+    /// All layers, of which those near the ground are these, measured with the same crowns.
     #[must_use]
-    pub fn completed(&self, area: &SkyViewArea, crowns: &(impl RayCaster + ?Sized)) -> Self {
+    pub fn completed(&self, crowns: &(impl RayCaster + ?Sized)) -> Self {
         let heights_m = &HEIGHTS_M[self.layers..];
         if heights_m.is_empty() {
             return self.clone();
         }
-        let high = self.open_shares(area, heights_m, crowns);
+        let high = self.open_shares(heights_m, crowns);
         let columns = (self.values.chunks(self.layers)).zip(high.chunks(heights_m.len()));
         let values = columns.flat_map(|(low, high)| [low, high].concat());
         Self {
@@ -113,12 +115,7 @@ impl SkyViewFactor {
     }
 
     /// The shares of the sky that are visible at heights above the columns' ground, by column.
-    fn open_shares(
-        &self,
-        area: &SkyViewArea,
-        heights_m: &[f64],
-        crowns: &(impl RayCaster + ?Sized),
-    ) -> Vec<f32> {
+    fn open_shares(&self, heights_m: &[f64], crowns: &(impl RayCaster + ?Sized)) -> Vec<f32> {
         let directions = directions();
         let mut rays = Vec::with_capacity(self.ground_m.len() * heights_m.len() * DIRECTIONS);
         for (column, z) in self.ground_m.iter().enumerate() {
@@ -138,7 +135,7 @@ impl SkyViewFactor {
             .chunks_exact(DIRECTIONS)
             .zip(heights_m.iter().cycle()))
         .map(|(hidden, height)| {
-            let below_m = (area.canopy_height_m - height).max(0.0);
+            let below_m = (self.canopy_height_m - height).max(0.0);
             open_share(&directions, hidden, below_m) as f32
         })
         .collect()
@@ -295,14 +292,14 @@ mod tests {
         assert!(at(10.0, 24.0) < 0.25, "{}", at(10.0, 24.0));
         // High above everything the sky is taken as open.
         assert_eq!(at(10.0, 40.0), 1.0);
-        // The low part is the same as far up as it reaches.
-        let low = SkyViewFactor::measure_low(&area, &FlatSurface::default(), &Roof);
+        // The part near the ground is the same as far up as it reaches.
+        let near = SkyViewFactor::measure_near_ground(&area, &FlatSurface::default(), &Roof);
         for (x, z) in [(3.0, -1.0), (5.0, 0.3), (8.0, 2.0), (9.5, 3.9)] {
             let p = DVec3::new(100.0 + x, -45.0, z);
-            assert_eq!(low.at(p), sky.at(p));
+            assert_eq!(near.at(p), sky.at(p));
         }
-        assert_eq!(low.at(DVec3::new(105.0, -45.0, 30.0)), at(5.0, 4.0));
-        assert_eq!(low.completed(&area, &Roof), sky);
-        assert_eq!(sky.completed(&area, &Roof), sky);
+        assert_eq!(near.at(DVec3::new(105.0, -45.0, 30.0)), at(5.0, 4.0));
+        assert_eq!(near.completed(&Roof), sky);
+        assert_eq!(sky.completed(&Roof), sky);
     }
 }

@@ -2,9 +2,8 @@
 
 use std::sync::Arc;
 
-use nemoral_raycast::{Group, RayScene};
+use nemoral_raycast::RayScene;
 use nemoral_scene::ChunkCoord;
-use nemoral_scene::glam::Vec3;
 use nemoral_seed::Key;
 use nemoral_stand::{REACH_M, SkyViewArea, SkyViewFactor};
 
@@ -25,36 +24,29 @@ pub(crate) fn chunks_of_trees(
     at.square((REACH_M / chunk_size_m).ceil() as i32)
 }
 
-/// The trees in a chunk and in its neighbours, and where they are in metres from its corner.
-fn trees(
+/// Measures under the crowns of the trees in a chunk and in its neighbours.
+fn under_crowns(
     at: ChunkCoord,
     chunk_size_m: f64,
     objects: &Demand<'_, ObjectGeometry>,
-) -> Result<Vec<(Vec3, Arc<Group>)>, Error> {
+    measure: impl FnOnce(&RayScene) -> SkyViewFactor + Send,
+) -> Result<SkyViewFactor, Error> {
     let around: Vec<ChunkCoord> = chunks_of_trees(at, chunk_size_m).collect();
     let groups = around.iter().zip(objects.all(&around)?);
     let offset = |chunk: &ChunkCoord| chunk_offset_m(*chunk, at, chunk_size_m);
     let groups = groups.map(|(chunk, objects)| (offset(chunk), Arc::clone(&objects.0)));
-    Ok(groups.collect())
+    let groups: Vec<_> = groups.collect();
+    Ok(in_pool(|| measure(&RayScene::new(groups))))
 }
 
-fn area(at: ChunkCoord, chunk_size_m: f64, assets: &WorldAssets) -> SkyViewArea {
-    SkyViewArea {
-        origin_m: at.origin_m(chunk_size_m),
-        side_m: chunk_size_m,
-        canopy_height_m: assets.mean_height_m(),
-    }
-}
-
-/// Measures the [`SkyViewFactor`] of a chunk near the ground, by which plants grow, from the trees
-/// in it and in its neighbours.
+/// Measures the [`SkyViewFactor`] of a chunk near the ground, by which plants grow.
 #[derive(Clone, Copy, Debug)]
-pub struct LowSkyViewStage {
+pub struct GroundSkyViewStage {
     /// Side of a chunk.
     pub chunk_size_m: f64,
 }
 
-impl Stage<Forest> for LowSkyViewStage {
+impl Stage<Forest> for GroundSkyViewStage {
     type At = ChunkCoord;
     type Inputs = (
         OfWorld<WorldAssets>,
@@ -62,7 +54,7 @@ impl Stage<Forest> for LowSkyViewStage {
         AnyChunk<ObjectGeometry>,
     );
     type Output = SkyViewFactor;
-    const ID: &'static str = "chunk.low_sky_view_factor";
+    const ID: &'static str = "chunk.ground_sky_view_factor";
     const VERSION: u32 = 1;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
@@ -76,11 +68,14 @@ impl Stage<Forest> for LowSkyViewStage {
         _: Key,
         (assets, ground, objects): Values<'_, Self>,
     ) -> Result<SkyViewFactor, Error> {
-        let area = area(at, self.chunk_size_m, &assets);
-        let trees = trees(at, self.chunk_size_m, &objects)?;
-        Ok(in_pool(|| {
-            SkyViewFactor::measure_low(&area, &*ground, &RayScene::new(trees))
-        }))
+        let area = SkyViewArea {
+            origin_m: at.origin_m(self.chunk_size_m),
+            side_m: self.chunk_size_m,
+            canopy_height_m: assets.mean_height_m(),
+        };
+        under_crowns(at, self.chunk_size_m, &objects, |crowns| {
+            SkyViewFactor::measure_near_ground(&area, &*ground, crowns)
+        })
     }
 }
 
@@ -93,11 +88,7 @@ pub struct SkyViewStage {
 
 impl Stage<Forest> for SkyViewStage {
     type At = ChunkCoord;
-    type Inputs = (
-        OfWorld<WorldAssets>,
-        Node<ChunkCoord, SkyViewFactor>,
-        AnyChunk<ObjectGeometry>,
-    );
+    type Inputs = (Node<ChunkCoord, SkyViewFactor>, AnyChunk<ObjectGeometry>);
     type Output = SkyViewFactor;
     const ID: &'static str = "chunk.sky_view_factor";
     const VERSION: u32 = 3;
@@ -111,10 +102,10 @@ impl Stage<Forest> for SkyViewStage {
         &self,
         at: ChunkCoord,
         _: Key,
-        (assets, low, objects): Values<'_, Self>,
+        (near_ground, objects): Values<'_, Self>,
     ) -> Result<SkyViewFactor, Error> {
-        let area = area(at, self.chunk_size_m, &assets);
-        let trees = trees(at, self.chunk_size_m, &objects)?;
-        Ok(in_pool(|| low.completed(&area, &RayScene::new(trees))))
+        under_crowns(at, self.chunk_size_m, &objects, |crowns| {
+            near_ground.completed(crowns)
+        })
     }
 }

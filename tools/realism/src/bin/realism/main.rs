@@ -35,6 +35,11 @@ const TREES: u32 = 500;
 
 fn main() -> std::io::Result<()> {
     let named: Vec<String> = std::env::args().skip(1).collect();
+    if let Some(unknown) = named.iter().find(|n| !STANDS.contains(&n.as_str())) {
+        let allowed = STANDS.join(", ");
+        let message = format!("{unknown}: not a stand; allowed are {allowed}");
+        return Err(std::io::Error::other(message));
+    }
     let wanted = STANDS
         .iter()
         .filter(|s| named.is_empty() || named.iter().any(|n| n == *s));
