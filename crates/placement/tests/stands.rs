@@ -442,29 +442,46 @@ fn edged() -> PlacementParams {
     params
 }
 
-#[test]
-fn trees_end_at_open_land_behind_a_mantle_of_shrubs() {
-    let params = edged();
-    let mut world = World::new(params.clone(), 3, &everywhere);
+/// The density of a layer's sites in strips along the edge, 3 m wide, per chunk.
+fn densities(params: PlacementParams) -> impl Fn(u8, std::ops::Range<i32>) -> f64 {
+    let mut world = World::new(params, 3, &everywhere);
     world.placement = world.placement.with_open_land(Arc::new(WavyEdge));
-    let side = 14;
-    let low = ChunkCoord::new(-7, -7);
-    let sites: Vec<Site> = square(low, side)
+    let sites: Vec<Site> = square(ChunkCoord::new(-7, -7), 14)
         .into_iter()
         .flat_map(|c| world.woody(c))
         .collect();
-    // The areas of strips along the edge, by a grid.
+    // The areas of the strips, by a grid.
     let strip = |p: DVec2| (WavyEdge.depth_m(p) / 3.0).floor().clamp(-100.0, 100.0) as i32;
     let mut areas = BTreeMap::new();
     for i in 0..700 * 700 {
         let p = DVec2::new(f64::from(i % 700), f64::from(i / 700)) - 350.0;
         *areas.entry(strip(p)).or_insert(0.0) += 1.0;
     }
-    let density = |layer: u8, strips: std::ops::Range<i32>| {
+    move |layer, strips| {
         let here = |site: &&Site| site.layer == layer && strips.contains(&strip(site.position_m));
         let area: f64 = strips.clone().filter_map(|s| areas.get(&s)).sum();
         sites.iter().filter(here).count() as f64 / area * 2500.0
-    };
+    }
+}
+
+#[test]
+fn in_gaps_of_a_mantle_the_greater_density_counts() {
+    let mut params = edged();
+    let share = 0.5;
+    params.gaps = Some(Patches { share, ..GAPS });
+    params.layers[2].in_gaps = 4.0;
+    let density = densities(params);
+    let usual = density(2, -100..-3);
+    assert!((usual / 60.0 - 1.0).abs() < 0.1, "{usual}");
+    // In the mantle there are 5 times as many as outside of gaps, in gaps or not.
+    let outside = 60.0 / (1.0 - share + 4.0 * share);
+    let mantle = density(2, -1..1);
+    assert!((mantle / (5.0 * outside) - 1.0).abs() < 0.2, "{mantle}");
+}
+
+#[test]
+fn trees_end_at_open_land_behind_a_mantle_of_shrubs() {
+    let density = densities(edged());
     assert_eq!(density(0, 1..101), 0.0);
     let wood = density(0, -100..-1);
     assert!((wood / 96.0 - 1.0).abs() < 0.05, "{wood}");

@@ -100,7 +100,7 @@ impl CalibratedLayer {
         }
         let in_gap = self.minds_gaps() && gaps.is_some_and(|g| g.contain(point.p));
         let factor = if in_gap { self.in_gaps } else { 1.0 };
-        self.keeps_share(point, factor * at_edge)
+        self.keeps_share(point, together(factor, at_edge))
     }
 
     fn keeps_share(&self, point: &SamplePoint<Key>, factor: f64) -> bool {
@@ -124,8 +124,18 @@ impl Unevenness {
         let at_edges = layer.at_edges.as_ref().map_or(1.0, EdgeProfile::most);
         Self {
             mean: (1.0 - gap_share + gap_share * in_gaps) * cluster_share,
-            most: in_gaps.max(1.0) * at_edges.max(1.0),
+            most: in_gaps.max(1.0).max(at_edges),
         }
+    }
+}
+
+/// The relative density of a layer in a gap at the edge of a wood: where it is light for both
+/// reasons, the greater one counts.
+fn together(in_gap: f64, at_edge: f64) -> f64 {
+    if in_gap > 1.0 && at_edge > 1.0 {
+        in_gap.max(at_edge)
+    } else {
+        in_gap * at_edge
     }
 }
 
