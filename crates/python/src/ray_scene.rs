@@ -259,9 +259,8 @@ impl RayScene {
         let rays = Rays::copied(&rays);
         let hits = work::brief(py, |pool| {
             let limits = Limits::new(tnear, tfar)?;
-            pool.install(|| rays.check())?;
             let built = self.built(pool);
-            Ok(pool.install(|| Hits::cast(&built, &rays, limits)))
+            pool.install(|| Hits::cast(&built, &rays, limits))
         })?;
         let dict = PyDict::new(py);
         dict.set_item("t_hit", PyArray1::from_vec(py, hits.distances))?;
@@ -285,9 +284,8 @@ impl RayScene {
         let rays = Rays::copied(&rays);
         let occluded = work::brief(py, |pool| {
             let limits = Limits::new(tnear, tfar)?;
-            pool.install(|| rays.check())?;
             let built = self.built(pool);
-            Ok(pool.install(|| occluded(&built, &rays, limits)))
+            pool.install(|| occluded(&built, &rays, limits))
         })?;
         Ok(PyArray1::from_vec(py, occluded))
     }

@@ -11,8 +11,10 @@ use crate::ray_scene::Built;
 
 /// What is nothing's number.
 const INVALID: u32 = u32::MAX;
-/// Rays of a task: they are cast in one order, and their results are written by one thread.
+/// The most rays of a task. One thread casts them, in one order, and writes their results.
 const TASK: usize = 1 << 15;
+/// The least rays of a task: fewer have few similar neighbours.
+const TASK_LEAST: usize = 1 << 11;
 /// The shortest direction: a hit's distance, in lengths of it, is a number.
 const SHORTEST: f64 = 1e-30;
 
@@ -32,29 +34,38 @@ impl Rays {
         self.0.as_chunks().0
     }
 
-    /// Refuses rays that cannot be cast, by the first of them.
-    pub(crate) fn check(&self) -> Result<(), Failure> {
-        let rows = self.rows();
-        let wrong = rows.par_iter().with_min_len(TASK);
-        let Some(first) = wrong.position_first(|ray| !is_sound(ray)) else {
+    /// How many rays a task has: there are several for each thread, as they take different times.
+    fn of_a_task(&self) -> usize {
+        let share = self.rows().len().div_ceil(4 * rayon::current_num_threads());
+        share.clamp(TASK_LEAST, TASK)
+    }
+
+    /// The failure of some tasks, each with the number in it of the first ray that cannot be cast,
+    /// if there is one; by the first of all.
+    fn refused(
+        &self,
+        tasks: impl IndexedParallelIterator<Item = Option<usize>>,
+    ) -> Result<(), Failure> {
+        let tasks = tasks.enumerate();
+        let first = tasks.filter_map(|(task, at)| Some(task * self.of_a_task() + at?));
+        let Some(first) = first.min() else {
             return Ok(());
         };
-        let found = format!("{:?}", rows[first]);
+        let found = format!("{:?}", self.rows()[first]);
         let allowed = "finite numbers and a direction whose length is 1e-30 to 3.4e38";
         Err(Failure::argument(&format!("rays[{first}]"), found, allowed))
     }
 }
 
-/// The length of a ray's direction. In double precision none is too short or too long.
-fn length(&[_, _, _, dx, dy, dz]: &[f32; 6]) -> f64 {
-    Vec3::new(dx, dy, dz).as_dvec3().length()
-}
-
-fn is_sound(ray: &[f32; 6]) -> bool {
-    let [x, y, z, ..] = ray;
-    let length = length(ray);
-    // Not a number is not within.
-    [x, y, z].iter().all(|x| x.is_finite()) && length >= SHORTEST && (length as f32).is_finite()
+/// The length of a ray's direction, if it can be cast. In double precision no direction is too short
+/// or too long.
+fn length(&[x, y, z, dx, dy, dz]: &[f32; 6]) -> Option<f64> {
+    let length = Vec3::new(dx, dy, dz).as_dvec3().length();
+    let is_sound = [x, y, z].iter().all(|x| x.is_finite())
+        // Not a number is not within.
+        && length >= SHORTEST
+        && (length as f32).is_finite();
+    is_sound.then_some(length)
 }
 
 /// From where to where hits of rays count, in lengths of their directions.
@@ -74,34 +85,37 @@ impl Limits {
         Err(Failure::argument("tnear, tfar", found, allowed))
     }
 
-    /// Rays of unit directions, and the lengths of the given ones, which are sound.
-    fn unit_rays(self, rays: &[[f32; 6]]) -> (Vec<Ray>, Vec<f32>) {
-        let unit = |ray: &[f32; 6]| {
+    /// Rays of unit directions, and the lengths of the given ones; or the number of the first that
+    /// cannot be cast.
+    fn unit_rays(self, rays: &[[f32; 6]]) -> Result<(Vec<Ray>, Vec<f32>), usize> {
+        let mut units = Vec::with_capacity(rays.len());
+        let mut lengths = Vec::with_capacity(rays.len());
+        for (number, ray) in rays.iter().enumerate() {
             let &[x, y, z, dx, dy, dz] = ray;
-            let length = length(ray);
+            let length = length(ray).ok_or(number)?;
             let unit = DVec3::new(dx.into(), dy.into(), dz.into()) / length;
             let length = length as f32;
-            let ray = Ray {
+            units.push(Ray {
                 t_min_m: self.near * length,
                 t_max_m: self.far * length,
                 ..Ray::new(Vec3::new(x, y, z), unit.as_vec3())
-            };
-            (ray, length)
-        };
-        rays.iter().map(unit).unzip()
+            });
+            lengths.push(length);
+        }
+        Ok((units, lengths))
     }
 }
 
-/// Whether there is any hit for each of some checked rays.
-pub(crate) fn occluded(built: &Built, rays: &Rays, limits: Limits) -> Vec<bool> {
-    let rays = rays.rows();
-    let mut occluded = vec![false; rays.len()];
-    let tasks = rays.par_chunks(TASK).zip(occluded.par_chunks_mut(TASK));
-    tasks.for_each(|(rays, occluded)| {
-        let (rays, _) = limits.unit_rays(rays);
-        built.caster.are_occluded(&rays, occluded);
-    });
-    occluded
+/// Whether there is any hit for each ray.
+pub(crate) fn occluded(built: &Built, rays: &Rays, limits: Limits) -> Result<Vec<bool>, Failure> {
+    let task = rays.of_a_task();
+    let mut occluded = vec![false; rays.rows().len()];
+    let tasks = (rays.rows().par_chunks(task), occluded.par_chunks_mut(task));
+    rays.refused(tasks.into_par_iter().map(|(rays, occluded)| {
+        let cast = |(rays, _): (Vec<_>, _)| built.caster.are_occluded(&rays, occluded);
+        limits.unit_rays(rays).map(cast).err()
+    }))?;
+    Ok(occluded)
 }
 
 /// The columns of hits.
@@ -127,11 +141,9 @@ struct Place<'a> {
 }
 
 impl Hits {
-    /// Casts checked rays by the threads of the current pool, each of which writes the hits of its
-    /// tasks.
-    pub(crate) fn cast(built: &Built, rays: &Rays, limits: Limits) -> Self {
-        let rays = rays.rows();
-        let count = rays.len();
+    /// Casts rays by the threads of the current pool, each of which writes the hits of its tasks.
+    pub(crate) fn cast(built: &Built, rays: &Rays, limits: Limits) -> Result<Self, Failure> {
+        let (count, task) = (rays.rows().len(), rays.of_a_task());
         // Zeros come from the system untouched, so that each thread touches its own part first.
         let mut hits = Self {
             distances: vec![0.0; count],
@@ -143,21 +155,22 @@ impl Hits {
             semantics: vec![0; count],
         };
         let columns = (
-            rays.par_chunks(TASK),
-            hits.distances.par_chunks_mut(TASK),
-            hits.meshes.par_chunks_mut(TASK),
-            hits.primitives.par_chunks_mut(TASK),
-            hits.uvs.par_chunks_mut(TASK),
-            hits.normals.par_chunks_mut(TASK),
-            hits.instances.par_chunks_mut(TASK),
-            hits.semantics.par_chunks_mut(TASK),
+            rays.rows().par_chunks(task),
+            hits.distances.par_chunks_mut(task),
+            hits.meshes.par_chunks_mut(task),
+            hits.primitives.par_chunks_mut(task),
+            hits.uvs.par_chunks_mut(task),
+            hits.normals.par_chunks_mut(task),
+            hits.instances.par_chunks_mut(task),
+            hits.semantics.par_chunks_mut(task),
         );
-        columns.into_par_iter().for_each(|columns| {
+        rays.refused(columns.into_par_iter().map(|columns| {
             let (rays, distances, meshes, primitives, uvs, normals, instances, semantics) = columns;
-            let (rays, lengths) = limits.unit_rays(rays);
-            let mut records = vec![None; rays.len()];
-            built.caster.closest_records(&rays, &mut records);
-            for (i, record) in records.iter().enumerate() {
+            let (rays, lengths) = match limits.unit_rays(rays) {
+                Ok(rays) => rays,
+                Err(number) => return Some(number),
+            };
+            built.caster.for_each_closest_record(&rays, |i, record| {
                 let place = Place {
                     distance: &mut distances[i],
                     mesh: &mut meshes[i],
@@ -168,9 +181,10 @@ impl Hits {
                     semantic: &mut semantics[i],
                 };
                 place.write(built, record.as_ref(), lengths[i]);
-            }
-        });
-        hits
+            });
+            None
+        }))?;
+        Ok(hits)
     }
 }
 

@@ -192,6 +192,7 @@ impl Blas {
 
     /// The primitive of a hit, from the block that the traversal has just looked at if there is
     /// one.
+    #[inline(always)]
     pub(crate) fn shape_at(
         &self,
         primitive: u32,

@@ -58,6 +58,7 @@ pub(crate) enum Shape {
 
 impl Shape {
     /// The two edges from the first corner.
+    #[inline(always)]
     pub(crate) fn edges(self) -> [DVec3; 2] {
         match self {
             Self::Triangle(corners) => {
@@ -127,6 +128,7 @@ impl Block {
     }
 
     /// A lane's primitive, as it is in its prototype.
+    #[inline(always)]
     pub(crate) fn shape(&self, lane: usize) -> Shape {
         let at = |p: &[F8; 3]| Vec3::from_array([0, 1, 2].map(|k| p[k].0[lane & 7]));
         let points = [at(&self.corner), at(&self.second), at(&self.third)];

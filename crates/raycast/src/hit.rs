@@ -44,6 +44,7 @@ impl ResolvedHit for SurfaceHit {
 
 /// Unit normal of a primitive of an instance, in its group, on the side from which its corners are
 /// counterclockwise; up for one without any area.
+#[inline(always)]
 pub(crate) fn geometric_normal(shape: &Shape, pose: &Pose) -> DVec3 {
     let [u, v] = shape.edges();
     let normal = pose.normal_to_group(u.cross(v)).try_normalize();

@@ -85,6 +85,19 @@ impl RayScene {
         self.resolve(rays, records);
     }
 
+    /// Hands over the first hit of each ray with the ray's number, on the calling thread and in an
+    /// order of its own: for who has many batches, one for each thread, and keeps hits in a form of
+    /// their own.
+    pub fn for_each_closest_record(
+        &self,
+        rays: &[Ray],
+        mut take: impl FnMut(usize, Option<HitRecord>),
+    ) {
+        self.cast_all(rays, &by_direction(rays), &mut |_, ray, nearest| {
+            take(ray as usize, HitRecord::of(&self.tlas.groups, nearest));
+        });
+    }
+
     /// The memory that the scene takes, bytes: groups, shapes with their prototypes, and masks,
     /// each once. Textures are not included.
     #[must_use]

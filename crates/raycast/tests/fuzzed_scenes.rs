@@ -219,6 +219,14 @@ proptest! {
             let mut records = vec![None; rays.len()];
             caster.closest_records(&rays, &mut records);
             prop_assert_eq!(difference(&rays, &one, &records), None);
+            let mut handed = vec![None; rays.len()];
+            let mut count = 0;
+            caster.for_each_closest_record(&rays, |ray, record| {
+                handed[ray] = record;
+                count += 1;
+            });
+            prop_assert_eq!(difference(&rays, &one, &handed), None);
+            prop_assert_eq!(count, rays.len());
             for (record, hit) in records.iter().zip(&hits) {
                 let said = record.map(|r: HitRecord| (r.distance_m, r.object, r.geometric_normal));
                 let expected = hit.map(|h| {

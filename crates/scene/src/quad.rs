@@ -1,7 +1,5 @@
 //! Quads of a mesh that are cards: leaves of imported plants.
 
-use std::collections::HashMap;
-
 use glam::{DVec2, DVec3, Vec2, Vec3};
 
 use crate::{Card, MaterialLibrary, Mesh, TextureWindow};
@@ -33,7 +31,7 @@ const SKEW: f64 = 1.0 / 512.0;
 const SKEW_TEXELS: f64 = 1.0 / 16.0;
 
 /// Edges of more triangles are no leaves' diagonals, and would take long.
-const MOST_AT_EDGE: usize = 64;
+const MOST_AT_EDGE: usize = 16;
 
 /// The least sine of the angle between the sides.
 const LEAST_SINE: f64 = 1e-3;
@@ -112,19 +110,30 @@ fn parallelogram<P: Point>(points: [P; 4]) -> ([P; 3], P) {
     P::fit(points)
 }
 
-/// A position by its bits; both zeros are one.
-type Place = [u32; 3];
-
-fn place(p: Vec3) -> Place {
-    (p + Vec3::ZERO).to_array().map(f32::to_bits)
+/// The number of each vertex's place: vertices whose positions are equal to the bit share one. Both
+/// zeros are one.
+fn places(mesh: &Mesh) -> Vec<u32> {
+    let bits = |p: &Vec3| (*p + Vec3::ZERO).to_array().map(f32::to_bits);
+    let mut vertices: Vec<_> = mesh.positions.iter().map(bits).zip(0_u32..).collect();
+    vertices.sort_unstable();
+    let mut places = vec![0; vertices.len()];
+    for (number, same) in (0..).zip(vertices.chunk_by(|a, b| a.0 == b.0)) {
+        for &(_, vertex) in same {
+            places[vertex as usize] = number;
+        }
+    }
+    places
 }
 
 /// An edge between two places, the lower one first.
-type Edge = [Place; 2];
+type Edge = [u32; 2];
 
-fn edge(a: Vec3, b: Vec3) -> Edge {
-    let (a, b) = (place(a), place(b));
-    [a.min(b), a.max(b)]
+/// The edges of a polygon by the places of its corners.
+fn edges<const N: usize>(corners: [u32; N]) -> [Edge; N] {
+    std::array::from_fn(|k| {
+        let (a, b) = (corners[k], corners[(k + 1) % N]);
+        [a.min(b), a.max(b)]
+    })
 }
 
 /// The quads of a mesh whose indices and materials are valid, in order of their first triangles.
@@ -134,49 +143,42 @@ pub(crate) fn find(mesh: &Mesh, library: &MaterialLibrary) -> Vec<Quad> {
         let blends = mesh.blends.get(i).is_some_and(|b| b.shares != [0.0; 3]);
         material.mask.is_some() && !blends
     };
-    if mesh.uvs.is_empty() {
+    let count = mesh.triangles.len();
+    if mesh.uvs.is_empty() || !(0..count).any(masked) {
         return Vec::new();
     }
-    let candidates: Vec<u32> = (0..mesh.triangles.len())
-        .filter(|&i| masked(i))
-        .map(|i| i as u32)
-        .collect();
-    let edges = |i: u32| {
-        let [a, b, c] = corners(mesh, i);
-        [edge(a, b), edge(b, c), edge(c, a)]
-    };
-    // The candidates at each edge.
-    let mut at_edge: HashMap<Edge, Vec<u32>> = HashMap::new();
-    for &i in &candidates {
-        for edge in edges(i) {
-            at_edge.entry(edge).or_default().push(i);
+    let places = places(mesh);
+    let corners = |i: usize| mesh.triangles[i].corners.map(|v| places[v as usize]);
+    // Candidates at one edge follow each other.
+    let candidates = (0..count).filter(|&i| masked(i));
+    let at_edges = candidates.flat_map(|i| edges(corners(i)).map(|edge| (edge, i as u32)));
+    let mut at_edges: Vec<_> = at_edges.collect();
+    at_edges.sort_unstable();
+    let mut pairs = Vec::new();
+    for run in at_edges.chunk_by(|a, b| a.0 == b.0) {
+        if run.len() <= MOST_AT_EDGE {
+            for (k, &(_, first)) in run.iter().enumerate() {
+                let others = run[k + 1..].iter().map(|&(_, other)| other);
+                pairs.extend(others.filter(|&o| o > first).map(|o| [first, o]));
+            }
         }
     }
+    pairs.sort_unstable();
     // A triangle takes the first later one that makes a parallelogram of it.
-    let mut taken = vec![false; mesh.triangles.len()];
+    let mut taken = vec![false; count];
     let mut quads = Vec::new();
-    for &i in &candidates {
-        if taken[i as usize] {
+    for [i, k] in pairs {
+        if taken[i as usize] || taken[k as usize] {
             continue;
         }
-        let few = edges(i).map(|e| &at_edge[&e]).into_iter();
-        let partners = few.filter(|all| all.len() <= MOST_AT_EDGE).flatten();
-        let mut partners: Vec<u32> = partners.copied().filter(|&k| k > i).collect();
-        partners.sort_unstable();
-        let mut open = partners.into_iter().filter(|&k| !taken[k as usize]);
-        if let Some(quad) = open.find_map(|k| join(mesh, library, i, k)) {
-            for k in quad.triangles {
-                taken[k as usize] = true;
+        if let Some(quad) = join(mesh, library, i, k) {
+            for t in quad.triangles {
+                taken[t as usize] = true;
             }
             quads.push(quad);
         }
     }
-    alone(mesh, quads)
-}
-
-fn corners(mesh: &Mesh, triangle: u32) -> [Vec3; 3] {
-    let corners = mesh.triangles[triangle as usize].corners;
-    corners.map(|i| mesh.positions[i as usize])
+    alone(mesh, &places, quads)
 }
 
 /// The quad of two triangles, if they are one.
@@ -240,41 +242,57 @@ impl Quad {
 
 /// Those quads of which no edge is an edge of anything but quads with the same four corners (the
 /// back of the same leaf, or copies).
-fn alone(mesh: &Mesh, quads: Vec<Quad>) -> Vec<Quad> {
-    let places = |q: &Quad| {
-        let mut places = q.corners.map(|i| place(mesh.positions[i as usize]));
-        places.sort_unstable();
-        places
-    };
-    let border = |q: &Quad| {
-        let [a, b, c, d] = q.corners.map(|i| mesh.positions[i as usize]);
-        [edge(a, b), edge(b, c), edge(c, d), edge(d, a)]
-    };
-    // The one set of corners that an edge belongs to; `None` if there are several.
-    let mut owners: HashMap<Edge, Option<[Place; 4]>> = HashMap::new();
+fn alone(mesh: &Mesh, places: &[u32], quads: Vec<Quad>) -> Vec<Quad> {
+    struct Side {
+        edge: Edge,
+        /// The places of the quad's corners, ascending; of a triangle none.
+        owner: Option<[u32; 4]>,
+        quad: usize,
+    }
+    if quads.is_empty() {
+        return quads;
+    }
+    let at = |vertex: u32| places[vertex as usize];
+    let mut sides = Vec::with_capacity(4 * quads.len());
     let mut in_quad = vec![false; mesh.triangles.len()];
-    for quad in &quads {
-        let own = places(quad);
-        for edge in border(quad) {
-            let owner = owners.entry(edge).or_insert(Some(own));
-            if *owner != Some(own) {
-                *owner = None;
-            }
-        }
+    for (number, quad) in quads.iter().enumerate() {
+        let corners = quad.corners.map(at);
+        let mut owner = corners;
+        owner.sort_unstable();
+        sides.extend(edges(corners).map(|edge| Side {
+            edge,
+            owner: Some(owner),
+            quad: number,
+        }));
         for t in quad.triangles {
             in_quad[t as usize] = true;
         }
     }
-    for i in (0..mesh.triangles.len()).filter(|&i| !quads.is_empty() && !in_quad[i]) {
-        let [a, b, c] = corners(mesh, i as u32);
-        for edge in [edge(a, b), edge(b, c), edge(c, a)] {
-            if let Some(owner) = owners.get_mut(&edge) {
-                *owner = None;
+    for (triangle, _) in mesh
+        .triangles
+        .iter()
+        .zip(in_quad)
+        .filter(|(_, in_quad)| !in_quad)
+    {
+        sides.extend(edges(triangle.corners.map(at)).map(|edge| Side {
+            edge,
+            owner: None,
+            quad: 0,
+        }));
+    }
+    sides.sort_unstable_by_key(|side| side.edge);
+    let mut is_alone = vec![true; quads.len()];
+    for run in sides.chunk_by(|a, b| a.edge == b.edge) {
+        if run.iter().any(|side| side.owner != run[0].owner) {
+            for side in run.iter().filter(|side| side.owner.is_some()) {
+                is_alone[side.quad] = false;
             }
         }
     }
-    let is_alone = |q: &Quad| border(q).iter().all(|e| owners[e].is_some());
-    quads.into_iter().filter(is_alone).collect()
+    let mut is_alone = is_alone.into_iter();
+    let mut quads = quads;
+    quads.retain(|_| is_alone.next() == Some(true));
+    quads
 }
 
 #[cfg(test)]
