@@ -1,6 +1,7 @@
 //! A library as bytes, to be stored between runs.
 
 use std::borrow::Cow;
+use std::io;
 use std::sync::Arc;
 
 use nemoral_scene::{
@@ -120,6 +121,19 @@ impl Library {
     /// The library as bytes for [`Library::from_bytes`] of the same version of this crate.
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {
+        postcard::to_stdvec(&self.stored()).expect("plain data can be written")
+    }
+
+    /// Writes the same bytes, in many small pieces: to a buffered writer, if it is a file.
+    ///
+    /// # Errors
+    /// Those of the writer.
+    pub fn write(&self, out: impl io::Write) -> io::Result<()> {
+        let written = postcard::to_io(&self.stored(), out);
+        written.map(drop).map_err(io::Error::other)
+    }
+
+    fn stored(&self) -> StoredLibrary<'_> {
         let mut textures: Vec<&Arc<Texture>> = Vec::new();
         let mut materials = Vec::new();
         for material in self.materials.materials() {
@@ -144,7 +158,7 @@ impl Library {
                 optics: material.optics,
             });
         }
-        let stored = StoredLibrary {
+        StoredLibrary {
             textures: textures.into_iter().map(|t| Cow::Borrowed(&**t)).collect(),
             materials,
             trees: [&self.trees, &self.saplings, &self.snags]
@@ -186,8 +200,7 @@ impl Library {
                 [&tiles.wide, &tiles.narrow].map(|t| t.iter().map(StoredPlant::of).collect())
             }),
             ground: Cow::Borrowed(&self.ground),
-        };
-        postcard::to_stdvec(&stored).expect("plain data can be written")
+        }
     }
 
     /// Reads what [`Library::to_bytes`] wrote; the library is equal to the bit.

@@ -190,7 +190,7 @@ impl Folder {
     /// [`Error::Link`], [`Error::NotRegular`] if a folder or a device bears the name,
     /// [`Error::Io`].
     pub fn put(&self, name: &InnerPath, bytes: &[u8]) -> Result<(), Error> {
-        self.begin(name, bytes)?.commit()
+        self.begin_with(name, bytes)?.commit()
     }
 
     /// Does the same, and syncs the content before the file gets its name, and the name after that.
@@ -198,10 +198,20 @@ impl Folder {
     /// # Errors
     /// As [`Folder::put`].
     pub fn put_synced(&self, name: &InnerPath, bytes: &[u8]) -> Result<(), Error> {
-        self.begin(name, bytes)?.commit_synced()
+        self.begin_with(name, bytes)?.commit_synced()
     }
 
-    fn begin(&self, name: &InnerPath, bytes: &[u8]) -> Result<PendingFile, Error> {
+    fn begin_with(&self, name: &InnerPath, bytes: &[u8]) -> Result<PendingFile, Error> {
+        let mut file = self.begin(name)?;
+        (file.write_all(bytes)).map_err(Error::io(&name.below(&self.root)))?;
+        Ok(file)
+    }
+
+    /// Begins a file that gets its name when it is whole, and makes its folders.
+    ///
+    /// # Errors
+    /// As [`Folder::put`].
+    pub fn begin(&self, name: &InnerPath) -> Result<PendingFile, Error> {
         if let Some(folder) = name.parent() {
             self.create_folders(&folder)?;
         } else {
@@ -212,9 +222,7 @@ impl Folder {
             let found = read::kind(meta.file_type());
             return Err(Error::NotRegular { path, found });
         }
-        let mut file = PendingFile::beside(&path).map_err(Error::io(&path))?;
-        file.write_all(bytes).map_err(Error::io(&path))?;
-        Ok(file)
+        PendingFile::beside(&path).map_err(Error::io(&path))
     }
 
     /// Removes a regular file. A missing file is no error.

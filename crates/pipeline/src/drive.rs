@@ -115,17 +115,17 @@ pub(crate) fn inventory(
         ));
     }
     let assets = runner.get(forest.assets, ())?;
+    let objects = runner.demand(forest.objects);
     let mut all = Inventory::default();
-    for &chunk in &visible {
-        for object in &runner.get(forest.objects, chunk)?.0 {
+    let visible: Vec<ChunkCoord> = visible.into_iter().collect();
+    for column in visible.chunk_by(|a, b| a.x == b.x) {
+        for object in objects.all(column)?.iter().flat_map(|chunk| &chunk.0) {
             all.objects.push(assets.object_record(object));
             all.trees.extend(assets.tree_record(object));
             all.deadwood.extend(assets.deadwood_record(object));
         }
-        // Chunks come column by column, so those two columns back are no longer needed.
-        runner
-            .store()
-            .retain(|_, at| !matches!(at, At::Chunk(c) if c.x < chunk.x - 2));
+        // Those two columns back are no longer needed.
+        (runner.store()).retain(|_, at| !matches!(at, At::Chunk(c) if c.x < column[0].x - 2));
     }
     Ok(all)
 }

@@ -20,6 +20,7 @@ use crate::plan::{At, Cache, Hasher, Runner, Stage, Store};
 use crate::prove::within_sequence;
 use crate::recording::pose::FramePose;
 use crate::stages::balance::ChoiceStage;
+use crate::stages::scene_objects::SceneObjectStage;
 use crate::world::balance::BalanceChoice;
 use crate::worlds::{World, Worlds};
 use crate::{Backend, Error, ForestPlan, SequenceFrames};
@@ -185,8 +186,10 @@ fn note_memory(world: &World, runner: &Runner<'_>, observer: &dyn Observer) -> R
 
 /// Writes the files of a sequence whose frames are done.
 fn conclude(world: &World, runner: &Runner<'_>, writer: &Writer) -> Result<(), Error> {
-    // The frames are done, and the rest needs only values of the world.
-    (runner.store()).retain(|stage, at| at == At::World || stage == ChoiceStage::ID);
+    // The frames are done, and the rest needs only what is of the world, and objects, which are
+    // little.
+    let needed = [ChoiceStage::ID, SceneObjectStage::ID];
+    (runner.store()).retain(|stage, at| at == At::World || needed.contains(&stage));
     let (number, config) = (world.sequence.number, &world.sequence.config);
     let track = track((number, config), &world.forest, runner)?;
     let frames = writer.frames().into_iter();

@@ -5,12 +5,13 @@
     reason = "the one module of this crate that looks after files: their ages and sizes"
 )]
 
+use std::error::Error;
 use std::fs::{self, File};
-use std::io;
+use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
-use nemoral_files::{Folder, InnerPath, is_temporary_name};
+use nemoral_files::{Folder, InnerPath, PendingFile, is_temporary_name};
 
 use crate::{Fingerprint, Hasher};
 
@@ -32,8 +33,8 @@ pub struct Cache {
 /// How a stage's output is stored in a [`Cache`].
 #[derive(Debug)]
 pub struct Kept<T> {
-    /// The output as bytes.
-    pub to_bytes: fn(&T) -> Vec<u8>,
+    /// Writes the output, in pieces of any size.
+    pub write: fn(&T, &mut dyn Write) -> io::Result<()>,
     /// The output from its bytes, equal to the bit; `None` if they are not valid.
     pub from_bytes: fn(&[u8]) -> Option<T>,
 }
@@ -43,9 +44,30 @@ const ENDING: &str = "nemoral";
 const LIMIT_BYTES: u64 = 2_000_000_000;
 /// The largest program that is hashed, bytes.
 const PROGRAM_BYTES: u64 = 4 << 30;
+/// As much as is written and hashed at a time.
+const BUFFER_BYTES: usize = 1 << 18;
 /// Files are written in seconds, so one that is unfinished after this time was left by a killed
 /// process.
 const ABANDONED: Duration = Duration::from_secs(3600);
+
+/// A file, and the hash of what has been written to it.
+#[derive(Debug)]
+struct Hashed {
+    file: PendingFile,
+    hash: blake3::Hasher,
+}
+
+impl Write for Hashed {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let written = self.file.write(bytes)?;
+        self.hash.update(&bytes[..written]);
+        Ok(written)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.flush()
+    }
+}
 
 impl Cache {
     /// Opens the cache of this program's values in a folder, which is made if it does not exist.
@@ -114,14 +136,33 @@ impl Cache {
         Some(bytes)
     }
 
-    /// Stores bytes, if there is room.
-    pub(crate) fn put(&self, key: Fingerprint, bytes: &[u8]) {
-        let whole = [bytes, blake3::hash(bytes).as_bytes()].concat();
+    /// Stores what `write` writes, if there is room.
+    pub(crate) fn put(
+        &self,
+        key: Fingerprint,
+        write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+    ) {
         // The folder may have been removed; then nothing is stored any more.
         if self.folder.root().is_dir() {
-            let _ = self.folder.put(&self.name(key), &whole);
+            let _ = self.write(&self.name(key), write);
         }
         self.tidy(&self.path(key));
+    }
+
+    fn write(
+        &self,
+        name: &InnerPath,
+        write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+    ) -> Result<(), Box<dyn Error>> {
+        let hashed = Hashed {
+            file: self.folder.begin(name)?,
+            hash: blake3::Hasher::new(),
+        };
+        let mut writer = BufWriter::with_capacity(BUFFER_BYTES, hashed);
+        write(&mut writer)?;
+        let Hashed { mut file, hash } = writer.into_inner()?;
+        file.write_all(hash.finalize().as_bytes())?;
+        Ok(file.commit()?)
     }
 
     /// Every file whose name `is_ours` accepts, with its date.
@@ -216,7 +257,7 @@ mod tests {
         let dir = tempfile::tempdir().expect("a folder");
         let of_one = cache(dir.path(), 1);
         assert!(!of_one.has(key(7)) && of_one.get(key(7)).is_none());
-        of_one.put(key(7), b"a value");
+        of_one.put(key(7), |out| out.write_all(b"a value"));
         assert!(of_one.has(key(7)));
         assert_eq!(of_one.get(key(7)).as_deref(), Some(b"a value".as_slice()));
         assert_eq!(of_one.get(key(8)), None);
@@ -239,7 +280,7 @@ mod tests {
             fs::write(&program, bytes).expect("written");
             Cache::open_for(dir.path().join("kept"), &program).expect("a folder")
         };
-        opened(b"one").put(key(7), b"a value");
+        opened(b"one").put(key(7), |out| out.write_all(b"a value"));
         assert!(opened(b"one").has(key(7)));
         assert!(!opened(b"two").has(key(7)));
         let none = dir.path().join("none");
@@ -250,7 +291,7 @@ mod tests {
     fn a_damaged_file_is_none_and_is_mended() {
         let dir = tempfile::tempdir().expect("a folder");
         let cache = cache(dir.path(), 1);
-        cache.put(key(7), b"a value");
+        cache.put(key(7), |out| out.write_all(b"a value"));
         let path = cache.path(key(7));
         let whole = fs::read(&path).expect("kept");
         let mut flipped = whole.clone();
@@ -259,7 +300,7 @@ mod tests {
             fs::write(&path, damaged).expect("a file");
             assert_eq!(cache.get(key(7)), None, "{damaged:?}");
         }
-        cache.put(key(7), b"a value");
+        cache.put(key(7), |out| out.write_all(b"a value"));
         assert!(cache.get(key(7)).is_some());
     }
 
@@ -270,7 +311,7 @@ mod tests {
         fs::write(cache.folder.root().join("not ours.txt"), [0; 500]).expect("a file");
         cache.limit_bytes = 3 * (100 + 32);
         for n in 0..3 {
-            cache.put(key(n), &[n as u8; 100]);
+            cache.put(key(n), |out| out.write_all(&[n as u8; 100]));
             let file = File::options().append(true).open(cache.path(key(n)));
             let past = now() - Duration::from_secs(1000 - n);
             let aged = file.and_then(|f| f.set_modified(past));
@@ -278,7 +319,7 @@ mod tests {
         }
         // The first is used again, so the second is the oldest now.
         assert!(cache.get(key(0)).is_some());
-        cache.put(key(3), &[3; 100]);
+        cache.put(key(3), |out| out.write_all(&[3; 100]));
         let left: Vec<bool> = (0..4).map(|n| cache.has(key(n))).collect();
         assert_eq!(left, [true, false, true, true]);
         assert!(cache.folder.root().join("not ours.txt").exists());
@@ -322,7 +363,7 @@ mod tests {
         let dir = tempfile::tempdir().expect("a folder");
         let cache = cache(dir.path(), 1);
         fs::remove_dir_all(cache.folder.root()).expect("was there");
-        cache.put(key(7), b"a value");
+        cache.put(key(7), |out| out.write_all(b"a value"));
         assert_eq!(cache.get(key(7)), None);
         let file = dir.path().join("file");
         fs::write(&file, b"").expect("a file");

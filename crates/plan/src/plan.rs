@@ -4,7 +4,7 @@ use std::fmt;
 use std::sync::Arc;
 
 use crate::node::{Node, Value};
-use crate::{AnyCoordinate, Coordinate, Fingerprint, Hasher, PlanTypes, StageError, Store};
+use crate::{AnyCoordinate, Cache, Coordinate, Fingerprint, Hasher, PlanTypes, StageError, Store};
 
 /// A node with its types erased; the erasure is private and guarded by [`Node`]'s types.
 pub(crate) trait Erased<P: PlanTypes>: Send + Sync {
@@ -13,8 +13,8 @@ pub(crate) trait Erased<P: PlanTypes>: Send + Sync {
     fn run(&self, at: P::At, runner: &Runner<'_, P>) -> Result<Value, P::Error>;
     /// Whether its values are stored in a cache.
     fn is_kept(&self) -> bool;
-    /// The bytes of a value, if values are stored in a cache.
-    fn bytes_of(&self, value: &Value) -> Option<Vec<u8>>;
+    /// Stores a value in a cache, if its values are.
+    fn keep(&self, value: &Value, cache: &Cache, key: Fingerprint);
     fn value_of(&self, bytes: &[u8]) -> Option<Value>;
 }
 
@@ -158,8 +158,8 @@ impl<'a, P: PlanTypes> Runner<'a, P> {
                 return Ok(value);
             }
             let value = node.run(at, self).map_err(|e| e.in_stage(node.id(), at))?;
-            if let Some((cache, bytes)) = cache.zip(node.bytes_of(&value)) {
-                cache.put(key, &bytes);
+            if let Some(cache) = cache {
+                node.keep(&value, cache, key);
             }
             Ok(value)
         })

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::edge::Inputs;
 use crate::node::{Node, Value};
 use crate::plan::{Entry, Erased, Plan, Runner};
-use crate::{Coordinate, Hasher, Kept, PlanTypes};
+use crate::{Cache, Coordinate, Fingerprint, Hasher, Kept, PlanTypes};
 
 /// The values that a stage runs on: one for each of its inputs, in their order.
 pub type Values<'a, P, S> = <<S as Stage<P>>::Inputs as Inputs<P, <S as Stage<P>>::At>>::Values<'a>;
@@ -79,10 +79,12 @@ impl<P: PlanTypes, S: Stage<P>> Erased<P> for Wired<P, S> {
         S::kept().is_some()
     }
 
-    fn bytes_of(&self, value: &Value) -> Option<Vec<u8>> {
+    fn keep(&self, value: &Value, cache: &Cache, key: Fingerprint) {
         let output = value.downcast_ref::<S::Output>();
         let output = output.expect("a node's value is of its stage's type");
-        Some((S::kept()?.to_bytes)(output))
+        if let Some(Kept { write, .. }) = S::kept() {
+            cache.put(key, |out| write(output, out));
+        }
     }
 
     fn value_of(&self, bytes: &[u8]) -> Option<Value> {

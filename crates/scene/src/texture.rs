@@ -9,10 +9,10 @@ use glam::{Vec2, Vec3};
 ///
 /// It holds colour alone: what is opaque is decided by [`AlphaMask`](crate::AlphaMask)s.
 #[derive(Clone)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(
     feature = "serde",
-    serde(into = "kept::KeptTexture", try_from = "kept::KeptTexture")
+    derive(serde::Deserialize),
+    serde(try_from = "kept::ReadTexture")
 )]
 pub struct Texture {
     /// Level 0 first, each half the size of the one before, down to 1 × 1.
@@ -212,31 +212,37 @@ impl fmt::Debug for Texture {
 
 #[cfg(feature = "serde")]
 mod kept {
+    use serde::{Serialize, Serializer};
+    use serde_bytes::{ByteBuf, Bytes};
+
     use super::{Level, Texture, TextureError};
 
     /// A texture as it is stored in a file: the texels of its levels, the largest level first.
     #[derive(serde::Serialize, serde::Deserialize)]
-    pub(super) struct KeptTexture {
+    pub(super) struct KeptTexture<B> {
         width: u32,
         height: u32,
-        levels: Vec<serde_bytes::ByteBuf>,
+        levels: Vec<B>,
     }
 
-    impl From<Texture> for KeptTexture {
-        fn from(texture: Texture) -> Self {
-            let bytes = |level: &Level| level.texels.as_flattened().to_vec().into();
-            Self {
-                width: texture.levels[0].width,
-                height: texture.levels[0].height,
-                levels: texture.levels.iter().map(bytes).collect(),
-            }
+    pub(super) type ReadTexture = KeptTexture<ByteBuf>;
+
+    impl Serialize for Texture {
+        fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+            let bytes = self.levels.iter().map(|l| l.texels.as_flattened());
+            let kept = KeptTexture {
+                width: self.levels[0].width,
+                height: self.levels[0].height,
+                levels: bytes.map(Bytes::new).collect(),
+            };
+            kept.serialize(serializer)
         }
     }
 
-    impl TryFrom<KeptTexture> for Texture {
+    impl TryFrom<ReadTexture> for Texture {
         type Error = TextureError;
 
-        fn try_from(kept: KeptTexture) -> Result<Self, TextureError> {
+        fn try_from(kept: ReadTexture) -> Result<Self, TextureError> {
             let (mut width, mut height) = (kept.width, kept.height);
             let mut levels = Vec::new();
             for bytes in &kept.levels {

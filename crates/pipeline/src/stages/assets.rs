@@ -45,7 +45,7 @@ impl Stage<Forest> for LibraryStage {
 
     fn kept() -> Option<Kept<Library>> {
         Some(Kept {
-            to_bytes: Library::to_bytes,
+            write: |library, out| library.write(out),
             from_bytes: |bytes| Library::from_bytes(bytes).ok(),
         })
     }

@@ -52,7 +52,7 @@ impl Stage<Forest> for PilotStage {
 
     fn kept() -> Option<Kept<Pilot>> {
         Some(Kept {
-            to_bytes: Pilot::to_bytes,
+            write: |pilot, out| out.write_all(&pilot.to_bytes()),
             from_bytes: Pilot::from_bytes,
         })
     }

@@ -16,6 +16,7 @@ use nemoral_terrain::{
 };
 use nemoral_trails::{TrailGround, TrailSurfaceKind, TrailZone, Trails};
 use nemoral_water::{Puddle, Water, WaterKind, WaterNear, WaterParams, puddle_sheets};
+use rayon::prelude::*;
 
 use super::built_ways::BuiltWays;
 use super::conditions::{ConditionEffects, Conditions};
@@ -24,6 +25,7 @@ use super::puddles::{PUDDLE_REACH_M, Puddles};
 use super::thrown::ThrownTree;
 use crate::config::TerrainNoise;
 use crate::config::way_model::{SKID_TRAIL, TRACK, trail_params};
+use crate::pool::in_pool;
 use crate::site::Plot;
 use crate::{Error, config};
 
@@ -342,23 +344,23 @@ impl GroundModel {
         let Some(trails) = &self.trails else {
             return 0.0;
         };
-        let (mut near, mut all) = (0_u32, 0_u32);
-        for i in 0..256 {
+        let near = |i: i32| {
             // Every fifth chunk of a square is sampled, as trails reach over 40 chunks and
             // neighbours add little information.
             let chunk = centre.offset(5 * (i % 16 - 8), 5 * (i / 16 - 8));
-            let origin = chunk.origin_m(self.chunk_size_m);
-            let edges = (trails.is_crossed(chunk)).then(|| trails.edges_near(chunk, 1.0));
-            for j in 0..64 {
-                all += 1;
-                let cell = DVec2::new(f64::from(j % 8) + 0.5, f64::from(j / 8) + 0.5) / 8.0;
-                let edge = edges
-                    .as_ref()
-                    .map(|e| e.edge_m(origin + cell * self.chunk_size_m));
-                near += u32::from(edge.is_some_and(|e| e < clearance_m));
+            if !trails.is_crossed(chunk) {
+                return 0;
             }
-        }
-        f64::from(near) / f64::from(all)
+            let origin = chunk.origin_m(self.chunk_size_m);
+            let edges = trails.edges_near(chunk, 1.0);
+            let is_near = |j: &i32| {
+                let cell = DVec2::new(f64::from(j % 8) + 0.5, f64::from(j / 8) + 0.5) / 8.0;
+                edges.edge_m(origin + cell * self.chunk_size_m) < clearance_m
+            };
+            (0..64).filter(is_near).count()
+        };
+        let near: usize = in_pool(|| (0..256).into_par_iter().map(near).sum());
+        near as f64 / f64::from(256 * 64)
     }
 }
 
