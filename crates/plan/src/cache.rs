@@ -288,6 +288,19 @@ mod tests {
     }
 
     #[test]
+    fn a_value_that_cannot_be_written_whole_leaves_no_file() {
+        let dir = tempfile::tempdir().expect("a folder");
+        let cache = cache(dir.path(), 1);
+        cache.put(key(7), |out| {
+            out.write_all(&[7; 2 * BUFFER_BYTES])?;
+            Err(io::Error::other("it ends here"))
+        });
+        assert!(!cache.has(key(7)));
+        let left = fs::read_dir(cache.folder.root()).expect("a folder");
+        assert_eq!(left.count(), 0);
+    }
+
+    #[test]
     fn a_damaged_file_is_none_and_is_mended() {
         let dir = tempfile::tempdir().expect("a folder");
         let cache = cache(dir.path(), 1);
