@@ -57,8 +57,8 @@ impl Rays {
     }
 }
 
-/// The length of a ray's direction, if it can be cast. In double precision no direction is too short
-/// or too long.
+/// The length of a ray's direction, if it can be cast. In double precision no direction is too
+/// short or too long.
 fn length(&[x, y, z, dx, dy, dz]: &[f32; 6]) -> Option<f64> {
     let length = Vec3::new(dx, dy, dz).as_dvec3().length();
     let is_sound = [x, y, z].iter().all(|x| x.is_finite())
