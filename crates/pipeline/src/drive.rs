@@ -124,7 +124,7 @@ pub(crate) fn inventory(
             all.trees.extend(assets.tree_record(object));
             all.deadwood.extend(assets.deadwood_record(object));
         }
-        // Those two columns back are no longer needed.
+        // What is more than two columns back is no longer needed.
         (runner.store()).retain(|_, at| !matches!(at, At::Chunk(c) if c.x < column[0].x - 2));
     }
     Ok(all)

@@ -35,20 +35,20 @@ impl Rays {
     }
 
     /// How many rays a task has: there are several for each thread, as they take different times.
-    fn of_a_task(&self) -> usize {
+    fn per_task(&self) -> usize {
         let share = self.rows().len().div_ceil(4 * rayon::current_num_threads());
         share.clamp(TASK_LEAST, TASK)
     }
 
-    /// The failure of some tasks, each with the number in it of the first ray that cannot be cast,
-    /// if there is one; by the first of all.
-    fn refused(
+    /// Does the tasks. One that cannot be done gives the number, in it, of the first ray that cannot
+    /// be cast; the first of all is refused.
+    fn do_tasks(
         &self,
-        tasks: impl IndexedParallelIterator<Item = Option<usize>>,
+        tasks: impl IndexedParallelIterator<Item = Result<(), usize>>,
     ) -> Result<(), Failure> {
         let tasks = tasks.enumerate();
-        let first = tasks.filter_map(|(task, at)| Some(task * self.of_a_task() + at?));
-        let Some(first) = first.min() else {
+        let wrong = tasks.filter_map(|(task, done)| Some(task * self.per_task() + done.err()?));
+        let Some(first) = wrong.min() else {
             return Ok(());
         };
         let found = format!("{:?}", self.rows()[first]);
@@ -108,12 +108,13 @@ impl Limits {
 
 /// Whether there is any hit for each ray.
 pub(crate) fn occluded(built: &Built, rays: &Rays, limits: Limits) -> Result<Vec<bool>, Failure> {
-    let task = rays.of_a_task();
+    let task = rays.per_task();
     let mut occluded = vec![false; rays.rows().len()];
     let tasks = (rays.rows().par_chunks(task), occluded.par_chunks_mut(task));
-    rays.refused(tasks.into_par_iter().map(|(rays, occluded)| {
-        let cast = |(rays, _): (Vec<_>, _)| built.caster.are_occluded(&rays, occluded);
-        limits.unit_rays(rays).map(cast).err()
+    rays.do_tasks(tasks.into_par_iter().map(|(rays, occluded)| {
+        let (rays, _) = limits.unit_rays(rays)?;
+        built.caster.are_occluded(&rays, occluded);
+        Ok(())
     }))?;
     Ok(occluded)
 }
@@ -143,7 +144,7 @@ struct Place<'a> {
 impl Hits {
     /// Casts rays by the threads of the current pool, each of which writes the hits of its tasks.
     pub(crate) fn cast(built: &Built, rays: &Rays, limits: Limits) -> Result<Self, Failure> {
-        let (count, task) = (rays.rows().len(), rays.of_a_task());
+        let (count, task) = (rays.rows().len(), rays.per_task());
         // Zeros come from the system untouched, so that each thread touches its own part first.
         let mut hits = Self {
             distances: vec![0.0; count],
@@ -164,12 +165,9 @@ impl Hits {
             hits.instances.par_chunks_mut(task),
             hits.semantics.par_chunks_mut(task),
         );
-        rays.refused(columns.into_par_iter().map(|columns| {
+        rays.do_tasks(columns.into_par_iter().map(|columns| {
             let (rays, distances, meshes, primitives, uvs, normals, instances, semantics) = columns;
-            let (rays, lengths) = match limits.unit_rays(rays) {
-                Ok(rays) => rays,
-                Err(number) => return Some(number),
-            };
+            let (rays, lengths) = limits.unit_rays(rays)?;
             built.caster.for_each_closest_record(&rays, |i, record| {
                 let place = Place {
                     distance: &mut distances[i],
@@ -182,7 +180,7 @@ impl Hits {
                 };
                 place.write(built, record.as_ref(), lengths[i]);
             });
-            None
+            Ok(())
         }))?;
         Ok(hits)
     }

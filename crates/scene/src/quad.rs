@@ -110,25 +110,25 @@ fn parallelogram<P: Point>(points: [P; 4]) -> ([P; 3], P) {
     P::fit(points)
 }
 
-/// The number of each vertex's place: vertices whose positions are equal to the bit share one. Both
-/// zeros are one.
-fn places(mesh: &Mesh) -> Vec<u32> {
+/// Welds the vertices: those whose positions are equal to the bit get the same number. Both zeros are
+/// one.
+fn weld(mesh: &Mesh) -> Vec<u32> {
     let bits = |p: &Vec3| (*p + Vec3::ZERO).to_array().map(f32::to_bits);
     let mut vertices: Vec<_> = mesh.positions.iter().map(bits).zip(0_u32..).collect();
     vertices.sort_unstable();
-    let mut places = vec![0; vertices.len()];
+    let mut welded = vec![0; vertices.len()];
     for (number, same) in (0..).zip(vertices.chunk_by(|a, b| a.0 == b.0)) {
         for &(_, vertex) in same {
-            places[vertex as usize] = number;
+            welded[vertex as usize] = number;
         }
     }
-    places
+    welded
 }
 
-/// An edge between two places, the lower one first.
+/// An edge between two welded vertices, the lower number first.
 type Edge = [u32; 2];
 
-/// The edges of a polygon by the places of its corners.
+/// The edges of a polygon of welded vertices.
 fn edges<const N: usize>(corners: [u32; N]) -> [Edge; N] {
     std::array::from_fn(|k| {
         let (a, b) = (corners[k], corners[(k + 1) % N]);
@@ -147,8 +147,8 @@ pub(crate) fn find(mesh: &Mesh, library: &MaterialLibrary) -> Vec<Quad> {
     if mesh.uvs.is_empty() || !(0..count).any(masked) {
         return Vec::new();
     }
-    let places = places(mesh);
-    let corners = |i: usize| mesh.triangles[i].corners.map(|v| places[v as usize]);
+    let welded = weld(mesh);
+    let corners = |i: usize| mesh.triangles[i].corners.map(|v| welded[v as usize]);
     // Candidates at one edge follow each other.
     let candidates = (0..count).filter(|&i| masked(i));
     let at_edges = candidates.flat_map(|i| edges(corners(i)).map(|edge| (edge, i as u32)));
@@ -178,7 +178,7 @@ pub(crate) fn find(mesh: &Mesh, library: &MaterialLibrary) -> Vec<Quad> {
             quads.push(quad);
         }
     }
-    alone(mesh, &places, quads)
+    alone(mesh, &welded, quads)
 }
 
 /// The quad of two triangles, if they are one.
@@ -242,31 +242,20 @@ impl Quad {
 
 /// Those quads of which no edge is an edge of anything but quads with the same four corners (the
 /// back of the same leaf, or copies).
-fn alone(mesh: &Mesh, places: &[u32], quads: Vec<Quad>) -> Vec<Quad> {
-    struct Side {
-        edge: Edge,
-        /// The places of the quad's corners, ascending; of a triangle none.
-        owner: Option<[u32; 4]>,
-        quad: usize,
-    }
+fn alone(mesh: &Mesh, welded: &[u32], quads: Vec<Quad>) -> Vec<Quad> {
     if quads.is_empty() {
         return quads;
     }
-    let at = |vertex: u32| places[vertex as usize];
-    let mut sides = Vec::with_capacity(4 * quads.len());
-    let mut is_corner = vec![false; places.len()];
+    let corners = |vertices: &[u32; 4]| vertices.map(|v| welded[v as usize]);
+    let mut is_corner = vec![false; welded.len()];
     let mut in_quad = vec![false; mesh.triangles.len()];
+    // Each edge with the number of its quad; with none, if it is a triangle's.
+    let mut all = Vec::with_capacity(4 * quads.len());
     for (number, quad) in quads.iter().enumerate() {
-        let corners = quad.corners.map(at);
-        let mut owner = corners;
-        owner.sort_unstable();
-        sides.extend(edges(corners).map(|edge| Side {
-            edge,
-            owner: Some(owner),
-            quad: number,
-        }));
-        for place in corners {
-            is_corner[place as usize] = true;
+        let corners = corners(&quad.corners);
+        all.extend(edges(corners).map(|edge| (edge, Some(number))));
+        for corner in corners {
+            is_corner[corner as usize] = true;
         }
         for t in quad.triangles {
             in_quad[t as usize] = true;
@@ -274,27 +263,30 @@ fn alone(mesh: &Mesh, places: &[u32], quads: Vec<Quad>) -> Vec<Quad> {
     }
     for (triangle, _) in (mesh.triangles.iter().zip(in_quad)).filter(|(_, in_quad)| !in_quad) {
         // Most are nowhere near a quad.
-        let touches = |edge: &Edge| edge.iter().all(|&place| is_corner[place as usize]);
-        let edges = edges(triangle.corners.map(at)).into_iter().filter(touches);
-        sides.extend(edges.map(|edge| Side {
-            edge,
-            owner: None,
-            quad: 0,
-        }));
+        let touches = |edge: &Edge| edge.iter().all(|&v| is_corner[v as usize]);
+        let edges = edges(triangle.corners.map(|v| welded[v as usize]));
+        all.extend(edges.into_iter().filter(touches).map(|edge| (edge, None)));
     }
-    sides.sort_unstable_by_key(|side| side.edge);
+    all.sort_unstable();
+    let sorted_corners = |number: usize| {
+        let mut corners = corners(&quads[number].corners);
+        corners.sort_unstable();
+        corners
+    };
     let mut is_alone = vec![true; quads.len()];
-    for run in sides.chunk_by(|a, b| a.edge == b.edge) {
-        if run.iter().any(|side| side.owner != run[0].owner) {
-            for side in run.iter().filter(|side| side.owner.is_some()) {
-                is_alone[side.quad] = false;
+    for run in all.chunk_by(|a, b| a.0 == b.0) {
+        let mut corners = run.iter().map(|(_, quad)| quad.map(sorted_corners));
+        let first = corners.next();
+        if corners.any(|others| Some(others) != first) {
+            for quad in run.iter().filter_map(|(_, quad)| *quad) {
+                is_alone[quad] = false;
             }
         }
     }
-    let mut is_alone = is_alone.into_iter();
-    let mut quads = quads;
-    quads.retain(|_| is_alone.next() == Some(true));
-    quads
+    let alone = quads.into_iter().zip(is_alone);
+    alone
+        .filter_map(|(q, is_alone)| is_alone.then_some(q))
+        .collect()
 }
 
 #[cfg(test)]
