@@ -40,8 +40,8 @@ impl Rays {
         share.clamp(TASK_LEAST, TASK)
     }
 
-    /// Does the tasks. One that cannot be done gives the number, in it, of the first ray that cannot
-    /// be cast; the first of all is refused.
+    /// Does the tasks. One that cannot be done gives the number, in it, of the first ray that
+    /// cannot be cast; the first of all is refused.
     fn do_tasks(
         &self,
         tasks: impl IndexedParallelIterator<Item = Result<(), usize>>,

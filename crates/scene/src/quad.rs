@@ -110,8 +110,8 @@ fn parallelogram<P: Point>(points: [P; 4]) -> ([P; 3], P) {
     P::fit(points)
 }
 
-/// Welds the vertices: those whose positions are equal to the bit get the same number. Both zeros are
-/// one.
+/// Welds the vertices: those whose positions are equal to the bit get the same number. Both zeros
+/// are one.
 fn weld(mesh: &Mesh) -> Vec<u32> {
     let bits = |p: &Vec3| (*p + Vec3::ZERO).to_array().map(f32::to_bits);
     let mut vertices: Vec<_> = mesh.positions.iter().map(bits).zip(0_u32..).collect();
