@@ -45,7 +45,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let asked = [asked, &keys].concat();
         let forest = ForestPlan::new(&settings(&preset, &asked)?)?;
         let runner = Runner::new(forest.plan(), &store, threads);
-        runner.get(forest.scene, 0)?;
+        runner.get(forest.camera_scene, 0)?;
         runner.get(forest.cameras, ())?;
         store.retain(|id, _| id != "frame.images");
         let start = ProcessTime::now();

@@ -56,7 +56,9 @@ impl Grown {
             forest: ForestPlan::new(config)?,
             store: Store::unlimited(),
         };
-        grown.runner().get(grown.forest.scene, 0)?;
+        let (forest, runner) = (&grown.forest, grown.runner());
+        runner.get(forest.camera_scene, 0)?;
+        runner.get(forest.lidar_scene, 0)?;
         Ok(grown)
     }
 
@@ -67,7 +69,7 @@ impl Grown {
     pub fn first_scan(&self) -> Result<impl Fn() -> Vec<LidarPoint> + Sync + use<>, Error> {
         let runner = self.runner();
         let pose = runner.get(self.forest.pose, 0)?;
-        let scene = runner.get(self.forest.scene, 0)?;
+        let scene = runner.get(self.forest.lidar_scene, 0)?;
         let rigs = runner.get(self.forest.lidars, ())?;
         let assets = runner.get(self.forest.assets, ())?;
         let track = pose.track.relative_to(scene.origin_m);

@@ -2,6 +2,9 @@
 
 use std::io::BufRead;
 
+use nemoral_scene::DirectionCone;
+use nemoral_scene::glam::DVec3;
+
 use crate::pattern::direction;
 use crate::{Pulse, ScanPattern};
 
@@ -138,6 +141,10 @@ impl ScanPattern for CsvPattern {
         let mut pulse = self.pulses[(number % count) as usize];
         pulse.time_s += (number / count) as f64 * self.period_s;
         pulse
+    }
+
+    fn field_of_view(&self) -> DirectionCone {
+        DirectionCone::around(DVec3::X, self.pulses.iter().map(|pulse| pulse.direction))
     }
 
     fn rate_hz(&self) -> f64 {

@@ -1,5 +1,6 @@
 //! A scanner like the Livox Horizon: three rotors, six lines.
 
+use nemoral_scene::DirectionCone;
 use nemoral_scene::glam::{DVec2, DVec3};
 
 use crate::pattern::{rotor, together};
@@ -75,6 +76,15 @@ impl ScanPattern for HorizonLike {
 
     fn pulses(&self, first: u64, count: u32) -> Vec<Pulse> {
         together((first, count), LINES, middle, pulse)
+    }
+
+    fn field_of_view(&self) -> DirectionCone {
+        // All rotors aligned, and the outermost line on their side.
+        let widest = FORWARD.radius + BACKWARD.radius + SLOW.radius + 2.5 * LINE_STEP;
+        DirectionCone {
+            axis: DVec3::X,
+            half_angle_rad: libm::asin(widest),
+        }
     }
 
     fn rate_hz(&self) -> f64 {

@@ -3,6 +3,9 @@
 use std::f64::consts::{PI, TAU};
 
 use crate::pattern::direction;
+use nemoral_scene::DirectionCone;
+use nemoral_scene::glam::DVec3;
+
 use crate::{ParamError, Pulse, ScanPattern};
 
 /// Parameters of [`RepeatingLines`].
@@ -119,6 +122,17 @@ impl ScanPattern for RepeatingLines {
     fn identity(&self, number: u64) -> u64 {
         let lines = u64::from(self.params.lines);
         (number / lines) << 8 | (number % lines)
+    }
+
+    fn field_of_view(&self) -> DirectionCone {
+        let p = &self.params;
+        if p.horizontal_fov_rad >= PI {
+            return DirectionCone::ALL;
+        }
+        // The steepest lines at the side are the farthest from the axis.
+        let side_rad = p.horizontal_fov_rad / 2.0;
+        let corners = [p.bottom_rad, p.top_rad].map(|up_rad| direction(side_rad, up_rad));
+        DirectionCone::around(DVec3::X, corners)
     }
 
     fn rate_hz(&self) -> f64 {

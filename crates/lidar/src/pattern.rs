@@ -1,5 +1,6 @@
 //! Scan patterns: the directions and the times of a scanner's pulses.
 
+use nemoral_scene::DirectionCone;
 use nemoral_scene::glam::DVec3;
 
 /// One pulse of a laser.
@@ -33,6 +34,12 @@ pub trait ScanPattern: Send + Sync {
     /// number, unless the pattern has an identity for it that stays the same when a laser is added.
     fn identity(&self, number: u64) -> u64 {
         number
+    }
+
+    /// A cone in the LiDAR frame that contains the directions of all pulses: by default that of all
+    /// directions.
+    fn field_of_view(&self) -> DirectionCone {
+        DirectionCone::ALL
     }
 
     /// Pulses per second, on average: by default that of the first million.

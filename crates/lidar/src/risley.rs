@@ -1,5 +1,6 @@
 //! Livox Mid-40, Mid-70 and Avia: rotating wedge prisms.
 
+use nemoral_scene::DirectionCone;
 use nemoral_scene::glam::DVec3;
 
 use crate::pattern::{rotor, together};
@@ -33,11 +34,27 @@ const RATE_HZ: u64 = 100_000;
 /// Turns per minute; the second rotor turns the other way.
 const ROTORS_RPM: [u64; 2] = [7294, 4664];
 
+/// The greatest angles of pulses to x forward, degrees, rounded up.
+const MID40_HALF_ANGLE_DEG: f64 = 19.3;
+const MID70_HALF_ANGLE_DEG: f64 = 35.3;
+const AVIA_HALF_ANGLE_DEG: f64 = 38.7;
+
+fn ahead(half_angle_deg: f64) -> DirectionCone {
+    DirectionCone {
+        axis: DVec3::X,
+        half_angle_rad: half_angle_deg.to_radians(),
+    }
+}
+
 impl ScanPattern for Mid40 {
     fn pulse(&self, number: u64) -> Pulse {
         let [first, second] = wedge_normals(number);
         let faces = [FLAT, first, second, FLAT];
         pulse(number, faces, 1.5089)
+    }
+
+    fn field_of_view(&self) -> DirectionCone {
+        ahead(MID40_HALF_ANGLE_DEG)
     }
 
     fn rate_hz(&self) -> f64 {
@@ -98,6 +115,10 @@ impl ScanPattern for Avia {
         together((first, count), AVIA_LASERS, avia_faces, avia_pulse)
     }
 
+    fn field_of_view(&self) -> DirectionCone {
+        ahead(AVIA_HALF_ANGLE_DEG)
+    }
+
     fn rate_hz(&self) -> f64 {
         (AVIA_LASERS * AVIA_SHOTS_HZ) as f64
     }
@@ -108,6 +129,10 @@ impl ScanPattern for Mid70 {
         let [first, second] = wedge_normals(number);
         let faces = [first, FLAT, FLAT, second];
         pulse(number, faces, 1.8144)
+    }
+
+    fn field_of_view(&self) -> DirectionCone {
+        ahead(MID70_HALF_ANGLE_DEG)
     }
 
     fn rate_hz(&self) -> f64 {

@@ -2,7 +2,9 @@
 
 use std::fmt;
 
-use nemoral_scene::{LidarPoint, MaterialLibrary, ParamError, RayCaster, RigidTransform};
+use nemoral_scene::{
+    DirectionCone, LidarPoint, MaterialLibrary, ParamError, RayCaster, RigidTransform,
+};
 use nemoral_seed::Key;
 
 use crate::beam::SubRay;
@@ -17,6 +19,7 @@ pub struct Scanner {
     params: ScannerParams,
     pattern: Box<dyn ScanPattern>,
     rate_hz: f64,
+    field_of_view: DirectionCone,
     sub_rays: Vec<SubRay>,
 }
 
@@ -77,6 +80,7 @@ impl Scanner {
         )?;
         Ok(Self {
             params,
+            field_of_view: pattern.field_of_view(),
             pattern,
             rate_hz,
             sub_rays: params.beam.sub_rays(),
@@ -87,6 +91,13 @@ impl Scanner {
     #[must_use]
     pub fn params(&self) -> &ScannerParams {
         &self.params
+    }
+
+    /// A cone in the LiDAR frame that contains the directions of all pulses, but for the width of
+    /// their beams.
+    #[must_use]
+    pub fn field_of_view(&self) -> DirectionCone {
+        self.field_of_view
     }
 
     /// How long a scan takes, seconds: pulses per scan over the pattern's rate.

@@ -7,6 +7,7 @@ use nemoral_lidar::{
     Avia, HorizonLike, Mid40, Mid70, Pulse, RepeatingLines, RepeatingLinesParams, ScanPattern,
     Spinning,
 };
+use nemoral_scene::glam::DVec3;
 use proptest::prelude::*;
 
 /// Directions in the tables of Livox's simulator: time, azimuth, elevation.
@@ -58,6 +59,31 @@ fn the_rectangular_field_of_view_is_what_it_says() {
     }
     assert!((azimuth - 41.1).abs() < 0.1, "{azimuth}");
     assert!((elevation - 13.8).abs() < 0.1, "{elevation}");
+}
+
+#[test]
+fn no_pulse_leaves_the_field_of_view() {
+    let patterns: [(&dyn ScanPattern, f64); 4] = [
+        (&Mid40, 19.3),
+        (&Mid70, 35.3),
+        (&Avia, 38.7),
+        (&HorizonLike, 44.0),
+    ];
+    for (pattern, widest_deg) in patterns {
+        let cone = pattern.field_of_view();
+        // An odd stride, which meets every ring.
+        for i in (0..12_000_000).step_by(7) {
+            assert!(cone.contains(pattern.pulse(i).direction), "pulse {i}");
+        }
+        let half_angle_deg = cone.half_angle_rad.to_degrees();
+        assert!(half_angle_deg < widest_deg + 0.1, "{half_angle_deg}");
+    }
+    assert!(
+        Spinning::vlp16(10.0)
+            .expect("valid")
+            .field_of_view()
+            .contains(-DVec3::X)
+    );
 }
 
 /// A figure closes after its period and not after any proper divisor of it.
@@ -165,6 +191,8 @@ proptest! {
         prop_assert!(elevation.to_radians() >= params.bottom_rad - tiny);
         prop_assert!(elevation.to_radians() <= params.top_rad + tiny);
         prop_assert!(pulse.ring < params.lines);
+        let seen = pattern.field_of_view();
+        prop_assert!(seen.axis.angle_between(pulse.direction) <= seen.half_angle_rad + 1e-7);
         let next = pattern.pulse(number + pattern.pulses_per_sweep());
         prop_assert_eq!(next.direction, pulse.direction);
         let sweep_s = next.time_s - pulse.time_s;

@@ -2,7 +2,7 @@
 
 #[cfg(feature = "gpu")]
 use nemoral_render::{Accept, Gpu, GpuCamera, GpuError, GpuParams};
-use nemoral_render::{CameraImages, CameraRenderer, RayCastCamera, SceneView, View};
+use nemoral_render::{CameraImages, CameraRenderer, Lighting, RayCastCamera, SceneView, View};
 use nemoral_scene::TruthImages;
 use nemoral_seed::Key;
 
@@ -178,6 +178,16 @@ impl Renderer {
             Self::Cpu(camera) => Some(camera),
             #[cfg(feature = "gpu")]
             Self::Gpu(_) => None,
+        }
+    }
+
+    /// The light that it shows things in.
+    #[must_use]
+    pub fn lighting(&self) -> &Lighting {
+        match self {
+            Self::Cpu(camera) => camera.lighting(),
+            #[cfg(feature = "gpu")]
+            Self::Gpu(camera) => camera.lighting(),
         }
     }
 

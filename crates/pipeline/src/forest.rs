@@ -16,7 +16,9 @@ use crate::stages::annotations::{AnnotationStage, TrunkStage, UncoveredGeometryS
 use crate::stages::assets::{AssetStage, LibraryStage};
 use crate::stages::balance::{ChoiceStage, ChosenPoseStage, PilotStage};
 use crate::stages::deadwood::{DeadwoodStage, FallenStemStage};
-use crate::stages::frame::{ImageStage, PoseStage, ScanStage, SceneStage};
+use crate::stages::frame::{
+    CameraSceneStage, ImageStage, LidarSceneStage, PoseStage, ScanStage, SceneStage,
+};
 use crate::stages::ground::{ChunkGroundStage, GroundStage};
 use crate::stages::litter::{LitterGeometryStage, LitterStage};
 use crate::stages::object_geometry::ObjectGeometryStage;
@@ -102,8 +104,12 @@ pub struct ForestPlan {
     pub balance_choice: Option<Node<u64, BalanceChoice>>,
     /// Frame: the robot's pose.
     pub pose: Node<u64, FramePose>,
-    /// Frame: the visible scene.
+    /// Frame: everything that is visible from there, in any direction.
     pub scene: Node<u64, FrameScene>,
+    /// Frame: the part of it that the cameras see, which is all that their pictures depend on.
+    pub camera_scene: Node<u64, FrameScene>,
+    /// Frame: the part of it that the LiDARs see, which is all that their points depend on.
+    pub lidar_scene: Node<u64, FrameScene>,
     /// Frame: colour and truth images of each camera.
     pub images: Node<u64, Vec<CameraImages>>,
     /// Chunk: ground and trunks alone.
@@ -348,7 +354,33 @@ impl ForestPlan {
                 sky_view_factor.anywhere(),
             ),
         );
-        let images = plan.add(ImageStage, (cameras.global(), assets.global(), pose, scene));
+        let camera_scene = plan.add(
+            CameraSceneStage(reach),
+            (
+                cameras.global(),
+                assets.global(),
+                ground_model.global(),
+                pose,
+                object_geometry.anywhere(),
+                undergrowth_geometry.anywhere(),
+                litter_geometry.anywhere(),
+                sky_view_factor.anywhere(),
+            ),
+        );
+        let lidar_scene = plan.add(
+            LidarSceneStage(reach),
+            (
+                lidars.global(),
+                pose,
+                object_geometry.anywhere(),
+                undergrowth_geometry.anywhere(),
+                litter_geometry.anywhere(),
+            ),
+        );
+        let images = plan.add(
+            ImageStage,
+            (cameras.global(), assets.global(), pose, camera_scene),
+        );
         let trunks = plan.add(
             TrunkStage {
                 ontology: config.output.ontology.clone(),
@@ -365,14 +397,17 @@ impl ForestPlan {
                 cameras.global(),
                 trajectory.global(),
                 pose,
-                scene,
+                camera_scene,
                 images,
                 ground.anywhere(),
                 objects.anywhere(),
                 uncovered_geometry.anywhere(),
             ),
         );
-        let scans = plan.add(ScanStage, (lidars.global(), assets.global(), pose, scene));
+        let scans = plan.add(
+            ScanStage,
+            (lidars.global(), assets.global(), pose, lidar_scene),
+        );
 
         Ok(Self {
             plan,
@@ -404,6 +439,8 @@ impl ForestPlan {
             balance_choice: chosen.map(|(_, choice, _)| choice),
             pose,
             scene,
+            camera_scene,
+            lidar_scene,
             images,
             uncovered_geometry,
             annotations,

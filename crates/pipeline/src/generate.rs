@@ -309,8 +309,10 @@ fn make(
 ) -> Result<Finished, Error> {
     let choice = forest.balance_choice.map(|node| runner.get(node, frame));
     let pose = runner.get(forest.pose, frame)?;
-    // All sensors need it.
-    timed(&mut spent.growing, || runner.get(forest.scene, frame))?;
+    timed(&mut spent.growing, || {
+        runner.get(forest.camera_scene, frame)?;
+        runner.get(forest.lidar_scene, frame)
+    })?;
     let sensed = Instant::now();
     let images = runner.get(forest.images, frame)?;
     let annotations = runner.get(forest.annotations, frame)?;

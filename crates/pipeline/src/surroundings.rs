@@ -35,8 +35,8 @@ impl ForestPlan {
     }
 
     /// The scene that is visible from a place on the map, of chunks that come within `reach_m`.
-    /// With the visible radius or more it is that of a frame there. If it is not asked to be lit,
-    /// the sky view factor is 1 everywhere, which saves most of the time.
+    /// With the visible radius or more it has all that is seen from there in any direction. If it
+    /// is not asked to be lit, the sky view factor is 1 everywhere, which saves most of the time.
     ///
     /// # Errors
     /// If a stage fails.
@@ -52,12 +52,12 @@ impl ForestPlan {
             ..self.reach.within(reach_m)
         };
         let around = ChunkCoord::containing(place_m, reach.chunk_size_m);
-        let chunks = (
+        let geometry = (
             runner.demand(self.object_geometry),
             runner.demand(self.undergrowth_geometry),
             runner.demand(self.litter_geometry),
-            runner.demand(self.sky_view_factor),
         );
-        reach.gather((around, place_m), chunks)
+        let sky_view = runner.demand(self.sky_view_factor);
+        reach.gather((around, place_m), None, geometry, Some(sky_view))
     }
 }

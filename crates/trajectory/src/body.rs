@@ -83,6 +83,12 @@ impl PoseTrack {
         }
     }
 
+    /// All samples, in the order of time.
+    #[must_use]
+    pub fn poses(&self) -> &[RigidTransform] {
+        &self.poses
+    }
+
     /// The pose at the frame's time.
     #[must_use]
     pub fn middle(&self) -> RigidTransform {

@@ -3,3 +3,4 @@
 mod ahead;
 mod evicted;
 mod order;
+mod seen;

@@ -13,7 +13,7 @@ use nemoral_scene::{
 use nemoral_stand::SceneObject;
 
 use super::pose::{FramePose, pictures_s};
-use super::scene::{FrameScene, chunk_offset_m, visible_chunks};
+use super::scene::{FrameScene, chunk_offset_m};
 use crate::Error;
 use crate::config::Config;
 use crate::plan::{Demand, Hasher};
@@ -65,9 +65,8 @@ impl AnnotationRecipe {
     ) -> Result<Vec<Annotations>, Error> {
         let want_stripped = |rig: &CameraRig| rig.annotations.trunks || rig.annotations.boxes;
         let stripped = if rigs.iter().any(want_stripped) {
-            let position = pose.world_from_body().translation_m.truncate();
-            let visible = visible_chunks(position, self.visible_radius_m, self.chunk_size_m);
-            let uncovered = uncovered.all(&visible)?;
+            let visible = &scene.chunks;
+            let uncovered = uncovered.all(visible)?;
             let chunks = visible.iter().zip(&uncovered).map(|(at, u)| (*at, &**u));
             let strip = || StrippedScene::new(pose.chunk, self.chunk_size_m, chunks);
             Some(in_pool(strip))

@@ -4,3 +4,4 @@ pub(crate) mod annotations;
 pub mod moment;
 pub mod pose;
 pub mod scene;
+pub(crate) mod seen_area;

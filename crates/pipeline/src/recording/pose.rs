@@ -2,7 +2,7 @@
 
 use std::convert::Infallible;
 
-use nemoral_scene::glam::DVec3;
+use nemoral_scene::glam::{DVec2, DVec3};
 use nemoral_scene::{ChunkCoord, RigidTransform, Twist};
 
 use crate::Error;
@@ -94,6 +94,12 @@ impl FramePose {
             motion,
             chunk: ChunkCoord::containing(place_m, chunk_size_m),
         }
+    }
+
+    /// The chunk that the body is in, and its place on the map.
+    #[must_use]
+    pub(crate) fn place(&self) -> (ChunkCoord, DVec2) {
+        (self.chunk, self.world_from_body().translation_m.truncate())
     }
 
     /// The body's world pose at the frame's time.

@@ -9,19 +9,22 @@ use nemoral_scene::glam::{DVec2, DVec3, Vec3};
 use nemoral_scene::{ChunkCoord, InstancedScene, PlacedGroup, RayCaster};
 use nemoral_stand::SkyViewFactor;
 
+use super::seen_area::SeenArea;
 use crate::Error;
 use crate::config::Config;
 use crate::plan::{Demand, Hasher};
 use crate::pool::in_pool;
 use crate::world::chunk_geometry::{LitterGeometry, ObjectGeometry, UndergrowthGeometry};
 
-/// Everything that is visible at a frame, around the corner of the robot's chunk.
+/// Everything that is visible at a frame or from a place, around the corner of a chunk.
 pub struct FrameScene {
     /// The ray caster of the scene. Sensors know nothing else of it, and cast rays in batches.
     pub caster: Arc<dyn RayCaster + Send + Sync>,
     /// The groups that the caster is made of, each with its offset in the scene. Another caster
     /// would be made of them, too.
     pub groups: Vec<(Vec3, Arc<Group>)>,
+    /// The chunks whose ground and objects are among them, in order.
+    pub chunks: Vec<ChunkCoord>,
     /// The world position of the scene's origin.
     pub origin_m: DVec3,
     chunk_size_m: f64,
@@ -47,8 +50,8 @@ impl FrameScene {
     /// The scene around the corner of a chunk, from groups in any chunks and their sky view
     /// factors.
     pub(crate) fn new(
-        around: ChunkCoord,
-        chunk_size_m: f64,
+        (around, chunk_size_m): (ChunkCoord, f64),
+        chunks: Vec<ChunkCoord>,
         groups: impl Iterator<Item = (ChunkCoord, Arc<Group>)>,
         sky_view: BTreeMap<ChunkCoord, Arc<SkyViewFactor>>,
     ) -> Self {
@@ -58,6 +61,7 @@ impl FrameScene {
         Self {
             caster: Arc::new(RayScene::new(groups.clone())),
             groups,
+            chunks,
             origin_m: around.origin_m(chunk_size_m).extend(0.0),
             chunk_size_m,
             sky_view,
@@ -72,6 +76,13 @@ impl FrameScene {
         self.sky_view.get(&chunk).map_or(1.0, |grid| grid.at(world))
     }
 }
+
+/// The geometry of chunks.
+pub(crate) type Geometry<'a> = (
+    Demand<'a, ObjectGeometry>,
+    Demand<'a, UndergrowthGeometry>,
+    Demand<'a, LitterGeometry>,
+);
 
 /// How far a scene reaches.
 #[derive(Clone, Copy, Debug)]
@@ -128,73 +139,40 @@ impl VisibleReach {
         hasher.write_u64(u64::from(*is_lit));
     }
 
-    /// The scene that is visible from a place, around the corner of a chunk. If it is not lit, the
-    /// sky view factor is 1 everywhere.
+    /// The scene that is visible from a place, around the corner of a chunk; of that, what is in an
+    /// area, if one is given. Without the sky view factors of chunks, or if it is not lit, the
+    /// factor is 1 everywhere.
     pub(crate) fn gather(
         &self,
         (around, place_m): (ChunkCoord, DVec2),
-        (objects, undergrowth, litter, sky_view): (
-            Demand<'_, ObjectGeometry>,
-            Demand<'_, UndergrowthGeometry>,
-            Demand<'_, LitterGeometry>,
-            Demand<'_, SkyViewFactor>,
-        ),
+        seen: Option<&SeenArea>,
+        (objects, undergrowth, litter): Geometry<'_>,
+        sky_view: Option<Demand<'_, SkyViewFactor>>,
     ) -> Result<FrameScene, Error> {
-        let size = self.chunk_size_m;
-        let groups = self.groups(place_m, (objects, undergrowth, litter))?;
-        let mut light = BTreeMap::new();
-        if self.is_lit {
-            let visible = visible_chunks(place_m, self.visible_radius_m, size);
-            light.extend(visible.iter().copied().zip(sky_view.all(&visible)?));
-        }
-        let groups = groups.into_iter();
-        Ok(in_pool(|| FrameScene::new(around, size, groups, light)))
-    }
-
-    /// The same for rays that ask what is where, and not how bright it is: the sky view factor is 1
-    /// everywhere.
-    pub(crate) fn gather_unlit(
-        &self,
-        (around, place_m): (ChunkCoord, DVec2),
-        geometry: (
-            Demand<'_, ObjectGeometry>,
-            Demand<'_, UndergrowthGeometry>,
-            Demand<'_, LitterGeometry>,
-        ),
-    ) -> Result<FrameScene, Error> {
-        let groups = self.groups(place_m, geometry)?.into_iter();
-        let size = self.chunk_size_m;
-        Ok(in_pool(|| {
-            FrameScene::new(around, size, groups, BTreeMap::new())
-        }))
-    }
-
-    /// The groups that are visible from a place, each with its chunk.
-    fn groups(
-        &self,
-        place_m: DVec2,
-        (objects, undergrowth, litter): (
-            Demand<'_, ObjectGeometry>,
-            Demand<'_, UndergrowthGeometry>,
-            Demand<'_, LitterGeometry>,
-        ),
-    ) -> Result<Vec<(ChunkCoord, Arc<Group>)>, Error> {
-        let size = self.chunk_size_m;
-        let visible = visible_chunks(place_m, self.visible_radius_m, size);
-        let near = visible_chunks(place_m, self.undergrowth_radius_m, size);
-        let objects = objects.all(&visible)?.into_iter().map(|g| Arc::clone(&g.0));
-        let objects = visible.iter().copied().zip(objects);
-        let undergrowth = near.iter().zip(undergrowth.all(&near)?);
-        let undergrowth =
-            undergrowth.filter_map(|(chunk, g)| Some((*chunk, Arc::clone(g.0.as_ref()?))));
-        let mut groups: Vec<(ChunkCoord, Arc<Group>)> = objects.chain(undergrowth).collect();
+        let within = |radius_m: f64| {
+            let mut chunks = visible_chunks(place_m, radius_m, self.chunk_size_m);
+            chunks.retain(|chunk| seen.is_none_or(|area| area.includes(*chunk)));
+            chunks
+        };
+        let chunks = within(self.visible_radius_m);
+        let solid = chunks.iter().zip(objects.all(&chunks)?);
+        let mut groups: Vec<_> = solid.map(|(at, g)| (*at, Arc::clone(&g.0))).collect();
+        let near = within(self.undergrowth_radius_m);
+        let low = near.iter().zip(undergrowth.all(&near)?);
+        groups.extend(low.filter_map(|(at, g)| Some((*at, Arc::clone(g.0.as_ref()?)))));
         if let Some(radius_m) = self.litter_radius_m {
-            let near = visible_chunks(place_m, radius_m, size);
-            let litter = near.iter().zip(litter.all(&near)?);
-            groups
-                .extend(litter.filter_map(|(chunk, g)| Some((*chunk, Arc::clone(g.0.as_ref()?)))));
+            let near = within(radius_m);
+            let shed = near.iter().zip(litter.all(&near)?);
+            groups.extend(shed.filter_map(|(at, g)| Some((*at, Arc::clone(g.0.as_ref()?)))));
         }
-        Ok(groups)
+        let mut light = BTreeMap::new();
+        if let Some(sky_view) = sky_view.filter(|_| self.is_lit) {
+            light.extend(chunks.iter().copied().zip(sky_view.all(&chunks)?));
+        }
+        let place = (around, self.chunk_size_m);
+        Ok(in_pool(|| {
+            FrameScene::new(place, chunks, groups.into_iter(), light)
+        }))
     }
 }
 

@@ -11,10 +11,11 @@ use crate::pool::in_pool;
 use crate::recording::moment::Moment;
 use crate::recording::pose::FramePose;
 use crate::recording::scene::{FrameScene, VisibleReach};
+use crate::recording::seen_area::SeenArea;
 use crate::world::assets::WorldAssets;
 use crate::world::cameras::CameraRig;
 use crate::world::chunk_geometry::{LitterGeometry, ObjectGeometry, UndergrowthGeometry};
-use crate::world::ground::ChunkGround;
+use crate::world::ground::{ChunkGround, GroundModel};
 use crate::world::lidars::LidarRig;
 use crate::world::trajectory::{RobotTrajectory, Surroundings};
 
@@ -65,7 +66,7 @@ impl Stage<Forest> for PoseStage {
     }
 }
 
-/// Gathers the visible chunks.
+/// Gathers all visible chunks, whichever way sensors look.
 #[derive(Clone, Copy, Debug)]
 pub struct SceneStage(pub(crate) VisibleReach);
 
@@ -92,11 +93,77 @@ impl Stage<Forest> for SceneStage {
         _: Key,
         (pose, objects, undergrowth, litter, sky_view): Values<'_, Self>,
     ) -> Result<FrameScene, Error> {
-        let place_m = pose.world_from_body().translation_m.truncate();
-        (self.0).gather(
-            (pose.chunk, place_m),
-            (objects, undergrowth, litter, sky_view),
-        )
+        let geometry = (objects, undergrowth, litter);
+        (self.0).gather(pose.place(), None, geometry, Some(sky_view))
+    }
+}
+
+/// Gathers the chunks that the cameras see, with the light there.
+#[derive(Clone, Copy, Debug)]
+pub struct CameraSceneStage(pub(crate) VisibleReach);
+
+impl Stage<Forest> for CameraSceneStage {
+    type At = u64;
+    type Inputs = (
+        OfWorld<Vec<CameraRig>>,
+        OfWorld<WorldAssets>,
+        OfWorld<GroundModel>,
+        Node<u64, FramePose>,
+        AnyChunk<ObjectGeometry>,
+        AnyChunk<UndergrowthGeometry>,
+        AnyChunk<LitterGeometry>,
+        AnyChunk<SkyViewFactor>,
+    );
+    type Output = FrameScene;
+    const ID: &'static str = "frame.camera_scene";
+    const VERSION: u32 = 1;
+
+    fn fingerprint(&self, hasher: &mut Hasher) {
+        self.0.fingerprint(hasher);
+    }
+
+    fn run(
+        &self,
+        _: u64,
+        _: Key,
+        (rigs, assets, ground, pose, objects, undergrowth, litter, sky_view): Values<'_, Self>,
+    ) -> Result<FrameScene, Error> {
+        let seen = SeenArea::of_cameras(&rigs, &pose, (&ground, &assets), &self.0);
+        let geometry = (objects, undergrowth, litter);
+        (self.0).gather(pose.place(), Some(&seen), geometry, Some(sky_view))
+    }
+}
+
+/// Gathers the chunks that the LiDARs see.
+#[derive(Clone, Copy, Debug)]
+pub struct LidarSceneStage(pub(crate) VisibleReach);
+
+impl Stage<Forest> for LidarSceneStage {
+    type At = u64;
+    type Inputs = (
+        OfWorld<Vec<LidarRig>>,
+        Node<u64, FramePose>,
+        AnyChunk<ObjectGeometry>,
+        AnyChunk<UndergrowthGeometry>,
+        AnyChunk<LitterGeometry>,
+    );
+    type Output = FrameScene;
+    const ID: &'static str = "frame.lidar_scene";
+    const VERSION: u32 = 1;
+
+    fn fingerprint(&self, hasher: &mut Hasher) {
+        self.0.fingerprint(hasher);
+    }
+
+    fn run(
+        &self,
+        _: u64,
+        _: Key,
+        (rigs, pose, objects, undergrowth, litter): Values<'_, Self>,
+    ) -> Result<FrameScene, Error> {
+        let seen = SeenArea::of_lidars(&rigs, &pose, &self.0);
+        let geometry = (objects, undergrowth, litter);
+        (self.0).gather(pose.place(), Some(&seen), geometry, None)
     }
 }
 

@@ -46,6 +46,10 @@ pub struct CameraRig {
     pub processing: Processing,
     /// The annotations that are asked for.
     pub annotations: AnnotationKinds,
+    /// Whether its pictures show light, or need to know of surfaces, that no ray through a pixel
+    /// leads to: light that is followed comes from anywhere, and optical flow asks what hides a
+    /// surface from where the camera is next.
+    pub looks_all_around: bool,
     /// Objects farther away than this, metres, get no boxes.
     pub boxes_range_m: f64,
 }
@@ -76,6 +80,7 @@ impl CameraRig {
             soiling: camera.soiled(serial),
             processing: camera.image_processing(),
             annotations: camera.annotation_kinds(),
+            looks_all_around: camera.bounces > 0 || camera.flow,
             boxes_range_m: camera.boxes_range_m,
         })
     }

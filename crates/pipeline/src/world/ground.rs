@@ -257,6 +257,12 @@ impl GroundModel {
         }
     }
 
+    /// Height of the ground before ways, water and thrown trees change it by some decimetres,
+    /// metres.
+    pub(crate) fn natural_height_m(&self, world_m: DVec2) -> f64 {
+        self.base.height_m(world_m)
+    }
+
     /// The streams and ponds near a chunk; `None` where none is near.
     fn water_near(&self, chunk: ChunkCoord) -> Option<Arc<WaterNear>> {
         let near = self.water.as_ref()?.near(chunk, MARGIN_M);

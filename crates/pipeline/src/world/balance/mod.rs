@@ -17,14 +17,13 @@ use rayon::prelude::*;
 
 use self::probe::{PROBE_M, Probe, RAYS, TargetTable};
 use super::assets::WorldAssets;
-use super::chunk_geometry::{LitterGeometry, ObjectGeometry, UndergrowthGeometry};
 use super::lidars::LidarRig;
 use super::litter::LitterPatch;
 use super::trajectory::{RobotTrajectory, Surroundings};
 use crate::config::{self, BalanceTarget, Config};
-use crate::plan::{Demand, Encode, Encoder, Hasher};
+use crate::plan::{Encode, Encoder, Hasher};
 use crate::pool::in_pool;
-use crate::recording::scene::{FrameScene, VisibleReach};
+use crate::recording::scene::{FrameScene, Geometry, VisibleReach};
 use crate::{Error, InputFiles};
 
 pub use self::pilot::Pilot;
@@ -81,11 +80,7 @@ type Viewed = (Candidate, Vec<f64>);
 #[derive(Clone, Copy)]
 pub(crate) struct Land<'a> {
     pub(crate) surroundings: Surroundings<'a>,
-    pub(crate) geometry: (
-        Demand<'a, ObjectGeometry>,
-        Demand<'a, UndergrowthGeometry>,
-        Demand<'a, LitterGeometry>,
-    ),
+    pub(crate) geometry: Geometry<'a>,
 }
 
 impl BalanceRecipe {
@@ -204,7 +199,7 @@ impl Looker {
     /// What rays from around a place on the path may meet.
     fn scene(&self, (place_m, _): Heading, land: Land<'_>) -> Result<FrameScene, Error> {
         let around = ChunkCoord::containing(place_m, self.reach.chunk_size_m);
-        self.reach.gather_unlit((around, place_m), land.geometry)
+        (self.reach).gather((around, place_m), None, land.geometry, None)
     }
 
     /// The candidates about a place on the path that a body can stand at.

@@ -1,0 +1,289 @@
+//! The part of the map that the sensors of a frame see, so that nothing grows behind their backs.
+
+use nemoral_scene::glam::{DVec2, DVec3};
+use nemoral_scene::{ChunkCoord, DirectionCone, Intrinsics, RigidTransform};
+
+use super::pose::FramePose;
+use super::scene::VisibleReach;
+use crate::world::assets::WorldAssets;
+use crate::world::cameras::CameraRig;
+use crate::world::ground::GroundModel;
+use crate::world::lidars::LidarRig;
+
+/// How far beyond its sides an area goes on, metres: crowns and lying stems reach out of the chunk
+/// that they belong to, and rippled water mirrors a little sideways.
+const SPARE_M: f64 = 40.0;
+/// How much wider than its field of view a sensor sees, radians: divergent beams, the sun's disc.
+const SPARE_RAD: f64 = 0.02;
+/// From this angle to the horizon on, a cone of directions is taken to go all around.
+const STEEP_RAD: f64 = 1.4;
+/// How much higher and lower than the middles of chunks the ground is elsewhere, metres, if it is
+/// asked which trees cast shadows.
+const SPARE_HEIGHT_M: f64 = 15.0;
+/// Points of a picture's border from which its cone of directions is found, a side.
+const BORDER_POINTS: u32 = 16;
+
+/// A sector of the map that contains what a sensor sees, and of a camera what casts shadows there.
+#[derive(Clone, Copy, Debug)]
+struct Sector {
+    apex_m: DVec2,
+    /// The normals of its two sides, outwards; `None` for a whole disc.
+    sides: Option<[DVec2; 2]>,
+    /// The radius, metres.
+    reach_m: f64,
+    /// The longest shadow, as a way on the map towards the sun. The disc is not moved by it, as
+    /// nothing beyond the visible radius casts shadows.
+    shadow_m: DVec2,
+}
+
+impl Sector {
+    /// What is seen from a place in a cone of directions of the world.
+    fn of_cone(origin_m: DVec3, cone: &DirectionCone, reach_m: f64) -> Self {
+        let axis = cone.axis;
+        let half_rad = cone.half_angle_rad + SPARE_RAD;
+        let steepest_rad = libm::asin(axis.z.clamp(-1.0, 1.0)).abs() + half_rad;
+        let sides = (steepest_rad < STEEP_RAD).then(|| {
+            // A circle on the sphere, seen from above, is this wide.
+            let middle = axis.truncate();
+            let level = middle.length();
+            let half_width_rad = libm::asin(libm::sin(half_rad) / level);
+            let left = DVec2::from_angle(half_width_rad).rotate(middle / level);
+            let right = DVec2::from_angle(-half_width_rad).rotate(middle / level);
+            [left.perp(), -right.perp()]
+        });
+        Self {
+            apex_m: origin_m.truncate(),
+            sides,
+            reach_m,
+            shadow_m: DVec2::ZERO,
+        }
+    }
+
+    /// Whether a chunk comes into it. Near the apex some are counted that do not.
+    fn includes(&self, chunk: ChunkCoord, chunk_size_m: f64) -> bool {
+        if chunk.distance_m(self.apex_m, chunk_size_m) > self.reach_m + SPARE_M {
+            return false;
+        }
+        let Some(sides) = self.sides else {
+            return true;
+        };
+        let low = chunk.origin_m(chunk_size_m) - self.apex_m;
+        sides.iter().all(|side| {
+            // How far outside of this side the nearest corner is, or what its shadow falls on.
+            let corner = low
+                + DVec2::select(
+                    side.cmplt(DVec2::ZERO),
+                    DVec2::splat(chunk_size_m),
+                    DVec2::ZERO,
+                );
+            side.dot(corner) - side.dot(self.shadow_m).max(0.0) <= SPARE_M
+        })
+    }
+}
+
+/// The part of the map that sensors of a frame see.
+#[derive(Clone, Debug)]
+pub(crate) struct SeenArea {
+    chunk_size_m: f64,
+    sectors: Vec<Sector>,
+}
+
+impl SeenArea {
+    /// All that cameras see from a pose of the body, and what casts shadows on it.
+    pub(crate) fn of_cameras(
+        rigs: &[CameraRig],
+        pose: &FramePose,
+        (ground, assets): (&GroundModel, &WorldAssets),
+        reach: &VisibleReach,
+    ) -> Self {
+        let (size_m, radius_m) = (reach.chunk_size_m, reach.visible_radius_m);
+        let visible = ChunkCoord::within(pose.place().1, radius_m, size_m);
+        let heights_m = visible
+            .iter()
+            .map(|chunk| ground.natural_height_m(chunk.centre_m(size_m)));
+        let (low_m, high_m) = heights_m.fold((f64::MAX, f64::MIN), |(low, high), z| {
+            (low.min(z), high.max(z))
+        });
+        let blockers_m = high_m - low_m + 2.0 * SPARE_HEIGHT_M + assets.tallest_m();
+        let of_rig = |rig: &CameraRig| {
+            let half_s = rig.shutter.duration_s() / 2.0;
+            let body = |time_s| pose.world_from_body() * pose.motion.after(time_s);
+            let poses = [-half_s, 0.0, half_s].map(body);
+            let mount = &rig.body_from_camera;
+            let mut sectors = Self::swept(&poses, mount, &cone(&rig.intrinsics), radius_m);
+            let shadow_m = shadow(rig, blockers_m).filter(|_| !rig.looks_all_around);
+            for sector in &mut sectors {
+                match shadow_m {
+                    Some(shadow_m) => sector.shadow_m = shadow_m,
+                    None => sector.sides = None,
+                }
+            }
+            sectors
+        };
+        Self {
+            chunk_size_m: size_m,
+            sectors: rigs.iter().flat_map(of_rig).collect(),
+        }
+    }
+
+    /// All that LiDARs see while the body moves.
+    pub(crate) fn of_lidars(rigs: &[LidarRig], pose: &FramePose, reach: &VisibleReach) -> Self {
+        let of_rig = |rig: &LidarRig| {
+            let reach_m = f64::from(rig.scanner.params().max_range_m);
+            let cone = rig.scanner.field_of_view();
+            Self::swept(pose.track.poses(), &rig.body_from_lidar, &cone, reach_m)
+        };
+        Self {
+            chunk_size_m: reach.chunk_size_m,
+            sectors: rigs.iter().flat_map(of_rig).collect(),
+        }
+    }
+
+    /// The sectors of a sensor on a body that moves through these poses.
+    fn swept(
+        poses: &[RigidTransform],
+        body_from_sensor: &RigidTransform,
+        cone: &DirectionCone,
+        reach_m: f64,
+    ) -> Vec<Sector> {
+        let sensor = |body: &RigidTransform| *body * *body_from_sensor;
+        let axis = |body: &RigidTransform| sensor(body).transform_vector(cone.axis);
+        let turns = poses
+            .windows(2)
+            .map(|w| axis(&w[0]).angle_between(axis(&w[1])));
+        let half_angle_rad = cone.half_angle_rad + turns.fold(0.0, f64::max);
+        let seen = |body: &RigidTransform| {
+            let cone = DirectionCone {
+                axis: axis(body),
+                half_angle_rad,
+            };
+            Sector::of_cone(sensor(body).translation_m, &cone, reach_m)
+        };
+        poses.iter().map(seen).collect()
+    }
+
+    /// Whether a chunk is seen, or casts shadows on what is.
+    pub(crate) fn includes(&self, chunk: ChunkCoord) -> bool {
+        self.sectors
+            .iter()
+            .any(|sector| sector.includes(chunk, self.chunk_size_m))
+    }
+}
+
+/// The directions of a picture's pixels, in the optical frame.
+fn cone(intrinsics: &Intrinsics) -> DirectionCone {
+    let size = DVec2::new(intrinsics.width.into(), intrinsics.height.into());
+    let border = (0..=BORDER_POINTS).flat_map(|i| {
+        let t = f64::from(i) / f64::from(BORDER_POINTS);
+        [(t, 0.0), (t, 1.0), (0.0, t), (1.0, t)]
+    });
+    let directions = border.map(|(x, y)| intrinsics.direction(DVec2::new(x, y) * size));
+    DirectionCone::around(DVec3::Z, directions)
+}
+
+/// How far shadows of what is `height_m` high reach under a camera's sun, as a way towards it;
+/// `None` if that is farther than can be said.
+fn shadow(rig: &CameraRig, height_m: f64) -> Option<DVec2> {
+    let lighting = rig.renderer.lighting();
+    if lighting.sun_irradiance().max_element() <= 0.0 {
+        return Some(DVec2::ZERO);
+    }
+    let sun = lighting.sun_direction().as_dvec3();
+    (sun.z > 0.02).then(|| sun.truncate() * (height_m / sun.z))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nemoral_scene::Distortion;
+    use nemoral_scene::glam::DQuat;
+    use proptest::prelude::*;
+
+    const CHUNK_M: f64 = 50.0;
+    const REACH_M: f64 = 300.0;
+
+    proptest! {
+        #[test]
+        fn a_sector_has_all_that_is_seen(
+            (yaw, pitch) in (-3.2_f64..3.2, -1.5_f64..1.5),
+            half_angle_rad in 0.05_f64..1.5,
+            (turn, share) in (0.0_f64..6.3, 0.0_f64..=1.0),
+            distance_m in 0.0..REACH_M,
+            (sun, length_m, cast) in (0.0_f64..6.3, 0.0_f64..200.0, 0.0_f64..=1.0),
+        ) {
+            let place_m = DVec3::new(17.0, -240.0, 12.0);
+            let turned = DQuat::from_rotation_z(yaw) * DQuat::from_rotation_y(pitch);
+            let cone = DirectionCone { axis: turned * DVec3::X, half_angle_rad };
+            let mut sector = Sector::of_cone(place_m, &cone, REACH_M);
+            sector.shadow_m = DVec2::from_angle(sun) * length_m;
+            let (around, aside) = (DQuat::from_rotation_x(turn), share * half_angle_rad);
+            let ray = turned * around * DQuat::from_rotation_z(aside) * DVec3::X;
+            let seen_m = place_m + ray * distance_m;
+            let blocker_m = seen_m.truncate() + sector.shadow_m * cast;
+            // What is beyond the reach casts no shadows.
+            if blocker_m.distance(place_m.truncate()) <= REACH_M {
+                for at_m in [seen_m.truncate(), blocker_m] {
+                    prop_assert!(sector.includes(ChunkCoord::containing(at_m, CHUNK_M), CHUNK_M));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_cone_of_a_picture_has_all_of_its_pixels() {
+        let lens = Distortion::BrownConrady {
+            k1: -0.3,
+            k2: 0.1,
+            k3: 0.0,
+            p1: 1e-3,
+            p2: -2e-3,
+        };
+        let pinhole = Intrinsics::from_fov(1280, 720, 1.4).expect("valid");
+        let barrel = Intrinsics::through_lens(640, 480, 1.2, lens).expect("valid");
+        let off_centre = Intrinsics {
+            cx: 300.0,
+            cy: -40.0,
+            ..pinhole
+        };
+        for intrinsics in [pinhole, barrel, off_centre] {
+            let cone = cone(&intrinsics);
+            let all = |side: u32| (0..=side).step_by(20).map(f64::from);
+            for (x, y) in
+                all(intrinsics.width).flat_map(|x| all(intrinsics.height).map(move |y| (x, y)))
+            {
+                let off_axis_rad = cone
+                    .axis
+                    .angle_between(intrinsics.direction(DVec2::new(x, y)));
+                assert!(off_axis_rad <= cone.half_angle_rad + SPARE_RAD / 2.0);
+            }
+            assert!(cone.half_angle_rad < 1.2, "{}", cone.half_angle_rad);
+        }
+    }
+
+    #[test]
+    fn what_lies_behind_is_not_seen() {
+        let cone = |half_angle_rad, up: f64| DirectionCone {
+            axis: DVec3::new(libm::cos(up), 0.0, libm::sin(up)),
+            half_angle_rad,
+        };
+        let count = |cone: &DirectionCone, shadow_m: DVec2| {
+            let place_m = DVec3::new(25.0, 25.0, 1.0);
+            let sector = Sector {
+                shadow_m,
+                ..Sector::of_cone(place_m, cone, REACH_M)
+            };
+            let all = ChunkCoord::within(place_m.truncate(), REACH_M, CHUNK_M);
+            let seen = all.iter().filter(|chunk| sector.includes(**chunk, CHUNK_M));
+            (seen.count(), all.len())
+        };
+        let (seen, all) = count(&cone(0.7, 0.0), DVec2::ZERO);
+        assert!(2 * seen < all, "{seen} of {all}");
+        // With the sun at the side more cast shadows, and none with the sun ahead.
+        assert!(count(&cone(0.7, 0.0), DVec2::Y * 100.0).0 > seen + 10);
+        assert_eq!(count(&cone(0.7, 0.0), DVec2::X * 100.0).0, seen);
+        // Who looks up or down steeply, or all around, sees in all directions.
+        for cone in [cone(0.7, 1.0), cone(0.7, -1.0), DirectionCone::ALL] {
+            assert_eq!(count(&cone, DVec2::ZERO), (all, all));
+        }
+    }
+}
