@@ -1,12 +1,11 @@
 //! Edges, which say what a stage may read.
 
 use std::fmt;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
 use crate::node::Node;
 use crate::plan::Runner;
-use crate::{Coordinate, PlanTypes};
+use crate::{Coordinate, PlanTypes, Wanted};
 
 /// One input of a stage that is computed at coordinates of type `C`.
 pub trait Edge<P: PlanTypes, C>: Copy + Send + Sync + 'static {
@@ -143,6 +142,16 @@ impl<'a, P: PlanTypes, D, T> Demand<'a, P, D, T> {
     pub(crate) fn new(runner: Runner<'a, P>, node: Node<D, T>) -> Self {
         Self { runner, node }
     }
+
+    /// The node's values at many coordinates, to be computed together with others.
+    #[must_use]
+    pub fn wanted(&self, places: &[D]) -> Wanted<'a, P>
+    where
+        D: Coordinate<P>,
+    {
+        let places = places.iter().map(|at| at.erase()).collect();
+        Wanted::new(self.runner, self.node.index, places)
+    }
 }
 
 impl<T> Node<(), T> {
@@ -169,9 +178,6 @@ impl<'a, P: PlanTypes> Runner<'a, P> {
     }
 }
 
-/// Where a worker leaves its result.
-type Slot<T, E> = Mutex<Option<Result<Arc<T>, E>>>;
-
 impl<P: PlanTypes, D: Coordinate<P>, T: Clone + Send + Sync + 'static> Demand<'_, P, D, Vec<T>> {
     /// The elements of the node's lists at many coordinates, in their order.
     ///
@@ -179,8 +185,13 @@ impl<P: PlanTypes, D: Coordinate<P>, T: Clone + Send + Sync + 'static> Demand<'_
     /// The error of the first coordinate that has one.
     pub fn joined(&self, places: impl IntoIterator<Item = D>) -> Result<Vec<T>, P::Error> {
         let mut all = Vec::new();
-        for at in places {
-            all.extend_from_slice(&self.at(at)?);
+        // What another thread computes is waited for at last.
+        let places = places.into_iter().map(Coordinate::erase);
+        let answers: Vec<_> = places
+            .map(|at| self.runner.ask(self.node.index, at))
+            .collect();
+        for answer in answers {
+            all.extend_from_slice(&self.node.typed(answer.wait()?));
         }
         Ok(all)
     }
@@ -200,32 +211,8 @@ impl<P: PlanTypes, D: Coordinate<P>, T: Send + Sync + 'static> Demand<'_, P, D, 
     /// # Errors
     /// The error of the first coordinate, in their order, that has one.
     pub fn all(&self, places: &[D]) -> Result<Vec<Arc<T>>, P::Error> {
-        let workers = self.runner.threads().min(places.len());
-        if workers <= 1 {
-            return places.iter().map(|&at| self.at(at)).collect();
-        }
-        // These are threads of their own, not those of a shared pool, because a node may wait here
-        // for a node of another thread.
-        let next = AtomicUsize::new(0);
-        let slots: Vec<Slot<T, P::Error>> = places.iter().map(|_| Mutex::new(None)).collect();
-        std::thread::scope(|scope| {
-            for _ in 0..workers {
-                scope.spawn(|| {
-                    while let Some(i) =
-                        Some(next.fetch_add(1, Ordering::Relaxed)).filter(|&i| i < places.len())
-                    {
-                        *slots[i].lock().expect("a slot has one writer") = Some(self.at(places[i]));
-                    }
-                });
-            }
-        });
-        slots
-            .into_iter()
-            .map(|slot| {
-                let value = slot.into_inner().expect("a slot has one writer");
-                value.expect("every slot was filled")
-            })
-            .collect()
+        let values = self.wanted(places).values().into_iter();
+        values.map(|value| Ok(self.node.typed(value?))).collect()
     }
 }
 

@@ -13,7 +13,8 @@
 //!   serves the [`Store`], a [`Cache`] on disk, resuming, and provenance alike. Parameters are
 //!   written into keys by [`Encode`], an encoding that is spelled out rather than derived.
 //! - A [`Runner`] computes what is asked for and no more. One thread computes a value while others
-//!   that want it wait; a [`Store`] that forgets values changes the work, never a result.
+//!   that want it turn to what else they want, and wait for it at last; a [`Store`] that forgets
+//!   values changes the work, never a result.
 //! - [`Plan::draw`] and [`Plan::explain`] show a plan.
 //!
 //! The user defines the coordinates and the error of stages ([`PlanTypes`]). The README has a whole
@@ -35,6 +36,7 @@ mod store;
 #[cfg(test)]
 mod tests;
 mod types;
+mod wanted;
 
 pub use cache::{Cache, Kept};
 pub use drawing::GraphFormat;
@@ -46,6 +48,7 @@ pub use plan::{Plan, Runner};
 pub use stage::{Stage, Values};
 pub use store::Store;
 pub use types::{AnyCoordinate, Coordinate, PlanTypes, StageError};
+pub use wanted::Wanted;
 
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

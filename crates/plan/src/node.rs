@@ -22,6 +22,14 @@ impl<C, T> Node<C, T> {
             marker: PhantomData,
         }
     }
+
+    /// A value of this node.
+    pub(crate) fn typed(self, value: Value) -> Arc<T>
+    where
+        T: Send + Sync + 'static,
+    {
+        (value.downcast()).expect("a node's handle carries its output type")
+    }
 }
 
 impl<C, T> Clone for Node<C, T> {

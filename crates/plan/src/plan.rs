@@ -4,6 +4,7 @@ use std::fmt;
 use std::sync::Arc;
 
 use crate::node::{Node, Value};
+use crate::store::Answer;
 use crate::{AnyCoordinate, Cache, Coordinate, Fingerprint, Hasher, PlanTypes, StageError, Store};
 
 /// A node with its types erased; the erasure is private and guarded by [`Node`]'s types.
@@ -142,13 +143,11 @@ impl<'a, P: PlanTypes> Runner<'a, P> {
         node: Node<C, T>,
         at: C,
     ) -> Result<Arc<T>, P::Error> {
-        let value = self.value(node.index, at.erase())?;
-        Ok(value
-            .downcast::<T>()
-            .expect("a node's handle carries its output type"))
+        Ok(node.typed(self.ask(node.index, at.erase()).wait()?))
     }
 
-    fn value(&self, index: usize, at: P::At) -> Result<Value, P::Error> {
+    /// Computes the value of a node, unless it is known or another thread computes it.
+    pub(crate) fn ask(&self, index: usize, at: P::At) -> Answer<P::Error> {
         let node = &self.plan.entries[index].node;
         let key = self.plan.key_of(index, at);
         let cache = self.store.cache().filter(|_| node.is_kept());

@@ -43,9 +43,28 @@ enum Slot<P: PlanTypes> {
     },
 }
 
-struct Promise<E> {
+/// The value of a thread that computes it.
+pub(crate) struct Promise<E> {
     result: Mutex<Option<Result<Value, E>>>,
     done: Condvar,
+}
+
+/// What a store says if it is asked for a value.
+pub(crate) enum Answer<E> {
+    /// It was there, or was computed.
+    Settled(Result<Value, E>),
+    /// Another thread computes it.
+    Pending(Arc<Promise<E>>),
+}
+
+impl<E: Clone> Answer<E> {
+    /// The value, for which one waits if another thread computes it.
+    pub(crate) fn wait(self) -> Result<Value, E> {
+        match self {
+            Self::Settled(result) => result,
+            Self::Pending(promise) => promise.wait(),
+        }
+    }
 }
 
 impl<E: Clone> Promise<E> {
@@ -76,7 +95,7 @@ impl<E: Clone> Promise<E> {
 }
 
 /// A panic of another thread leaves these maps consistent, as every change is one statement.
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+pub(crate) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex
         .lock()
         .unwrap_or_else(std::sync::PoisonError::into_inner)
@@ -225,22 +244,21 @@ impl<P: PlanTypes> Store<P> {
         matches!(lock(&self.inner).slots.get(&key), Some(Slot::Ready { .. }))
     }
 
+    /// Gets a value, or computes it unless another thread does.
     pub(crate) fn get_or_compute(
         &self,
         key: Fingerprint,
         id: &'static str,
         at: P::At,
         compute: impl FnOnce() -> Result<Value, P::Error>,
-    ) -> Result<Value, P::Error> {
+    ) -> Answer<P::Error> {
         let promise = {
             let mut inner = lock(&self.inner);
             match inner.slots.get(&key) {
-                Some(Slot::Ready { value, .. }) => return Ok(Arc::clone(value)),
-                Some(Slot::Pending(promise)) => {
-                    let promise = Arc::clone(promise);
-                    drop(inner);
-                    return promise.wait();
+                Some(Slot::Ready { value, .. }) => {
+                    return Answer::Settled(Ok(Arc::clone(value)));
                 }
+                Some(Slot::Pending(promise)) => return Answer::Pending(Arc::clone(promise)),
                 None => {
                     let promise = Arc::new(Promise::new());
                     inner.slots.insert(key, Slot::Pending(Arc::clone(&promise)));
@@ -260,7 +278,7 @@ impl<P: PlanTypes> Store<P> {
         self.settle(key, id, at, &result);
         obligation.kept = true;
         obligation.promise.fulfil(result.clone());
-        result
+        Answer::Settled(result)
     }
 
     fn settle(

@@ -1,6 +1,7 @@
 //! The guarantees of the engine, tested on toy stages.
 
-use std::sync::Arc;
+use std::sync::{Arc, Condvar, Mutex, mpsc};
+use std::time::Duration;
 
 use crate::*;
 
@@ -207,6 +208,86 @@ fn a_value_is_computed_once_while_it_is_kept() {
     assert_eq!(store.count("height"), 1);
     runner.demand(smooth).all(&square(6)).expect("kept");
     assert_eq!(store.computed(), 36 + 60 + 1);
+}
+
+/// The first cell's value is computed only once that of the second is.
+struct Patient {
+    second_is_done: Arc<(Mutex<bool>, Condvar)>,
+    first_has_begun: mpsc::Sender<()>,
+}
+
+impl Stage<Toy> for Patient {
+    type At = Cell;
+    type Inputs = ();
+    type Output = Vec<i32>;
+    const ID: &'static str = "patient";
+    const VERSION: u32 = 1;
+
+    fn fingerprint(&self, _: &mut Hasher) {}
+
+    fn run(&self, at: Cell, _: u64, (): ()) -> Result<Vec<i32>, Error> {
+        let (done, changed) = &*self.second_is_done;
+        let mut done = done.lock().expect("no panic");
+        if at.0 == 0 {
+            self.first_has_begun.send(()).expect("a listener");
+            let wait = Duration::from_secs(20);
+            let waited = changed.wait_timeout_while(done, wait, |done| !*done);
+            if waited.expect("no panic").1.timed_out() {
+                return Err(Error::NoHeight);
+            }
+        } else {
+            *done = true;
+            changed.notify_all();
+        }
+        Ok(vec![at.0])
+    }
+}
+
+#[test]
+fn what_another_thread_computes_is_waited_for_at_last() {
+    type Ask = fn(&Demand<'_, Toy, Cell, Vec<i32>>, [Cell; 2]) -> Result<Vec<i32>, Error>;
+    let joined: Ask = |demand, cells| demand.joined(cells);
+    let all: Ask = |demand, cells| Ok(demand.all(&cells)?.iter().map(|list| list[0]).collect());
+    for ask in [joined, all] {
+        let (first_has_begun, begun) = mpsc::channel();
+        let mut plan: Plan<Toy> = Plan::new(1);
+        let patient = Patient {
+            second_is_done: Arc::default(),
+            first_has_begun,
+        };
+        let node = plan.add(patient, ());
+        let store = Store::unlimited();
+        let runner = Runner::new(&plan, &store, 1);
+        std::thread::scope(|scope| {
+            let first = scope.spawn(|| runner.get(node, Cell(0, 0)));
+            begun.recv().expect("the first begins");
+            let both = ask(&runner.demand(node), [Cell(0, 0), Cell(1, 0)]);
+            assert_eq!(both, Ok(vec![0, 1]));
+            assert_eq!(first.join().expect("no panic"), Ok(Arc::new(vec![0])));
+        });
+    }
+}
+
+#[test]
+fn wants_of_several_nodes_are_computed_together() {
+    let (plan, height, smooth) = plan(1.0, 2.0);
+    for threads in [1, 3, 50] {
+        let store = Store::unlimited();
+        let runner = Runner::new(&plan, &store, threads);
+        let (smooth, height) = (runner.demand(smooth), runner.demand(height));
+        let far = [Cell(40, 40)];
+        let wanted = smooth.wanted(&square(3)).and(height.wanted(&far));
+        wanted.compute().expect("runs");
+        // 9 smooth, 9 + 4 * 3 heights and a far one, one scale.
+        assert_eq!(store.computed(), 9 + 21 + 1 + 1);
+        smooth.wanted(&[]).compute().expect("nothing");
+        // The first in their order.
+        let bad = height
+            .wanted(&[Cell(99, 99)])
+            .and(smooth.wanted(&[Cell(98, 99)]));
+        let error = bad.and(height.wanted(&far)).compute().expect_err("fails");
+        assert_eq!(error, Error::NoHeightAt("height", At::Cell(Cell(99, 99))));
+    }
 }
 
 #[test]

@@ -155,18 +155,23 @@ impl VisibleReach {
             chunks
         };
         let chunks = within(self.visible_radius_m);
+        let low = within(self.undergrowth_radius_m);
+        let littered = self.litter_radius_m.map(within).unwrap_or_default();
+        let sky_view = sky_view.filter(|_| self.is_lit);
+        let mut wanted = objects.wanted(&chunks).and(undergrowth.wanted(&low));
+        wanted = wanted.and(litter.wanted(&littered));
+        if let Some(sky_view) = sky_view {
+            wanted = wanted.and(sky_view.wanted(&chunks));
+        }
+        wanted.compute()?;
         let solid = chunks.iter().zip(objects.all(&chunks)?);
         let mut groups: Vec<_> = solid.map(|(at, g)| (*at, Arc::clone(&g.0))).collect();
-        let near = within(self.undergrowth_radius_m);
-        let low = near.iter().zip(undergrowth.all(&near)?);
+        let low = low.iter().zip(undergrowth.all(&low)?);
         groups.extend(low.filter_map(|(at, g)| Some((*at, Arc::clone(g.0.as_ref()?)))));
-        if let Some(radius_m) = self.litter_radius_m {
-            let near = within(radius_m);
-            let shed = near.iter().zip(litter.all(&near)?);
-            groups.extend(shed.filter_map(|(at, g)| Some((*at, Arc::clone(g.0.as_ref()?)))));
-        }
+        let shed = littered.iter().zip(litter.all(&littered)?);
+        groups.extend(shed.filter_map(|(at, g)| Some((*at, Arc::clone(g.0.as_ref()?)))));
         let mut light = BTreeMap::new();
-        if let Some(sky_view) = sky_view.filter(|_| self.is_lit) {
+        if let Some(sky_view) = sky_view {
             light.extend(chunks.iter().copied().zip(sky_view.all(&chunks)?));
         }
         let place = (around, self.chunk_size_m);

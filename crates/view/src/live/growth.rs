@@ -119,16 +119,16 @@ pub(super) fn grow(shared: &Shared, task: &Task) -> Result<(), Error> {
         let of_ring = order.iter().filter(|c| distance_m(c) <= reach_m).count();
         while grown < of_ring {
             let some = &order[grown..(grown + threads).min(of_ring)];
-            runner.demand(world.forest.object_geometry).all(some)?;
-            runner.demand(world.forest.sky_view_factor).all(some)?;
             let is_near = |c: &&ChunkCoord| distance_m(c) <= chunks.undergrowth_radius_m;
             let near: Vec<ChunkCoord> = some.iter().filter(is_near).copied().collect();
-            runner
-                .demand(world.forest.undergrowth_geometry)
-                .all(&near)?;
             let has_litter = |c: &&ChunkCoord| distance_m(c) <= chunks.litter_radius_m;
             let littered: Vec<ChunkCoord> = near.iter().filter(has_litter).copied().collect();
-            runner.demand(world.forest.litter_geometry).all(&littered)?;
+            let forest = &world.forest;
+            let solid = runner.demand(forest.object_geometry).wanted(some);
+            let lit = runner.demand(forest.sky_view_factor).wanted(some);
+            let low = runner.demand(forest.undergrowth_geometry).wanted(&near);
+            let shed = runner.demand(forest.litter_geometry).wanted(&littered);
+            solid.and(lit).and(low).and(shed).compute()?;
             grown += some.len();
             if !report(shared, Stage::Land, grown, total)
                 || lock(&shared.mind).revision != task.revision
