@@ -4,6 +4,8 @@ use std::fmt;
 
 use glam::{Vec2, Vec3};
 
+use crate::CodeTable;
+
 /// An sRGB-encoded albedo texture that repeats, with box-filtered mips of its opaque texels. Row 0
 /// is at v = 0.
 ///
@@ -284,13 +286,14 @@ fn mean_seen(parts: impl Iterator<Item = (Vec3, f32)> + Clone) -> (Vec3, f32) {
 }
 
 fn encode(linear: Vec3) -> [u8; 4] {
-    let channel = |c: f32| ENCODE.partition_point(|&least| least <= c) as u8;
-    [channel(linear.x), channel(linear.y), channel(linear.z), 255]
+    let codes = &*ENCODE;
+    let [r, g, b] = linear.to_array().map(|light| codes.code(light));
+    [r, g, b, 255]
 }
 
-/// The inverse of IEC 61966-2-1: for each byte but 0 the least light that is encoded as it.
-static ENCODE: std::sync::LazyLock<[f32; 255]> = std::sync::LazyLock::new(|| {
-    code_thresholds(1.0, |c| {
+/// The inverse of IEC 61966-2-1.
+static ENCODE: std::sync::LazyLock<CodeTable> = std::sync::LazyLock::new(|| {
+    CodeTable::new(1.0, |c| {
         let s = if c <= 0.003_130_8 {
             12.92 * c
         } else {
@@ -299,26 +302,6 @@ static ENCODE: std::sync::LazyLock<[f32; 255]> = std::sync::LazyLock::new(|| {
         f64::from(s * 255.0 + 0.5)
     })
 });
-
-/// For each code value but 0 the least light that is encoded as it, exactly: the first float whose
-/// `code` is at least that value. `code` must not decrease from 0 to `most`, where it must reach
-/// 255.
-#[must_use]
-pub fn code_thresholds(most: f32, code: impl Fn(f32) -> f64) -> [f32; 255] {
-    std::array::from_fn(|i| {
-        // Non-negative floats are ordered like their bits, so bisect the bits.
-        let (mut low, mut high) = (0, most.to_bits());
-        while high - low > 1 {
-            let middle = low + (high - low) / 2;
-            if code(f32::from_bits(middle)) >= (i + 1) as f64 {
-                high = middle;
-            } else {
-                low = middle;
-            }
-        }
-        f32::from_bits(high)
-    })
-}
 
 fn decode(texel: [u8; 4]) -> Vec3 {
     linear(texel, &DECODE)

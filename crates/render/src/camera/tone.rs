@@ -1,7 +1,7 @@
 //! Exposure, tone curve and transfer function, which turn luminance into code values.
 
 use glam::Vec3;
-use nemoral_scene::{Image, code_thresholds};
+use nemoral_scene::{CodeTable, Image};
 use nemoral_seed::Key;
 use rayon::prelude::*;
 
@@ -148,15 +148,9 @@ fn srgb_oetf(x: f64) -> f64 {
     }
 }
 
-/// The encoder's table goes from 2^-14 to 2^6, where all codes are 255.
-const FIRST_EXPONENT: u32 = 127 - 14;
-const OCTAVES: u32 = 20;
-
-/// Maps light to code values, exactly and fast, by the smallest light of each code value.
+/// Maps light to code values, exactly and fast.
 struct Encoder {
-    thresholds: [f32; 255],
-    /// For each 1/64 of an octave, the code at its lower end.
-    starts: Vec<u8>,
+    table: CodeTable,
     /// The light that just clips.
     white: f32,
 }
@@ -164,44 +158,23 @@ struct Encoder {
 impl Encoder {
     fn new(curve: Curve) -> Self {
         let code = |x: f32| 255.0 * srgb_oetf(curve.apply(f64::from(x))) + 0.5;
-        let thresholds = code_thresholds(64.0, code);
-        let mut starts: Vec<u8> = (0..OCTAVES << 6)
-            .map(|i| {
-                let low = f32::from_bits(((FIRST_EXPONENT << 6) + i) << 17);
-                thresholds.partition_point(|&t| t <= low) as u8
-            })
-            .collect();
-        // All light below the table is found here, too.
-        starts[0] = 0;
         Self {
-            thresholds,
-            starts,
+            table: CodeTable::new(64.0, code),
             white: curve.white() as f32,
         }
-    }
-
-    #[inline]
-    fn code(&self, x: f32) -> u8 {
-        // The exponent and six bits of the mantissa almost determine the code; the rest is counted.
-        let cell = (x.max(0.0).to_bits() >> 17).saturating_sub(FIRST_EXPONENT << 6);
-        let mut code = self.starts[(cell as usize).min(self.starts.len() - 1)];
-        while code < 255 && self.thresholds[usize::from(code)] <= x {
-            code += 1;
-        }
-        code
     }
 
     /// The code value before rounding, 0..=255: the curve is taken to be straight between the
     /// lights of neighbouring codes.
     #[inline]
     fn level(&self, x: f32) -> f32 {
-        let code = usize::from(self.code(x));
+        let (code, least) = (usize::from(self.table.code(x)), self.table.least());
         let (low, from) = match code {
             0 => (0.0, 0.0),
-            _ => (self.thresholds[code - 1], code as f32 - 0.5),
+            _ => (least[code - 1], code as f32 - 0.5),
         };
-        let (high, to) = match self.thresholds.get(code) {
-            Some(&threshold) => (threshold, code as f32 + 0.5),
+        let (high, to) = match least.get(code) {
+            Some(&next) => (next, code as f32 + 0.5),
             None => (self.white.max(low), 255.0),
         };
         if high <= low {
@@ -211,7 +184,7 @@ impl Encoder {
     }
 
     fn encode(&self, exposed: Vec3) -> [u8; 3] {
-        exposed.to_array().map(|x| self.code(x))
+        exposed.to_array().map(|x| self.table.code(x))
     }
 
     fn levels(&self, exposed: Vec3) -> Vec3 {
@@ -357,7 +330,7 @@ mod tests {
             assert_eq!(e.encode(Vec3::ZERO), [0; 3]);
             assert_eq!(e.encode(Vec3::splat(6.0)), [255; 3]);
             assert!(
-                e.thresholds.windows(2).all(|w| w[0] < w[1]),
+                e.table.least().windows(2).all(|w| w[0] < w[1]),
                 "each code is reached"
             );
         }
