@@ -7,7 +7,8 @@ use nemoral_stand::SkyViewFactor;
 
 use crate::ForestPlan;
 use crate::plan::{Node, Runner};
-use crate::recording::scene::{VisibleReach, visible_chunks};
+use crate::recording::scene::visible_chunks;
+use crate::recording::visible_reach::VisibleReach;
 use crate::stages::sky_view_factor::chunks_of_trees;
 
 /// A part of a chunk that becomes visible.

@@ -5,7 +5,8 @@ use nemoral_scene::{ChunkCoord, RigidTransform};
 use nemoral_trajectory::{Body, Stance};
 
 use crate::plan::Runner;
-use crate::recording::scene::{FrameScene, VisibleReach};
+use crate::recording::scene::FrameScene;
+use crate::recording::visible_reach::VisibleReach;
 use crate::world::trajectory_recipe::forward;
 use crate::{Error, ForestPlan};
 
@@ -58,6 +59,6 @@ impl ForestPlan {
             runner.demand(self.litter_geometry),
         );
         let sky_view = runner.demand(self.sky_view_factor);
-        reach.gather((around, place_m), None, geometry, Some(sky_view))
+        FrameScene::gather(&reach, (around, place_m), None, geometry, Some(sky_view))
     }
 }

@@ -5,3 +5,4 @@ pub mod moment;
 pub mod pose;
 pub mod scene;
 pub(crate) mod seen_area;
+pub(crate) mod visible_reach;

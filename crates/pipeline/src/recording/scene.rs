@@ -10,9 +10,9 @@ use nemoral_scene::{ChunkCoord, InstancedScene, PlacedGroup, RayCaster};
 use nemoral_stand::SkyViewFactor;
 
 use super::seen_area::SeenArea;
+use super::visible_reach::VisibleReach;
 use crate::Error;
-use crate::config::Config;
-use crate::plan::{Demand, Hasher};
+use crate::plan::Demand;
 use crate::pool::in_pool;
 use crate::world::chunk_geometry::{LitterGeometry, ObjectGeometry, UndergrowthGeometry};
 
@@ -68,96 +68,25 @@ impl FrameScene {
         }
     }
 
-    /// The sky view factor at a point of the scene.
-    #[must_use]
-    pub fn sky_view_factor(&self, scene_point: Vec3) -> f32 {
-        let world = self.origin_m + scene_point.as_dvec3();
-        let chunk = ChunkCoord::containing(world.truncate(), self.chunk_size_m);
-        self.sky_view.get(&chunk).map_or(1.0, |grid| grid.at(world))
-    }
-}
-
-/// The geometry of chunks.
-pub(crate) type Geometry<'a> = (
-    Demand<'a, ObjectGeometry>,
-    Demand<'a, UndergrowthGeometry>,
-    Demand<'a, LitterGeometry>,
-);
-
-/// How far a scene reaches.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct VisibleReach {
-    /// Side of a chunk, metres.
-    pub(crate) chunk_size_m: f64,
-    /// The distance to which trees and ground are visible, metres.
-    pub(crate) visible_radius_m: f64,
-    /// The distance to which undergrowth is visible, metres.
-    pub(crate) undergrowth_radius_m: f64,
-    /// The distance to which litter is visible, metres; `None` where there is none.
-    pub(crate) litter_radius_m: Option<f64>,
-    /// Whether it is asked how bright things are. Lasers bring their own light: where there is no
-    /// camera, nobody needs the sky view factor of far chunks, which is most of what these cost.
-    pub(crate) is_lit: bool,
-}
-
-impl VisibleReach {
-    /// That of the frames of a config.
-    pub(crate) fn new(config: &Config) -> Self {
-        let chunks = &config.chunks;
-        let litter_radius_m = chunks.litter_radius_m.min(chunks.undergrowth_radius_m);
-        Self {
-            chunk_size_m: chunks.size_m,
-            visible_radius_m: chunks.visible_radius_m,
-            undergrowth_radius_m: chunks.undergrowth_radius_m,
-            litter_radius_m: config.litter.is_any().then_some(litter_radius_m),
-            is_lit: config.all_cameras().next().is_some(),
-        }
-    }
-
-    /// The same, as far as `reach_m` only.
-    pub(crate) fn within(self, reach_m: f64) -> Self {
-        Self {
-            visible_radius_m: self.visible_radius_m.min(reach_m),
-            undergrowth_radius_m: self.undergrowth_radius_m.min(reach_m),
-            litter_radius_m: self.litter_radius_m.map(|radius_m| radius_m.min(reach_m)),
-            ..self
-        }
-    }
-
-    pub(crate) fn fingerprint(&self, hasher: &mut Hasher) {
-        let Self {
-            chunk_size_m,
-            visible_radius_m,
-            undergrowth_radius_m,
-            litter_radius_m,
-            is_lit,
-        } = self;
-        hasher.write_f64(*chunk_size_m);
-        hasher.write_f64(*visible_radius_m);
-        hasher.write_f64(*undergrowth_radius_m);
-        hasher.write_f64(litter_radius_m.unwrap_or(-1.0));
-        hasher.write_u64(u64::from(*is_lit));
-    }
-
     /// The scene that is visible from a place, around the corner of a chunk; of that, what is in an
     /// area, if one is given. Without the sky view factors of chunks, or if it is not lit, the
     /// factor is 1 everywhere.
     pub(crate) fn gather(
-        &self,
+        reach: &VisibleReach,
         (around, place_m): (ChunkCoord, DVec2),
         seen: Option<&SeenArea>,
         (objects, undergrowth, litter): Geometry<'_>,
         sky_view: Option<Demand<'_, SkyViewFactor>>,
-    ) -> Result<FrameScene, Error> {
+    ) -> Result<Self, Error> {
         let within = |radius_m: f64| {
-            let mut chunks = visible_chunks(place_m, radius_m, self.chunk_size_m);
+            let mut chunks = visible_chunks(place_m, radius_m, reach.chunk_size_m);
             chunks.retain(|chunk| seen.is_none_or(|area| area.includes(*chunk)));
             chunks
         };
-        let chunks = within(self.visible_radius_m);
-        let low = within(self.undergrowth_radius_m);
-        let littered = self.litter_radius_m.map(within).unwrap_or_default();
-        let sky_view = sky_view.filter(|_| self.is_lit);
+        let chunks = within(reach.visible_radius_m);
+        let low = within(reach.undergrowth_radius_m);
+        let littered = reach.litter_radius_m.map(within).unwrap_or_default();
+        let sky_view = sky_view.filter(|_| reach.is_lit);
         let mut wanted = objects.wanted(&chunks).and(undergrowth.wanted(&low));
         wanted = wanted.and(litter.wanted(&littered));
         if let Some(sky_view) = sky_view {
@@ -174,12 +103,27 @@ impl VisibleReach {
         if let Some(sky_view) = sky_view {
             light.extend(chunks.iter().copied().zip(sky_view.all(&chunks)?));
         }
-        let place = (around, self.chunk_size_m);
+        let place = (around, reach.chunk_size_m);
         Ok(in_pool(|| {
-            FrameScene::new(place, chunks, groups.into_iter(), light)
+            Self::new(place, chunks, groups.into_iter(), light)
         }))
     }
+
+    /// The sky view factor at a point of the scene.
+    #[must_use]
+    pub fn sky_view_factor(&self, scene_point: Vec3) -> f32 {
+        let world = self.origin_m + scene_point.as_dvec3();
+        let chunk = ChunkCoord::containing(world.truncate(), self.chunk_size_m);
+        self.sky_view.get(&chunk).map_or(1.0, |grid| grid.at(world))
+    }
 }
+
+/// The geometry of chunks.
+pub(crate) type Geometry<'a> = (
+    Demand<'a, ObjectGeometry>,
+    Demand<'a, UndergrowthGeometry>,
+    Demand<'a, LitterGeometry>,
+);
 
 /// The chunks that are visible from a place, in order.
 #[must_use]

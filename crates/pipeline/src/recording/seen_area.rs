@@ -4,7 +4,7 @@ use nemoral_scene::glam::{DVec2, DVec3};
 use nemoral_scene::{ChunkCoord, DirectionCone, Intrinsics, RigidTransform};
 
 use super::pose::FramePose;
-use super::scene::VisibleReach;
+use super::visible_reach::VisibleReach;
 use crate::world::assets::WorldAssets;
 use crate::world::cameras::CameraRig;
 use crate::world::ground::GroundModel;

@@ -10,8 +10,9 @@ use crate::plan::{AnyChunk, Forest, Hasher, Node, OfWorld, Stage, Values};
 use crate::pool::in_pool;
 use crate::recording::moment::Moment;
 use crate::recording::pose::FramePose;
-use crate::recording::scene::{FrameScene, VisibleReach};
+use crate::recording::scene::FrameScene;
 use crate::recording::seen_area::SeenArea;
+use crate::recording::visible_reach::VisibleReach;
 use crate::world::assets::WorldAssets;
 use crate::world::cameras::CameraRig;
 use crate::world::chunk_geometry::{LitterGeometry, ObjectGeometry, UndergrowthGeometry};
@@ -94,7 +95,7 @@ impl Stage<Forest> for SceneStage {
         (pose, objects, undergrowth, litter, sky_view): Values<'_, Self>,
     ) -> Result<FrameScene, Error> {
         let geometry = (objects, undergrowth, litter);
-        (self.0).gather(pose.place(), None, geometry, Some(sky_view))
+        FrameScene::gather(&self.0, pose.place(), None, geometry, Some(sky_view))
     }
 }
 
@@ -130,7 +131,7 @@ impl Stage<Forest> for CameraSceneStage {
     ) -> Result<FrameScene, Error> {
         let seen = SeenArea::of_cameras(&rigs, &pose, (&ground, &assets), &self.0);
         let geometry = (objects, undergrowth, litter);
-        (self.0).gather(pose.place(), Some(&seen), geometry, Some(sky_view))
+        FrameScene::gather(&self.0, pose.place(), Some(&seen), geometry, Some(sky_view))
     }
 }
 
@@ -163,7 +164,7 @@ impl Stage<Forest> for LidarSceneStage {
     ) -> Result<FrameScene, Error> {
         let seen = SeenArea::of_lidars(&rigs, &pose, &self.0);
         let geometry = (objects, undergrowth, litter);
-        (self.0).gather(pose.place(), Some(&seen), geometry, None)
+        FrameScene::gather(&self.0, pose.place(), Some(&seen), geometry, None)
     }
 }
 

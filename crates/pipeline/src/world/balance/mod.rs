@@ -23,7 +23,8 @@ use super::trajectory::{RobotTrajectory, Surroundings};
 use crate::config::{self, BalanceTarget, Config};
 use crate::plan::{Encode, Encoder, Hasher};
 use crate::pool::in_pool;
-use crate::recording::scene::{FrameScene, Geometry, VisibleReach};
+use crate::recording::scene::{FrameScene, Geometry};
+use crate::recording::visible_reach::VisibleReach;
 use crate::{Error, InputFiles};
 
 pub use self::pilot::Pilot;
@@ -199,7 +200,7 @@ impl Looker {
     /// What rays from around a place on the path may meet.
     fn scene(&self, (place_m, _): Heading, land: Land<'_>) -> Result<FrameScene, Error> {
         let around = ChunkCoord::containing(place_m, self.reach.chunk_size_m);
-        (self.reach).gather((around, place_m), None, land.geometry, None)
+        FrameScene::gather(&self.reach, (around, place_m), None, land.geometry, None)
     }
 
     /// The candidates about a place on the path that a body can stand at.
