@@ -372,6 +372,7 @@ impl ForestPlan {
             LidarSceneStage(reach),
             (
                 lidars.global(),
+                assets.global(),
                 pose,
                 object_geometry.anywhere(),
                 undergrowth_geometry.anywhere(),

@@ -43,7 +43,7 @@ enum Slot<P: PlanTypes> {
     },
 }
 
-/// The value of a thread that computes it.
+/// A value that a thread computes while others may wait for it.
 pub(crate) struct Promise<E> {
     result: Mutex<Option<Result<Value, E>>>,
     done: Condvar,

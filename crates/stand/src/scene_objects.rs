@@ -146,12 +146,6 @@ pub struct MeasuredSize {
 }
 
 impl ObjectSize {
-    /// The scale of the largest copy there may be.
-    #[must_use]
-    pub fn largest(self) -> f64 {
-        self.scale(0.0).max(self.scale(1.0))
-    }
-
     /// The scale by its place among all sizes, 0..1.
     fn scale(self, place: f64) -> f64 {
         match self {

@@ -70,3 +70,46 @@ fn frames_are_those_of_all_that_is_around() {
         assert_eq!(seen, all, "{setting}");
     }
 }
+
+/// A tree of a user whose mast, 30 cm thick, carries a beam that goes 58 m to one side.
+fn crane_obj() -> String {
+    let mut obj = "usemtl wood\n".to_owned();
+    for [low, high] in [
+        [[-0.15, -0.15, -0.5], [0.15, 0.15, 12.0]],
+        [[0.0, -1.0, 9.0], [58.0, 1.0, 10.0]],
+    ] {
+        for corner in 0..8 {
+            let [x, y, z] = [0, 1, 2].map(|k| [low[k], high[k]][corner >> k & 1]);
+            obj += &format!("v {x} {y} {z}\n");
+        }
+        obj += "f -8 -7 -5 -6\nf -4 -3 -1 -2\nf -8 -7 -3 -4\nf -6 -5 -1 -2\nf -8 -6 -2 -4\n\
+                f -7 -5 -1 -3\n";
+    }
+    obj
+}
+
+#[test]
+fn what_reaches_far_out_of_its_chunk_is_seen() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("crane.obj");
+    nemoral_files::write(&path, crane_obj().as_bytes()).expect("written");
+    let sidecar = b"up = \"z\"\nmetres_per_unit = 1.0\ndbh_m = 0.3\nradius_m = 0.3\n";
+    nemoral_files::write(&path.with_extension("obj.toml"), sidecar).expect("written");
+    let file = format!("models.crane.file={}", path.display());
+    // Beams of 75 m, above a camera that looks up and a narrow scanner.
+    let cranes = [
+        &file,
+        "models.crane.share=1",
+        "placement.trees=15",
+        "models.crane.scale_min=1.3",
+        "models.crane.scale_max=1.3",
+        "chunks.visible_radius_m=220",
+        "chunks.delete_radius_m=300",
+        "sun.angles.elevation_deg=40",
+        "camera.fov.horizontal_deg=35",
+        "camera.mount_pitch_deg=25",
+        "lidar.device=mid40",
+    ];
+    let seen = compare(&Store::unlimited().with_cache(grown()), &cranes);
+    assert!(seen[1] < seen[2], "{seen:?}");
+}

@@ -5,14 +5,15 @@ use nemoral_scene::{ChunkCoord, DirectionCone, Intrinsics, RigidTransform};
 
 use super::pose::FramePose;
 use super::visible_reach::VisibleReach;
-use crate::world::assets::WorldAssets;
 use crate::world::cameras::CameraRig;
 use crate::world::ground::GroundModel;
 use crate::world::lidars::LidarRig;
+use crate::world::object_reach::ObjectReach;
 
-/// How far beyond its sides an area goes on, metres: crowns and lying stems reach out of the chunk
-/// that they belong to, and rippled water mirrors a little sideways.
-const SPARE_M: f64 = 40.0;
+/// How far beyond its sides an area goes on, metres, apart from the reach of objects out of the
+/// chunk that they belong to: rippled water mirrors a little sideways, and roots, climbers and
+/// patches of low plants are wide, too.
+const SPARE_M: f64 = 25.0;
 /// How much wider than its field of view a sensor sees, radians: divergent beams, the sun's disc.
 const SPARE_RAD: f64 = 0.02;
 /// From this angle to the horizon on, a cone of directions is taken to go all around.
@@ -59,9 +60,9 @@ impl Sector {
         }
     }
 
-    /// Whether a chunk comes into it. Near the apex some are counted that do not.
-    fn includes(&self, chunk: ChunkCoord, chunk_size_m: f64) -> bool {
-        if chunk.distance_m(self.apex_m, chunk_size_m) > self.reach_m + SPARE_M {
+    /// Whether what belongs to a chunk, and reaches at most `spare_m` out of it, may come into it.
+    fn includes(&self, chunk: ChunkCoord, chunk_size_m: f64, spare_m: f64) -> bool {
+        if chunk.distance_m(self.apex_m, chunk_size_m) > self.reach_m + spare_m {
             return false;
         }
         let Some(sides) = self.sides else {
@@ -76,7 +77,7 @@ impl Sector {
                     DVec2::splat(chunk_size_m),
                     DVec2::ZERO,
                 );
-            side.dot(corner) - side.dot(self.shadow_m).max(0.0) <= SPARE_M
+            side.dot(corner) - side.dot(self.shadow_m).max(0.0) <= spare_m
         })
     }
 }
@@ -85,6 +86,8 @@ impl Sector {
 #[derive(Clone, Debug)]
 pub(crate) struct SeenArea {
     chunk_size_m: f64,
+    /// How far things reach out of their chunks, metres.
+    spare_m: f64,
     sectors: Vec<Sector>,
 }
 
@@ -93,7 +96,7 @@ impl SeenArea {
     pub(crate) fn of_cameras(
         rigs: &[CameraRig],
         pose: &FramePose,
-        (ground, assets): (&GroundModel, &WorldAssets),
+        (ground, objects): (&GroundModel, ObjectReach),
         reach: &VisibleReach,
     ) -> Self {
         let (size_m, radius_m) = (reach.chunk_size_m, reach.visible_radius_m);
@@ -104,7 +107,7 @@ impl SeenArea {
         let (low_m, high_m) = heights_m.fold((f64::MAX, f64::MIN), |(low, high), z| {
             (low.min(z), high.max(z))
         });
-        let blockers_m = high_m - low_m + 2.0 * SPARE_HEIGHT_M + assets.tallest_m();
+        let blockers_m = high_m - low_m + 2.0 * SPARE_HEIGHT_M + objects.up_m;
         let of_rig = |rig: &CameraRig| {
             let half_s = rig.shutter.duration_s() / 2.0;
             let body = |time_s| pose.world_from_body() * pose.motion.after(time_s);
@@ -122,12 +125,18 @@ impl SeenArea {
         };
         Self {
             chunk_size_m: size_m,
+            spare_m: objects.across_m + SPARE_M,
             sectors: rigs.iter().flat_map(of_rig).collect(),
         }
     }
 
     /// All that LiDARs see while the body moves.
-    pub(crate) fn of_lidars(rigs: &[LidarRig], pose: &FramePose, reach: &VisibleReach) -> Self {
+    pub(crate) fn of_lidars(
+        rigs: &[LidarRig],
+        pose: &FramePose,
+        objects: ObjectReach,
+        reach: &VisibleReach,
+    ) -> Self {
         let of_rig = |rig: &LidarRig| {
             let reach_m = f64::from(rig.scanner.params().max_range_m);
             let cone = rig.scanner.field_of_view();
@@ -135,6 +144,7 @@ impl SeenArea {
         };
         Self {
             chunk_size_m: reach.chunk_size_m,
+            spare_m: objects.across_m + SPARE_M,
             sectors: rigs.iter().flat_map(of_rig).collect(),
         }
     }
@@ -166,7 +176,7 @@ impl SeenArea {
     pub(crate) fn includes(&self, chunk: ChunkCoord) -> bool {
         self.sectors
             .iter()
-            .any(|sector| sector.includes(chunk, self.chunk_size_m))
+            .any(|sector| sector.includes(chunk, self.chunk_size_m, self.spare_m))
     }
 }
 
@@ -201,6 +211,8 @@ mod tests {
 
     const CHUNK_M: f64 = 50.0;
     const REACH_M: f64 = 300.0;
+    /// How far things reach out of their chunks.
+    const OUT_M: f64 = 40.0;
 
     proptest! {
         #[test]
@@ -210,6 +222,7 @@ mod tests {
             (turn, share) in (0.0_f64..6.3, 0.0_f64..=1.0),
             distance_m in 0.0..REACH_M,
             (sun, length_m, cast) in (0.0_f64..6.3, 0.0_f64..200.0, 0.0_f64..=1.0),
+            (spare_m, way) in (0.0_f64..300.0, 0.0_f64..6.3),
         ) {
             let place_m = DVec3::new(17.0, -240.0, 12.0);
             let turned = DQuat::from_rotation_z(yaw) * DQuat::from_rotation_y(pitch);
@@ -220,10 +233,12 @@ mod tests {
             let ray = turned * around * DQuat::from_rotation_z(aside) * DVec3::X;
             let seen_m = place_m + ray * distance_m;
             let blocker_m = seen_m.truncate() + sector.shadow_m * cast;
+            let reaching = DVec2::from_angle(way) * spare_m;
             // What is beyond the reach casts no shadows.
             if blocker_m.distance(place_m.truncate()) <= REACH_M {
                 for at_m in [seen_m.truncate(), blocker_m] {
-                    prop_assert!(sector.includes(ChunkCoord::containing(at_m, CHUNK_M), CHUNK_M));
+                    let chunk = ChunkCoord::containing(at_m + reaching, CHUNK_M);
+                    prop_assert!(sector.includes(chunk, CHUNK_M, spare_m));
                 }
             }
         }
@@ -273,7 +288,9 @@ mod tests {
                 ..Sector::of_cone(place_m, cone, REACH_M)
             };
             let all = ChunkCoord::within(place_m.truncate(), REACH_M, CHUNK_M);
-            let seen = all.iter().filter(|chunk| sector.includes(**chunk, CHUNK_M));
+            let seen = all
+                .iter()
+                .filter(|at| sector.includes(**at, CHUNK_M, OUT_M));
             (seen.count(), all.len())
         };
         let (seen, all) = count(&cone(0.7, 0.0), DVec2::ZERO);

@@ -18,6 +18,7 @@ use crate::world::cameras::CameraRig;
 use crate::world::chunk_geometry::{LitterGeometry, ObjectGeometry, UndergrowthGeometry};
 use crate::world::ground::{ChunkGround, GroundModel};
 use crate::world::lidars::LidarRig;
+use crate::world::object_reach::ObjectReach;
 use crate::world::trajectory::{RobotTrajectory, Surroundings};
 
 /// Drives the robot to a frame.
@@ -129,7 +130,7 @@ impl Stage<Forest> for CameraSceneStage {
         _: Key,
         (rigs, assets, ground, pose, objects, undergrowth, litter, sky_view): Values<'_, Self>,
     ) -> Result<FrameScene, Error> {
-        let seen = SeenArea::of_cameras(&rigs, &pose, (&ground, &assets), &self.0);
+        let seen = SeenArea::of_cameras(&rigs, &pose, (&ground, ObjectReach::of(&assets)), &self.0);
         let geometry = (objects, undergrowth, litter);
         FrameScene::gather(&self.0, pose.place(), Some(&seen), geometry, Some(sky_view))
     }
@@ -143,6 +144,7 @@ impl Stage<Forest> for LidarSceneStage {
     type At = u64;
     type Inputs = (
         OfWorld<Vec<LidarRig>>,
+        OfWorld<WorldAssets>,
         Node<u64, FramePose>,
         AnyChunk<ObjectGeometry>,
         AnyChunk<UndergrowthGeometry>,
@@ -160,9 +162,9 @@ impl Stage<Forest> for LidarSceneStage {
         &self,
         _: u64,
         _: Key,
-        (rigs, pose, objects, undergrowth, litter): Values<'_, Self>,
+        (rigs, assets, pose, objects, undergrowth, litter): Values<'_, Self>,
     ) -> Result<FrameScene, Error> {
-        let seen = SeenArea::of_lidars(&rigs, &pose, &self.0);
+        let seen = SeenArea::of_lidars(&rigs, &pose, ObjectReach::of(&assets), &self.0);
         let geometry = (objects, undergrowth, litter);
         FrameScene::gather(&self.0, pose.place(), Some(&seen), geometry, None)
     }

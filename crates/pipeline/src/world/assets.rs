@@ -286,15 +286,6 @@ impl WorldAssets {
         if weight > 0.0 { sum / weight } else { 0.0 }
     }
 
-    /// Height of the tallest copy of a tree that may stand anywhere, metres.
-    pub(crate) fn tallest_m(&self) -> f64 {
-        let grown = self.standing.iter().enumerate().map(|(asset, standing)| {
-            standing.tree.size.height_m * self.models.size(ObjectKind::Tree, asset).largest()
-        });
-        let measured = self.measured.iter().map(|tree| tree.size.height_m);
-        grown.chain(measured).fold(0.0, f64::max)
-    }
-
     /// The tree that a living tree of the stand would be at the wood's edge; `None` for others.
     pub(crate) fn at_edge(&self, asset: usize) -> Option<usize> {
         self.with_edge_trees

@@ -21,6 +21,7 @@ pub mod litter;
 pub(crate) mod low_plants;
 pub(crate) mod meadows;
 pub(crate) mod models;
+pub(crate) mod object_reach;
 pub(crate) mod object_sites;
 pub(crate) mod outcrops;
 pub mod patch;

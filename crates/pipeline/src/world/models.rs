@@ -157,6 +157,9 @@ impl ModelRecipe {
     }
 }
 
+/// No copy of what is grown is larger: see [`ObjectSize::Grown`] and [`StemScale::GROWN`].
+const LARGEST_GROWN: f64 = 1.2;
+
 /// Nothing occupies less than this at the ground.
 const LEAST_RADIUS_M: f64 = 0.01;
 
@@ -203,6 +206,12 @@ impl WorldModels {
     pub(crate) fn size(&self, kind: ObjectKind, asset: usize) -> ObjectSize {
         let model = self.find(kind, asset);
         model.map_or(ObjectSize::Grown, |model| ObjectSize::Between(model.scale))
+    }
+
+    /// The scale of the largest copy.
+    pub(crate) fn largest(&self, kind: ObjectKind, asset: usize) -> f64 {
+        let model = self.find(kind, asset);
+        model.map_or(LARGEST_GROWN, |model| model.scale[1])
     }
 
     /// Gives the models of a kind the room that their largest copies need.
