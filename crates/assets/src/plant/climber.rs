@@ -7,7 +7,7 @@ use nemoral_scene::{MaterialLibrary, Prototype, Semantic};
 use nemoral_seed::{Draw, Rng};
 
 use super::shape::{Shape, around};
-use crate::textures::noise::{fbm, smoothstep};
+use crate::textures::noise::at::{fbm, smoothstep};
 use crate::tree::FoliageCard;
 
 /// How far a leaf's foot is from the bark, metres.

@@ -9,7 +9,7 @@ use nemoral_seed::{Draw, Rng};
 use super::climber::Bark;
 use super::shape::{Shape, around};
 use crate::materials::LianaMaterials;
-use crate::textures::noise::fbm;
+use crate::textures::noise::at::fbm;
 use crate::tree::FoliageCard;
 
 /// The angle on either side of its middle that a veil of clematis covers, radians.

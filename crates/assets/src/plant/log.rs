@@ -9,7 +9,7 @@ use nemoral_seed::{Domain, Draw, Key, Rng};
 use super::fungus::bracket;
 use super::shape::Shape;
 use crate::materials::LogMaterials;
-use crate::textures::noise::{fbm, smoothstep};
+use crate::textures::noise::at::{fbm, smoothstep};
 
 /// How flat a log is: its height over its width, by stage.
 const FLATNESS: [f32; 5] = [1.0, 1.0, 0.94, 0.76, 0.52];

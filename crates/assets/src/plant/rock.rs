@@ -7,7 +7,7 @@ use nemoral_scene::MaterialId;
 use nemoral_seed::{Draw, Key};
 
 use super::shape::{Shape, leaning};
-use crate::textures::noise::{scramble, unit};
+use crate::textures::noise::at::{scramble, unit};
 
 /// The least width of what is labelled as a stone, metres.
 const SMALLEST_STONE_M: f32 = 0.05;

@@ -8,7 +8,7 @@ use nemoral_seed::{Draw, Key, Rng};
 use super::shape::Shape;
 use crate::materials::RootPlateMaterials;
 use crate::textures::ground::FLOOR_M;
-use crate::textures::noise::fbm;
+use crate::textures::noise::at::fbm;
 
 /// Sectors and rings of a face.
 const SECTORS: u32 = 40;

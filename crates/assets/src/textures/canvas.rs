@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::{Vec2, Vec3};
 
-use super::noise::{scramble, unit};
+use super::noise::at::{scramble, unit};
 use super::tile::{Texel, Tile};
 
 /// Painted texels over a rectangle of the plane, in metres. Row 0 is at the smallest y.
@@ -374,7 +374,10 @@ mod tests {
         );
         let mut open = Canvas::new(100, 100, Vec2::ZERO, Vec2::ONE);
         open.stroke(&stroke);
-        let ground = Tile::bake(100, 100, |_| Texel::default());
+        let ground = Tile::bake(100, 100, |_| crate::textures::tile::Texels {
+            albedo: Vec3::ZERO.into(),
+            height: 0.0.into(),
+        });
         let mut ring = Canvas::over(ground, Vec2::ONE);
         ring.stroke(&stroke);
         let lit = |c: Canvas| {

@@ -6,8 +6,9 @@ use glam::{IVec2, Vec2, Vec3};
 use nemoral_seed::{Draw, Key, Rng};
 
 use super::canvas::{Canvas, Leaf, Outline, Stroke};
+use super::lanes::{Vec2x8, rgb};
 use super::noise::{fbm, gradient, ridged, smoothstep, unit, value, warp, worley};
-use super::tile::{Texel, Tile};
+use super::tile::{Texels, Tile};
 
 /// Texels along a side of the floor's tiles.
 pub(crate) const FLOOR_TEXELS: usize = 1024;
@@ -155,12 +156,12 @@ fn scatter_needles(canvas: &mut Canvas, size_m: f32, count: u32, rng: &mut impl 
 }
 
 /// Dark forest soil: crumbs, fragments, damp patches.
-fn humus(p: Vec2, seed: u32) -> Texel {
+fn humus(p: Vec2x8, seed: u32) -> Texels {
     let broad = fbm(p, IVec2::splat(5), 4, 0.55, seed);
     let crumbs = fbm(p, IVec2::splat(90), 3, 0.6, seed ^ 0x10);
     let tone = 1.0 + 0.35 * broad + 0.45 * crumbs;
-    Texel {
-        albedo: Vec3::new(0.073, 0.052, 0.034) * tone.max(0.2),
+    Texels {
+        albedo: rgb(0.073, 0.052, 0.034) * tone.max(0.2),
         height: 0.004 * crumbs + 0.004 * broad,
     }
 }
@@ -207,17 +208,17 @@ pub(crate) fn moss_and_soil(key: Key) -> Tile {
     let seed = key.to_u64() as u32;
     let ground = Tile::bake(FLOOR_TEXELS, FLOOR_TEXELS, |p| {
         let soil = humus(p, seed);
-        let q = warp(p, IVec2::splat(9), Vec2::splat(0.03), seed ^ 0x21);
+        let q = warp(p, IVec2::splat(9), (0.03, 0.03), seed ^ 0x21);
         let field = fbm(q, IVec2::splat(6), 5, 0.55, seed ^ 0x22);
         let there = smoothstep(-0.12, 0.08, field);
         let cushions = worley(q, IVec2::splat(70), 1.0, seed ^ 0x23);
         let fine = value(p, IVec2::splat(320), seed ^ 0x24);
         let dome = (1.0 - cushions.f1).max(0.0);
         let tone = (0.55 + 0.6 * dome) * (0.75 + 0.5 * fine);
-        let dark = Vec3::new(0.042, 0.060, 0.021);
-        let light = Vec3::new(0.076, 0.092, 0.033);
+        let dark = rgb(0.042, 0.060, 0.021);
+        let light = rgb(0.076, 0.092, 0.033);
         let moss = dark.lerp(light, unit(cushions.id) * 0.6 + 0.4 * (0.5 + field)) * tone;
-        Texel {
+        Texels {
             albedo: soil.albedo.lerp(moss, there),
             height: soil.height + there * (0.006 + 0.012 * dome),
         }
@@ -238,22 +239,21 @@ pub(crate) fn moss_and_soil(key: Key) -> Tile {
 pub(crate) fn bare_soil(key: Key) -> Tile {
     let seed = key.to_u64() as u32;
     let mut tile = Tile::bake(FLOOR_TEXELS, FLOOR_TEXELS, |p| {
-        let q = warp(p, IVec2::splat(7), Vec2::splat(0.03), seed);
+        let q = warp(p, IVec2::splat(7), (0.03, 0.03), seed);
         let broad = fbm(q, IVec2::splat(4), 5, 0.55, seed ^ 0x10);
         let clods = worley(q, IVec2::splat(46), 1.0, seed ^ 0x20);
         let crumbs = fbm(p, IVec2::splat(100), 3, 0.6, seed ^ 0x30);
         let wash = ridged(q, IVec2::splat(9), 3, 0.55, seed ^ 0x40);
         let stones = worley(q, IVec2::splat(60), 0.9, seed ^ 0x50);
         let size = 0.12 + 0.38 * unit(stones.id ^ 0xABCD);
-        let stone = smoothstep(size, size - 0.08, stones.f1) * f32::from(unit(stones.id) < 0.16);
-        let earth = Vec3::new(0.215, 0.148, 0.094)
-            .lerp(Vec3::new(0.150, 0.112, 0.080), 0.5 + 0.9 * broad)
+        let stone = smoothstep(size, size - 0.08, stones.f1) * unit(stones.id).lt(0.16).indicator();
+        let earth = rgb(0.215, 0.148, 0.094).lerp(rgb(0.150, 0.112, 0.080), 0.5 + 0.9 * broad)
             * (1.0 + 0.38 * crumbs + 0.25 * broad)
             * (0.86 + 0.2 * unit(clods.id))
             * (1.0 - 0.22 * smoothstep(0.78, 0.95, wash));
-        let grey = Vec3::splat(0.19) * (0.6 + 0.7 * unit(stones.id ^ 0x77));
-        Texel {
-            albedo: earth.lerp(grey * Vec3::new(1.10, 1.0, 0.86), stone),
+        let grey = rgb(0.19, 0.19, 0.19) * (0.6 + 0.7 * unit(stones.id ^ 0x77));
+        Texels {
+            albedo: earth.lerp(grey * rgb(1.10, 1.0, 0.86), stone),
             height: 0.010 * (1.0 - clods.f1) + 0.004 * crumbs + 0.012 * stone - 0.01 * wash,
         }
     });

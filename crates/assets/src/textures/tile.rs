@@ -4,6 +4,8 @@ use glam::{Vec2, Vec3};
 use nemoral_scene::Texture;
 use rayon::prelude::*;
 
+use super::lanes::{F32x8, LANES, Vec2x8, Vec3x8};
+
 /// A colour and a height at one texel.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Texel {
@@ -11,6 +13,48 @@ pub(crate) struct Texel {
     pub(crate) albedo: Vec3,
     /// Height above the base, in any unit that [`Tile::darken_hollows`] is told.
     pub(crate) height: f32,
+}
+
+/// Colours and heights of eight texels of a row.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Texels {
+    /// Linear albedo.
+    pub(crate) albedo: Vec3x8,
+    /// Heights above the base.
+    pub(crate) height: F32x8,
+}
+
+impl Texels {
+    /// Puts the first ones into `texels`, which are at most eight.
+    fn write(self, texels: &mut [Texel]) {
+        let Vec3x8 { x, y, z } = self.albedo;
+        let [x, y, z, height] = [x, y, z, self.height].map(F32x8::to_array);
+        for (i, texel) in texels.iter_mut().enumerate() {
+            *texel = Texel {
+                albedo: Vec3::new(x[i], y[i], z[i]),
+                height: height[i],
+            };
+        }
+    }
+
+    /// The at most eight `texels`; further lanes are 0.
+    fn read(texels: &[Texel]) -> Self {
+        let lanes = |of: fn(&Texel) -> f32| {
+            let mut lanes = [0.0; LANES];
+            for (lane, texel) in lanes.iter_mut().zip(texels) {
+                *lane = of(texel);
+            }
+            F32x8::new(lanes)
+        };
+        Self {
+            albedo: Vec3x8 {
+                x: lanes(|t| t.albedo.x),
+                y: lanes(|t| t.albedo.y),
+                z: lanes(|t| t.albedo.z),
+            },
+            height: lanes(|t| t.height),
+        }
+    }
 }
 
 /// A tile while it is being made; it repeats.
@@ -22,25 +66,30 @@ pub(crate) struct Tile {
 }
 
 impl Tile {
-    /// Evaluates `f` at every texel's centre, (u, v) in 0..1. Rows are independent, so the number
-    /// of threads cannot matter.
-    pub(crate) fn bake(width: usize, height: usize, f: impl Fn(Vec2) -> Texel + Sync) -> Self {
-        let scale = Vec2::new(width as f32, height as f32).recip();
-        let mut texels = vec![Texel::default(); width * height];
-        texels
-            .par_chunks_exact_mut(width)
-            .enumerate()
-            .for_each(|(row, line)| {
-                for (column, texel) in line.iter_mut().enumerate() {
-                    let at = Vec2::new(column as f32, row as f32) + Vec2::splat(0.5);
-                    *texel = f(at * scale);
-                }
-            });
-        Self {
+    /// Evaluates `f` at every texel's centre, (u, v) in 0..1, eight of a row at once. Rows are
+    /// independent, so the number of threads cannot matter.
+    pub(crate) fn bake(width: usize, height: usize, f: impl Fn(Vec2x8) -> Texels + Sync) -> Self {
+        let tile = Self {
             width,
             height,
-            texels,
-        }
+            texels: vec![Texel::default(); width * height],
+        };
+        tile.changed(|p, _| f(p))
+    }
+
+    /// This tile with the texels that `f` makes of the centres and texels of this one.
+    fn changed(mut self, f: impl Fn(Vec2x8, Texels) -> Texels + Sync) -> Self {
+        let scale = Vec2::new(self.width as f32, self.height as f32).recip();
+        let rows = self.texels.par_chunks_exact_mut(self.width).enumerate();
+        rows.for_each(|(row, line)| {
+            let y = (row as f32 + 0.5) * scale.y;
+            for (i, texels) in line.chunks_mut(LANES).enumerate() {
+                let columns = std::array::from_fn(|lane| (LANES * i + lane) as f32);
+                let p = Vec2x8::new((F32x8::new(columns) + 0.5) * scale.x, y);
+                f(p, Texels::read(texels)).write(texels);
+            }
+        });
+        self
     }
 
     /// Multiplies colours by a factor that depends on the height relative to the mean of a square
@@ -115,12 +164,14 @@ impl Tile {
     }
 
     /// This tile where `share` is 0, `other` where it is 1. Both have one size.
-    pub(crate) fn blend(&self, other: &Self, share: impl Fn(Vec2) -> f32 + Sync) -> Self {
-        let scale = Vec2::new(self.width as f32, self.height as f32).recip();
-        let mixed = self.texels.par_iter().zip(&other.texels).enumerate();
-        let texels = mixed.map(|(i, (a, b))| {
-            let at = Vec2::new((i % self.width) as f32, (i / self.width) as f32);
-            let t = share((at + Vec2::splat(0.5)) * scale);
+    pub(crate) fn blend(&self, other: &Self, share: impl Fn(Vec2x8) -> F32x8 + Sync) -> Self {
+        let shares = Self::bake(self.width, self.height, |p| Texels {
+            albedo: Vec3::ZERO.into(),
+            height: share(p),
+        });
+        let pairs = self.texels.par_iter().zip(&other.texels);
+        let texels = pairs.zip(&shares.texels).map(|((a, b), share)| {
+            let t = share.height;
             Texel {
                 albedo: a.albedo.lerp(b.albedo, t),
                 height: a.height + (b.height - a.height) * t,
@@ -133,21 +184,11 @@ impl Tile {
     }
 
     /// The same tile with every colour changed by its position and height.
-    pub(crate) fn recolour(&self, f: impl Fn(Vec2, Texel) -> Vec3 + Sync) -> Self {
-        let scale = Vec2::new(self.width as f32, self.height as f32).recip();
-        let texels = self
-            .texels
-            .par_iter()
-            .enumerate()
-            .map(|(i, &t)| {
-                let at = Vec2::new((i % self.width) as f32, (i / self.width) as f32);
-                Texel {
-                    albedo: f((at + Vec2::splat(0.5)) * scale, t),
-                    height: t.height,
-                }
-            })
-            .collect();
-        Self { texels, ..*self }
+    pub(crate) fn recolour(&self, f: impl Fn(Vec2x8, Texels) -> Vec3x8 + Sync) -> Self {
+        self.clone().changed(|p, texels| Texels {
+            albedo: f(p, texels),
+            ..texels
+        })
     }
 
     /// The same at half the resolution: the mean of four texels each.
@@ -231,9 +272,9 @@ mod tests {
 
     #[test]
     fn hollows_are_dark_and_the_mean_is_met() {
-        let mut tile = Tile::bake(16, 16, |p| Texel {
-            albedo: Vec3::splat(0.2),
-            height: if (p.x - 0.5).abs() < 0.1 { -1.0 } else { 0.0 },
+        let mut tile = Tile::bake(16, 16, |p| Texels {
+            albedo: Vec3::splat(0.2).into(),
+            height: (p.x - 0.5).abs().lt(0.1).select(-1.0, 0.0),
         });
         tile.darken_hollows(3, 1.0, 2.0);
         assert!(tile.texels[8].albedo.x < 0.6 * tile.texels[0].albedo.x);

@@ -1,12 +1,13 @@
 //! Trail surfaces, on tiles of 2 m: each has a surface, a rut and a strip between ruts.
 
-use glam::{IVec2, Vec2, Vec3};
+use glam::{IVec2, Vec3};
 use nemoral_scene::{Optics, TrailSurfaceKind as Kind};
 use nemoral_seed::Key;
 
 use super::ground::{Debris, strew};
-use super::noise::{fbm, gradient, ridged, smoothstep, unit, value, warp, worley};
-use super::tile::{Texel, Tile};
+use super::lanes::{F32x8, U32x8, Vec2x8, Vec3x8, rgb};
+use super::noise::{fbm, gradient, ridged, scramble, smoothstep, unit, value, warp, worley};
+use super::tile::{Texels, Tile};
 use crate::materials::optics;
 
 /// Texels along a side.
@@ -83,7 +84,7 @@ fn debris(kind: Kind) -> Debris {
     }
 }
 
-fn base(kind: Kind, p: Vec2, seed: u32) -> Texel {
+fn base(kind: Kind, p: Vec2x8, seed: u32) -> Texels {
     match kind {
         Kind::Gravel => gravel(p, seed),
         Kind::DryEarth => earth(p, seed),
@@ -152,20 +153,21 @@ pub(crate) fn bake(kind: Kind, key: Key) -> TrailTiles {
 }
 
 /// Rounded stones of one size: (height of the dome, hash), 0 between them.
-fn stones(p: Vec2, per_side: i32, share: f32, seed: u32) -> (f32, u32) {
+fn stones(p: Vec2x8, per_side: i32, share: f32, seed: u32) -> (F32x8, U32x8) {
     let w = worley(p, IVec2::splat(per_side), 0.9, seed);
     let radius = 0.34 + 0.26 * unit(w.id ^ 0x3333);
     let flat = 0.75 * w.f1 + 0.25 * (w.offset.x.abs() + w.offset.y.abs());
     let inside = (1.0 - flat / radius.min(0.5 * w.f2 + 0.1)).max(0.0);
-    if unit(w.id) < share && inside > 0.0 {
-        (inside.sqrt(), w.id)
-    } else {
-        (0.0, 0)
-    }
+    let there = unit(w.id).lt(share) & inside.gt(0.0);
+    let none = U32x8::splat(0);
+    (
+        there.select(inside.sqrt(), 0.0),
+        there.select_word(w.id, none),
+    )
 }
 
-fn gravel(p: Vec2, seed: u32) -> Texel {
-    let q = warp(p, IVec2::splat(12), Vec2::splat(0.008), seed);
+fn gravel(p: Vec2x8, seed: u32) -> Texels {
+    let q = warp(p, IVec2::splat(12), (0.008, 0.008), seed);
     let mut fines = earth(p, seed ^ 0x100);
     fines.albedo *= 0.85;
     let mut best = fines;
@@ -175,76 +177,75 @@ fn gravel(p: Vec2, seed: u32) -> Texel {
     {
         let (dome, id) = stones(q, per_side, share, seed ^ (k as u32 * 77));
         let top = height * dome;
-        if dome > 0.0 && top > best.height {
-            let tone = 0.6 + 0.75 * unit(id ^ 0x99);
-            let hue = unit(id ^ 0x4242);
-            let grey =
-                Vec3::new(0.215, 0.205, 0.190).lerp(Vec3::new(0.235, 0.195, 0.150), hue * hue);
-            best = Texel {
-                albedo: grey * tone * (0.7 + 0.3 * dome),
-                height: top,
-            };
-        }
+        let tone = 0.6 + 0.75 * unit(id ^ 0x99);
+        let hue = unit(id ^ 0x4242);
+        let grey = rgb(0.215, 0.205, 0.190).lerp(rgb(0.235, 0.195, 0.150), hue * hue);
+        let colour = grey * tone * (0.7 + 0.3 * dome);
+        let covers = dome.gt(0.0) & top.gt(best.height);
+        best = Texels {
+            albedo: covers.select_colour(colour, best.albedo),
+            height: covers.select(top, best.height),
+        };
     }
     best
 }
 
 /// Dry, trodden soil.
-const EARTH: Vec3 = Vec3::new(0.225, 0.165, 0.115);
+const EARTH: Vec3x8 = rgb(0.225, 0.165, 0.115);
 
 /// Trodden soil with crumbs and small stones.
-fn earth(p: Vec2, seed: u32) -> Texel {
+fn earth(p: Vec2x8, seed: u32) -> Texels {
     let broad = fbm(p, IVec2::splat(4), 4, 0.55, seed);
     let crumbs = fbm(p, IVec2::splat(60), 3, 0.65, seed ^ 0x10);
     let cracks = smoothstep(0.90, 0.99, ridged(p, IVec2::splat(11), 2, 0.5, seed ^ 0x20));
     let (dome, id) = stones(p, 90, 0.09, seed ^ 0x30);
     let soil = EARTH * (1.0 + 0.25 * broad + 0.22 * crumbs) * (1.0 - 0.3 * cracks);
-    let pebble = Vec3::new(0.22, 0.20, 0.175) * (0.7 + 0.6 * unit(id ^ 1));
-    Texel {
-        albedo: soil.lerp(pebble, f32::from(dome > 0.0) * 0.8),
+    let pebble = rgb(0.22, 0.20, 0.175) * (0.7 + 0.6 * unit(id ^ 1));
+    Texels {
+        albedo: soil.lerp(pebble, dome.gt(0.0).indicator() * 0.8),
         height: 0.003 * crumbs + 0.003 * broad + 0.010 * dome - 0.003 * cracks,
     }
 }
 
-fn mud(p: Vec2, seed: u32) -> Texel {
-    let q = warp(p, IVec2::splat(5), Vec2::splat(0.05), seed);
+fn mud(p: Vec2x8, seed: u32) -> Texels {
+    let q = warp(p, IVec2::splat(5), (0.05, 0.05), seed);
     let relief = fbm(q, IVec2::splat(5), 5, 0.52, seed ^ 0x10);
     let clods = worley(q, IVec2::splat(26), 1.0, seed ^ 0x20);
     let fine = gradient(p, IVec2::splat(120), seed ^ 0x30);
     let water = smoothstep(-0.20, -0.30, relief);
-    let wet = Vec3::new(0.074, 0.057, 0.043)
-        * (1.0 + 0.35 * relief + 0.10 * fine + 0.25 * (0.5 - clods.f1));
+    let wet =
+        rgb(0.074, 0.057, 0.043) * (1.0 + 0.35 * relief + 0.10 * fine + 0.25 * (0.5 - clods.f1));
     // A film of turbid water: smooth and a little greyer.
-    let film = Vec3::new(0.060, 0.050, 0.040);
-    Texel {
+    let film = rgb(0.060, 0.050, 0.040);
+    Texels {
         albedo: wet.lerp(film, water),
         height: (0.03 * relief + 0.008 * (0.6 - clods.f1)).max(-0.008)
             + 0.001 * fine * (1.0 - water),
     }
 }
 
-fn sand(p: Vec2, seed: u32) -> Texel {
-    let q = warp(p, IVec2::splat(3), Vec2::splat(0.06), seed);
+fn sand(p: Vec2x8, seed: u32) -> Texels {
+    let q = warp(p, IVec2::splat(3), (0.06, 0.06), seed);
     let dunes = fbm(q, IVec2::splat(6), 3, 0.5, seed ^ 0x10);
     let ripples = fbm(q, IVec2::new(10, 22), 2, 0.5, seed ^ 0x20);
     let grains = value(p, IVec2::splat(256), seed ^ 0x30);
     let (dome, id) = stones(p, 100, 0.02, seed ^ 0x40);
     let tone = 1.0 + 0.12 * dunes + 0.10 * ripples + 0.16 * (grains - 0.5);
-    let stone = Vec3::new(0.24, 0.22, 0.19) * (0.6 + 0.7 * unit(id ^ 1));
-    Texel {
-        albedo: (Vec3::new(0.34, 0.275, 0.195) * tone).lerp(stone, f32::from(dome > 0.0)),
+    let stone = rgb(0.24, 0.22, 0.19) * (0.6 + 0.7 * unit(id ^ 1));
+    Texels {
+        albedo: (rgb(0.34, 0.275, 0.195) * tone).lerp(stone, dome.gt(0.0).indicator()),
         height: 0.010 * dunes + 0.006 * ripples + 0.008 * dome,
     }
 }
 
 /// Worn rock: humps and steps, a few joints, soil in the hollows.
-fn bedrock(p: Vec2, seed: u32) -> Texel {
-    let q = warp(p, IVec2::splat(3), Vec2::splat(0.10), seed);
+fn bedrock(p: Vec2x8, seed: u32) -> Texels {
+    let q = warp(p, IVec2::splat(3), (0.10, 0.10), seed);
     let relief = fbm(q, IVec2::new(4, 6), 6, 0.55, seed ^ 0x20);
     // Steps where beds have broken away.
     let beds = 3.5 * fbm(q, IVec2::new(3, 5), 3, 0.5, seed ^ 0x21);
     let step = beds - beds.floor();
-    let bed = unit(super::noise::scramble(beds.floor() as i32 as u32 ^ seed));
+    let bed = unit(scramble(beds.floor().to_u32() ^ seed));
     let edge = 1.0 - smoothstep(0.0, 0.10, step);
     let crack = smoothstep(
         0.955,
@@ -252,7 +253,7 @@ fn bedrock(p: Vec2, seed: u32) -> Texel {
         ridged(q, IVec2::new(3, 2), 2, 0.35, seed ^ 0x22),
     );
     let grains = value(p, IVec2::splat(220), seed ^ 0x30);
-    let rock = Vec3::new(0.255, 0.235, 0.205)
+    let rock = rgb(0.255, 0.235, 0.205)
         * (0.85 + 0.3 * bed)
         * (1.0 + 0.35 * relief + 0.25 * (grains - 0.5))
         * (1.0 - 0.35 * edge);
@@ -262,7 +263,7 @@ fn bedrock(p: Vec2, seed: u32) -> Texel {
         -0.30,
         relief + 0.12 * gradient(p, IVec2::splat(28), seed ^ 0x41),
     );
-    Texel {
+    Texels {
         albedo: rock.lerp(soil, (0.9 * hollow).max(0.8 * crack)),
         height: 0.018 * relief + 0.006 * smoothstep(0.0, 0.10, step) - 0.02 * crack,
     }

@@ -1,19 +1,20 @@
 //! Bark of Scots pine's upper stem, spruce, Douglas fir; and rough fibres.
 
-use glam::{IVec2, Vec2, Vec3};
+use glam::IVec2;
 
 use super::{HEIGHT, WIDTH, with_lichen};
+use crate::textures::lanes::{F32x8, rgb};
 use crate::textures::noise::{fbm, gradient, ridged, smoothstep, unit, value, warp, worley};
-use crate::textures::tile::{Texel, Tile};
+use crate::textures::tile::{Texels, Tile};
 
 /// Scots pine high up: thin orange paper that peels in flakes, with pale edges.
 pub(super) fn flakes(seed: u32) -> Tile {
     let mut tile = Tile::bake(WIDTH, HEIGHT, |p| {
-        let q = warp(p, IVec2::new(8, 10), Vec2::new(0.03, 0.02), seed);
-        let q = warp(q, IVec2::new(50, 70), Vec2::new(0.006, 0.004), seed ^ 0x11);
-        let mut height = 0.0_f32;
-        let mut edge = 0.0_f32;
-        let mut tone = 0.5_f32;
+        let q = warp(p, IVec2::new(8, 10), (0.03, 0.02), seed);
+        let q = warp(q, IVec2::new(50, 70), (0.006, 0.004), seed ^ 0x11);
+        let mut height = F32x8::splat(0.0);
+        let mut edge = F32x8::splat(0.0);
+        let mut tone = F32x8::splat(0.5);
         // Sheets over sheets: each covers a random part, and curls at its edge.
         for layer in 1..4_u32 {
             let cells = worley(
@@ -22,7 +23,7 @@ pub(super) fn flakes(seed: u32) -> Tile {
                 1.0,
                 seed ^ (0x100 * layer),
             );
-            let there = f32::from(unit(cells.id) < 0.5) * smoothstep(0.02, 0.06, cells.border());
+            let there = unit(cells.id).lt(0.5).indicator() * smoothstep(0.02, 0.06, cells.border());
             let curl = there * (1.0 - smoothstep(0.05, 0.14, cells.border()));
             height += 0.35 * there + 0.25 * curl;
             edge = edge.max(curl);
@@ -31,13 +32,13 @@ pub(super) fn flakes(seed: u32) -> Tile {
         let grain = fbm(p, IVec2::new(60, 90), 3, 0.6, seed ^ 0x66);
         let cloud = fbm(p, IVec2::new(5, 7), 3, 0.5, seed ^ 0x77);
         let tone = (tone + 0.35 * cloud).clamp(0.0, 1.0);
-        let orange = Vec3::new(0.34, 0.165, 0.07);
-        let pale = Vec3::new(0.36, 0.24, 0.14);
-        let grey = Vec3::new(0.22, 0.16, 0.11);
+        let orange = rgb(0.34, 0.165, 0.07);
+        let pale = rgb(0.36, 0.24, 0.14);
+        let grey = rgb(0.22, 0.16, 0.11);
         let skin = grey
             .lerp(orange, smoothstep(0.1, 0.5, tone))
             .lerp(pale, 0.6 * edge);
-        Texel {
+        Texels {
             albedo: skin * (1.0 + 0.22 * grain),
             height: height + 0.05 * grain,
         }
@@ -49,7 +50,7 @@ pub(super) fn flakes(seed: u32) -> Tile {
 /// Spruce: rounded scales of 1 to 3 cm that lift at their edges, red-brown below grey.
 pub(super) fn scales(seed: u32) -> Tile {
     let mut tile = Tile::bake(WIDTH, HEIGHT, |p| {
-        let q = warp(p, IVec2::new(20, 34), Vec2::new(0.012, 0.008), seed);
+        let q = warp(p, IVec2::new(20, 34), (0.012, 0.008), seed);
         let big = worley(q, IVec2::new(34, 52), 0.9, seed ^ 0x22);
         let small = worley(q, IVec2::new(78, 120), 1.0, seed ^ 0x33);
         // A scale is a shallow dome, highest towards its lower edge.
@@ -59,12 +60,12 @@ pub(super) fn scales(seed: u32) -> Tile {
         let grain = fbm(p, IVec2::new(110, 160), 2, 0.6, seed ^ 0x44);
         let cloud = fbm(p, IVec2::new(4, 5), 4, 0.55, seed ^ 0x55);
         let shed = smoothstep(0.55, 0.8, unit(big.id) + 0.25 * cloud);
-        let grey = Vec3::new(0.155, 0.135, 0.115);
-        let red = Vec3::new(0.165, 0.105, 0.075);
+        let grey = rgb(0.155, 0.135, 0.115);
+        let red = rgb(0.165, 0.105, 0.075);
         let top = grey.lerp(red, 0.35 + 0.55 * shed) * (1.0 + 0.28 * grain + 0.25 * cloud);
         let top = with_lichen(p, top, 0.06, seed ^ 0x77) * (0.85 + 0.3 * (unit(small.id) - 0.5));
-        let gap = Vec3::new(0.055, 0.038, 0.028);
-        Texel {
+        let gap = rgb(0.055, 0.038, 0.028);
+        Texels {
             albedo: gap.lerp(top, dome * (0.8 + 0.2 * fine)),
             height: dome * (0.7 + 0.15 * fine) + 0.04 * grain,
         }
@@ -76,8 +77,8 @@ pub(super) fn scales(seed: u32) -> Tile {
 /// Douglas fir: broad corky ribs with deep furrows between them, rusty where they are torn.
 pub(super) fn furrows(seed: u32) -> Tile {
     let mut tile = Tile::bake(WIDTH, HEIGHT, |p| {
-        let q = warp(p, IVec2::new(4, 4), Vec2::new(0.05, 0.02), seed);
-        let q = warp(q, IVec2::new(30, 24), Vec2::new(0.010, 0.008), seed ^ 0x11);
+        let q = warp(p, IVec2::new(4, 4), (0.05, 0.02), seed);
+        let q = warp(q, IVec2::new(30, 24), (0.010, 0.008), seed ^ 0x11);
         // Ribs 6 to 12 cm wide; furrows run long, fork, and close.
         let rib = gradient(q, IVec2::new(13, 3), seed ^ 0x20).abs()
             + 0.25 * gradient(q, IVec2::new(27, 6), seed ^ 0x30).abs();
@@ -90,13 +91,13 @@ pub(super) fn furrows(seed: u32) -> Tile {
         let step = smoothstep(0.0, 0.25, layers - layers.floor());
         let grain = fbm(p, IVec2::new(90, 60), 3, 0.6, seed ^ 0x70);
         let cloud = fbm(p, IVec2::new(4, 6), 4, 0.55, seed ^ 0x80);
-        let rust = Vec3::new(0.19, 0.095, 0.05);
-        let grey = Vec3::new(0.15, 0.125, 0.105);
+        let rust = rgb(0.19, 0.095, 0.05);
+        let grey = rgb(0.15, 0.125, 0.105);
         let top = rust.lerp(grey, smoothstep(0.5, 0.95, depth + 0.2 * cloud));
         let top = top * (0.8 + 0.2 * step) * (1.0 + 0.3 * grain) * (0.8 + 0.2 * broken);
         let top = with_lichen(p, top, 0.05, seed ^ 0x90);
-        let bottom = Vec3::new(0.030, 0.019, 0.013);
-        Texel {
+        let bottom = rgb(0.030, 0.019, 0.013);
+        Texels {
             albedo: bottom.lerp(top, depth),
             height: 1.3 * depth * (0.85 + 0.15 * broken) + 0.06 * grain,
         }
@@ -108,7 +109,7 @@ pub(super) fn furrows(seed: u32) -> Tile {
 /// Rough bark that stays on the foot of smooth stems: long fibres, fissured.
 pub(super) fn fibrous(seed: u32) -> Tile {
     let mut tile = Tile::bake(WIDTH, HEIGHT, |p| {
-        let q = warp(p, IVec2::new(6, 4), Vec2::new(0.03, 0.02), seed);
+        let q = warp(p, IVec2::new(6, 4), (0.03, 0.02), seed);
         let fibre = fbm(q, IVec2::new(56, 5), 4, 0.6, seed ^ 0x10);
         let crack = smoothstep(
             0.74,
@@ -117,10 +118,10 @@ pub(super) fn fibrous(seed: u32) -> Tile {
         );
         let cloud = fbm(p, IVec2::new(4, 5), 3, 0.5, seed ^ 0x30);
         let tone = 0.75 + 0.5 * value(p, IVec2::new(80, 30), seed ^ 0x40);
-        let grey = Vec3::new(0.20, 0.17, 0.14);
-        let brown = Vec3::new(0.21, 0.145, 0.095);
+        let grey = rgb(0.20, 0.17, 0.14);
+        let brown = rgb(0.21, 0.145, 0.095);
         let top = grey.lerp(brown, smoothstep(-0.3, 0.4, cloud)) * tone * (1.0 + 0.4 * fibre);
-        Texel {
+        Texels {
             albedo: top * (1.0 - 0.7 * crack),
             height: 0.35 * fibre - crack,
         }

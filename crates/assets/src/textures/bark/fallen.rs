@@ -4,23 +4,24 @@
 
 use std::f32::consts::TAU;
 
-use glam::{IVec2, Vec2, Vec3};
+use glam::IVec2;
 use nemoral_scene::DecayStage;
 
+use super::super::lanes::{F32x8, Vec2x8, Vec3x8, rgb};
 use super::super::noise::{fbm, gradient, ridged, smoothstep, value, worley};
-use super::super::tile::{Texel, Tile};
+use super::super::tile::{Texels, Tile};
 use super::{HEIGHT, WIDTH};
 
 /// Moss in cushions, as at the feet of stems.
-const MOSS: Vec3 = Vec3::new(0.052, 0.068, 0.024);
+const MOSS: Vec3x8 = rgb(0.052, 0.068, 0.024);
 
 /// How far up a place on the side is: -1 below, 1 above.
-fn upwards(p: Vec2) -> f32 {
-    -libm::cosf(TAU * p.x)
+fn upwards(p: Vec2x8) -> F32x8 {
+    -(TAU * p.x).cos()
 }
 
 /// The colour under moss that covers about `cover` of the upper half.
-fn mossy(p: Vec2, albedo: Vec3, cover: f32, seed: u32) -> Vec3 {
+fn mossy(p: Vec2x8, albedo: Vec3x8, cover: f32, seed: u32) -> Vec3x8 {
     let field = 0.34 * upwards(p)
         + 0.62 * fbm(p, IVec2::new(5, 10), 4, 0.55, seed)
         + 0.10 * gradient(p, IVec2::new(50, 100), seed ^ 1);
@@ -30,7 +31,7 @@ fn mossy(p: Vec2, albedo: Vec3, cover: f32, seed: u32) -> Vec3 {
 }
 
 /// Bare wood, silver where it is dry: its colour and its height.
-fn wood(p: Vec2, grey: Vec3, seed: u32) -> (Vec3, f32) {
+fn wood(p: Vec2x8, grey: Vec3x8, seed: u32) -> (Vec3x8, F32x8) {
     let fibre = fbm(p, IVec2::new(56, 4), 3, 0.6, seed);
     let crack = ridged(p, IVec2::new(14, 2), 2, 0.5, seed ^ 1);
     let crack = smoothstep(0.84, 0.97, crack);
@@ -47,7 +48,7 @@ pub(crate) fn loosening(bark: &Tile, seed: u32) -> Tile {
         let off = smoothstep(0.10, 0.14, field + torn);
         // The shadow of the bark's edge on the wood.
         let edge = smoothstep(0.02, 0.10, field + torn) - off;
-        let (wood, _) = wood(p, Vec3::new(0.185, 0.150, 0.112), seed ^ 4);
+        let (wood, _) = wood(p, rgb(0.185, 0.150, 0.112), seed ^ 4);
         let colour = t.albedo.lerp(wood, off) * (1.0 - 0.45 * edge);
         mossy(p, colour, 0.16, seed ^ 5)
     })
@@ -57,10 +58,10 @@ pub(crate) fn loosening(bark: &Tile, seed: u32) -> Tile {
 pub(crate) fn decayed(stage: DecayStage, seed: u32) -> Tile {
     let (grey, moss, blocks) = match stage {
         DecayStage::Fresh | DecayStage::Loosening | DecayStage::Bare => {
-            (Vec3::new(0.150, 0.130, 0.106), 0.45, 0.0)
+            (rgb(0.150, 0.130, 0.106), 0.45, 0.0)
         }
-        DecayStage::Soft => (Vec3::new(0.112, 0.072, 0.044), 0.70, 1.0),
-        DecayStage::Rotten => (Vec3::new(0.080, 0.052, 0.034), 0.92, 0.7),
+        DecayStage::Soft => (rgb(0.112, 0.072, 0.044), 0.70, 1.0),
+        DecayStage::Rotten => (rgb(0.080, 0.052, 0.034), 0.92, 0.7),
     };
     let mut tile = Tile::bake(WIDTH / 2, HEIGHT / 2, |p| {
         let (wood, relief) = wood(p, grey, seed);
@@ -72,8 +73,8 @@ pub(crate) fn decayed(stage: DecayStage, seed: u32) -> Tile {
         let flakes = fbm(p, IVec2::new(5, 5), 4, 0.55, seed ^ 7) - 0.22 * upwards(p);
         let bark = (1.0 - blocks) * smoothstep(0.26, 0.32, flakes);
         let rough = 1.0 + 0.5 * fbm(p, IVec2::new(40, 40), 2, 0.5, seed ^ 8);
-        let colour = wood.lerp(Vec3::new(0.078, 0.060, 0.046) * rough, bark);
-        Texel {
+        let colour = wood.lerp(rgb(0.078, 0.060, 0.046) * rough, bark);
+        Texels {
             albedo: mossy(p, colour, moss, seed ^ 9),
             height: relief + 0.5 * bark - joint,
         }

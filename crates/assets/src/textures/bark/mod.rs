@@ -5,11 +5,12 @@ mod fallen;
 mod rough;
 mod smooth;
 
-use glam::{IVec2, Vec2, Vec3};
+use glam::IVec2;
 
 pub(crate) use fallen::{decayed, loosening};
 pub(crate) use rough::{dead, twig};
 
+use super::lanes::{Vec2x8, Vec3x8, rgb};
 use super::noise::{fbm, gradient, smoothstep, value};
 use super::tile::Tile;
 use crate::tree::{BarkKind, BarkLayer, linear};
@@ -49,12 +50,12 @@ pub(crate) fn between(lower: &Tile, upper: &Tile, soft: f32, seed: u32) -> Tile 
 }
 
 /// Lichen: blotches with crisp edges, pale grey-green.
-fn with_lichen(p: Vec2, albedo: Vec3, cover: f32, seed: u32) -> Vec3 {
+fn with_lichen(p: Vec2x8, albedo: Vec3x8, cover: f32, seed: u32) -> Vec3x8 {
     let field =
         fbm(p, IVec2::new(9, 18), 4, 0.6, seed) + 0.25 * gradient(p, IVec2::new(70, 140), seed ^ 5);
     let there = smoothstep(0.62 - cover, 0.70 - cover, field);
     let tone = 0.75 + 0.5 * value(p, IVec2::new(90, 180), seed ^ 9);
-    albedo.lerp(Vec3::new(0.20, 0.22, 0.15) * tone, 0.7 * there)
+    albedo.lerp(rgb(0.20, 0.22, 0.15) * tone, 0.7 * there)
 }
 
 /// The same bark with moss and a film of green algae (`mossy` times as much as on an oak) and
@@ -63,7 +64,8 @@ fn with_lichen(p: Vec2, albedo: Vec3, cover: f32, seed: u32) -> Vec3 {
 pub(crate) fn with_foot(bark: &Tile, mossy: f32, seed: u32) -> Tile {
     bark.recolour(|p, t| {
         let from_foot = p.y.min(1.0 - p.y);
-        if from_foot >= 0.2 {
+        let is_foot = from_foot.lt(0.2);
+        if !is_foot.any() {
             return t.albedo;
         }
         let fade = 1.0 - from_foot / 0.2;
@@ -79,12 +81,10 @@ pub(crate) fn with_foot(bark: &Tile, mossy: f32, seed: u32) -> Tile {
         // Algae run down with the water, and do not hide the bark.
         let runs = fbm(p, IVec2::new(22, 4), 3, 0.55, seed ^ 3);
         let film = fade.sqrt() * smoothstep(-0.25, 0.45, runs);
-        let green = t.albedo * Vec3::new(0.66, 0.92, 0.34);
+        let green = t.albedo * rgb(0.66, 0.92, 0.34);
         let filmed = t.albedo.lerp(green, (0.8 * mossy * film).min(0.8));
-        let soiled = filmed.lerp(Vec3::new(0.060, 0.045, 0.032), 0.55 * soil);
-        soiled.lerp(
-            Vec3::new(0.050, 0.064, 0.023) * cushion,
-            0.85 * mossy * moss,
-        )
+        let soiled = filmed.lerp(rgb(0.060, 0.045, 0.032), 0.55 * soil);
+        let cushions = rgb(0.050, 0.064, 0.023) * cushion;
+        is_foot.select_colour(soiled.lerp(cushions, 0.85 * mossy * moss), t.albedo)
     })
 }
