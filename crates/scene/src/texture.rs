@@ -85,7 +85,7 @@ impl Texture {
         let mut levels = Vec::new();
         let (mut w, mut h) = (width, height);
         // Colours, and how many opaque texels of level 0 each stands for.
-        let mut data: Vec<(Vec3, f32)> = linear
+        let mut data: Vec<Seen> = linear
             .iter()
             .enumerate()
             .map(|(i, &c)| (c, f32::from(u8::from(opaque(i % width, i / width)))))
@@ -100,16 +100,7 @@ impl Texture {
                 return Ok(Self { levels });
             }
             let (nw, nh) = ((w / 2).max(1), (h / 2).max(1));
-            let (sx, sy) = (w / nw, h / nh);
-            data = (0..nw * nh)
-                .map(|i| {
-                    let (x, y) = (i % nw * sx, i / nw * sy);
-                    let parts = (0..sy)
-                        .flat_map(|dy| (0..sx).map(move |dx| (x + dx, y + dy)))
-                        .map(|(x, y)| data[y * w + x]);
-                    mean_seen(parts)
-                })
-                .collect();
+            data = halved(&data, (w, h), (nw, nh));
             (w, h) = (nw, nh);
         }
     }
@@ -275,13 +266,36 @@ mod kept {
     }
 }
 
+/// A colour, and how many opaque texels of the finest level it stands for.
+type Seen = (Vec3, f32);
+
+/// The next level of a mip, `to` instead of `from` texels wide and high.
+fn halved(data: &[Seen], from: (usize, usize), to: (usize, usize)) -> Vec<Seen> {
+    let (across, down) = (from.0 / to.0, from.1 / to.1);
+    let mut means = Vec::with_capacity(to.0 * to.1);
+    for rows in data.chunks_exact(from.0 * down) {
+        let (upper, lower) = rows.split_at(from.0);
+        if across == 2 && down == 2 {
+            let pairs = upper.chunks_exact(2).zip(lower.chunks_exact(2));
+            means.extend(pairs.map(|(a, b)| mean_seen(&[a[0], a[1], b[0], b[1]])));
+        } else if across == 2 {
+            means.extend(upper.chunks_exact(2).map(mean_seen));
+        } else {
+            // One column.
+            means.push(mean_seen(rows));
+        }
+    }
+    means
+}
+
 /// The mean of colours weighted by the opaque texels that they stand for (the plain mean if there
 /// are none), and the number of these texels.
-fn mean_seen(parts: impl Iterator<Item = (Vec3, f32)> + Clone) -> (Vec3, f32) {
-    let seen: f32 = parts.clone().map(|(_, n)| n).sum();
+#[inline]
+fn mean_seen(parts: &[Seen]) -> Seen {
+    let seen: f32 = parts.iter().map(|(_, n)| n).sum();
     let weight = |n: f32| if seen > 0.0 { n } else { 1.0 };
-    let sum: Vec3 = parts.clone().map(|(c, n)| c * weight(n)).sum();
-    let all: f32 = parts.map(|(_, n)| weight(n)).sum();
+    let sum: Vec3 = parts.iter().map(|&(c, n)| c * weight(n)).sum();
+    let all: f32 = parts.iter().map(|&(_, n)| weight(n)).sum();
     (sum / all, seen)
 }
 
