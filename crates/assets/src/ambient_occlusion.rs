@@ -9,10 +9,12 @@
 //! surface than a cube's side, above all the surface itself, is left out, and a lone card or ball
 //! is not darkened at all.
 
-use glam::{I64Vec3, U64Vec3, Vec3};
-use nemoral_scene::{
-    AlphaMask, AmbientOcclusion, Card, MaterialId, MaterialLibrary, Mesh, Prototype,
-};
+mod grid;
+
+use glam::Vec3;
+use nemoral_scene::{AlphaMask, AmbientOcclusion, MaterialId, MaterialLibrary, Mesh, Prototype};
+
+use self::grid::{AreaDensityGrid, directions};
 
 /// How far occluders are looked for, and how finely.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -68,7 +70,8 @@ impl OcclusionParams {
     fn for_size(self, size: Vec3) -> Self {
         let volume = size.max(Vec3::splat(self.cell_m)).element_product();
         let least = libm::cbrtf(volume / MOST_CELLS);
-        let cell_m = self.cell_m.max(least);
+        let longest = size.max_element() / grid::MOST_ALONG as f32;
+        let cell_m = self.cell_m.max(least).max(longest);
         Self {
             cell_m,
             reach_m: self.reach_m.max(cell_m),
@@ -214,184 +217,12 @@ fn cut_out(mesh: &Mesh, masks: &MaskCoverage) -> Vec<bool> {
     cut_out
 }
 
-/// A direction that is followed, with a step of a cell's side in parts of cells.
-#[derive(Clone, Copy, Debug)]
-struct Direction {
-    unit: Vec3,
-    step: I64Vec3,
-}
-
-/// A Fibonacci lattice of the sphere.
-fn directions(count: u32) -> Vec<Direction> {
-    let direction = |i: u32| {
-        let z = 1.0 - f64::from(2 * i + 1) / f64::from(count);
-        let (s, c) = libm::sincos(f64::from(i) * 2.399_963_229_728_653);
-        let r = (1.0 - z * z).sqrt();
-        let unit = Vec3::new((r * c) as f32, (r * s) as f32, z as f32);
-        let step = fine(unit, 1.0);
-        Direction { unit, step }
-    };
-    (0..count).map(direction).collect()
-}
-
-/// Parts of a cell's side, a power of two: whoever follows a direction counts in these, as
-/// integers are rounded to cells by a shift.
-const FINE_BITS: u32 = 16;
-
-/// A place in parts of cells, whatever the bounds of the shape: where a part of a shape is removed,
-/// the rest stays in the same cells.
-#[inline]
-fn fine(at: Vec3, cell_m: f32) -> I64Vec3 {
-    (at * ((1_u32 << FINE_BITS) as f32 / cell_m)).as_i64vec3()
-}
-
-/// The cell that a point lies in.
-#[inline]
-fn number(at: Vec3, cell_m: f32) -> I64Vec3 {
-    fine(at, cell_m) >> FINE_BITS
-}
-
-/// The density of one-sided area over a grid of cubes.
-struct AreaDensityGrid {
-    /// The cell of the lowest coordinates.
-    low: I64Vec3,
-    cell_m: f32,
-    cells: U64Vec3,
-    /// The optical depth of each cell along a path as long as its side.
-    depths: Vec<f32>,
-}
-
-impl AreaDensityGrid {
-    fn of(prototype: &Prototype, masks: &MaskCoverage, cell_m: f32) -> Self {
-        let bounds = prototype.bounds();
-        let low = number(bounds.min, cell_m);
-        let cells = (number(bounds.max, cell_m) - low).as_u64vec3() + 1;
-        let mut grid = Self {
-            low,
-            cell_m,
-            cells,
-            depths: vec![0.0; (cells.x * cells.y * cells.z) as usize],
-        };
-        for card in prototype.cards() {
-            grid.add_card(card, masks);
-        }
-        grid.add_mesh(prototype.mesh(), masks);
-        grid
-    }
-
-    /// The number of the cell at a place in parts of cells, if it has one.
-    #[inline]
-    fn cell(&self, fine: I64Vec3) -> Option<usize> {
-        let c = (fine >> FINE_BITS).wrapping_sub(self.low).as_u64vec3();
-        let inside = c.x < self.cells.x && c.y < self.cells.y && c.z < self.cells.z;
-        inside.then(|| ((c.z * self.cells.y + c.y) * self.cells.x + c.x) as usize)
-    }
-
-    /// Adds a piece of one-sided area.
-    fn add(&mut self, at: Vec3, area_m2: f32) {
-        if let Some(cell) = self.cell(fine(at, self.cell_m)) {
-            self.depths[cell] += 0.5 * area_m2 / (self.cell_m * self.cell_m);
-        }
-    }
-
-    fn add_card(&mut self, card: &Card, masks: &MaskCoverage) {
-        let pieces = |edge: Vec3| ((edge.length() / self.cell_m).ceil() as usize).clamp(1, 256);
-        let (nu, nv) = (pieces(card.edge_u), pieces(card.edge_v));
-        // The parts of the mask that a piece overlaps.
-        let parts = |i: usize, of: usize| [i * PARTS / of, ((i + 1) * PARTS).div_ceil(of)];
-        let area_m2 = card.area_m2() / (nu * nv) as f32;
-        for (i, j) in (0..nv).flat_map(|j| (0..nu).map(move |i| (i, j))) {
-            let material = usize::from(card.material.0);
-            let opaque = masks.opaque(material, parts(i, nu), parts(j, nv));
-            let middle = |i: usize, of: usize| (i as f32 + 0.5) / of as f32;
-            let at = card.corner + card.edge_u * middle(i, nu) + card.edge_v * middle(j, nv);
-            self.add(at, area_m2 * opaque);
-        }
-    }
-
-    /// Half the surface of a closed mesh counts, as the other half is its back. What a mask cuts
-    /// out is no closed mesh.
-    fn add_mesh(&mut self, mesh: &Mesh, masks: &MaskCoverage) {
-        for triangle in &mesh.triangles {
-            let [a, b, c] = triangle.corners.map(|i| mesh.positions[i as usize]);
-            let (u, v) = (b - a, c - a);
-            let longest = u.length().max(v.length()).max((c - b).length());
-            let n = ((longest / self.cell_m).ceil() as u32).clamp(1, 64);
-            let half = if masks.cuts_out(triangle.material) {
-                2.0 * masks.opaque(usize::from(triangle.material.0), [0, PARTS], [0, PARTS])
-            } else {
-                1.0
-            };
-            let area_m2 = half * 0.25 * u.cross(v).length() / (n * n) as f32;
-            let step = 1.0 / (3 * n) as f32;
-            for (i, j) in (0..n).flat_map(|j| (0..n - j).map(move |i| (i, j))) {
-                // The middles of the small triangles that stand on their base, and of those on
-                // their tip.
-                let (x, y) = ((3 * i) as f32 * step, (3 * j) as f32 * step);
-                self.add(a + u * (x + step) + v * (y + step), area_m2);
-                if i + j + 1 < n {
-                    self.add(a + u * (x + 2.0 * step) + v * (y + 2.0 * step), area_m2);
-                }
-            }
-        }
-    }
-
-    /// The share of light that reaches a point of a surface, followed over `steps` cells: weighted
-    /// by the cosine, on the side of the normal or on both sides.
-    fn light(
-        &self,
-        at: Vec3,
-        normal: Vec3,
-        both: bool,
-        directions: &[Direction],
-        steps: u32,
-    ) -> f32 {
-        // At this distance from a plane, no cell contains a point of the plane.
-        let off = normal * (1.01 * self.cell_m * normal.abs().element_sum());
-        let (mut sum, mut all) = (0.0, 0.0);
-        for &Direction { unit, step } in directions {
-            let cosine = normal.dot(unit);
-            if cosine <= 0.0 && !both {
-                continue;
-            }
-            let weight = cosine.abs() * if unit.z > 0.0 { 1.0 } else { FROM_BELOW };
-            let start = at + if cosine > 0.0 { off } else { -off };
-            let middle = start + 0.5 * self.cell_m * unit;
-            let depth = self.depth(fine(middle, self.cell_m), step, steps);
-            all += weight;
-            sum += if depth > 0.0 {
-                weight * libm::expf(-depth)
-            } else {
-                weight
-            };
-        }
-        if all > 0.0 { sum / all } else { 1.0 }
-    }
-
-    /// The optical depth along `steps` steps. It stops where they leave the grid, a box, to which
-    /// steps in one direction never come back.
-    #[inline]
-    fn depth(&self, mut at: I64Vec3, step: I64Vec3, steps: u32) -> f32 {
-        let (mut depth, mut has_entered) = (0.0, false);
-        for _ in 0..steps {
-            if let Some(cell) = self.cell(at) {
-                depth += self.depths[cell];
-                has_entered = true;
-            } else if has_entered {
-                break;
-            }
-            at = at.wrapping_add(step);
-        }
-        depth
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use std::sync::Arc;
 
     use glam::Vec2;
-    use nemoral_scene::{Material, MaterialId, Semantic, Triangle};
+    use nemoral_scene::{Card, Material, MaterialId, Semantic, Triangle};
     use nemoral_seed::{Draw, Key};
 
     use super::*;
@@ -446,39 +277,6 @@ mod tests {
         (0..50)
             .map(|k| card(middle(k), 14.0 * u, 14.0 * v))
             .collect()
-    }
-
-    #[test]
-    fn a_depth_is_that_of_all_steps() {
-        let low = number(Vec3::new(-0.4, -0.2, 0.0), NEAR.cell_m);
-        let mut rng = Key::world(5).rng();
-        let mut number = |most: f64| rng.range_f64(-most, most) as f32;
-        let mut grid = AreaDensityGrid {
-            low,
-            cell_m: NEAR.cell_m,
-            cells: U64Vec3::new(9, 5, 12),
-            depths: Vec::new(),
-        };
-        grid.depths.resize_with(9 * 5 * 12, || number(1.0).abs());
-        let (mut crossing, mut missing) = (0, 0);
-        for k in 0..4000 {
-            let at = Vec3::new(number(0.8), number(0.6), number(0.8) + 0.6);
-            let mut way = Vec3::new(number(1.0), number(1.0), number(1.0));
-            if k % 4 < 3 {
-                way[k % 4] = 0.0;
-            }
-            let step = fine(way.normalize_or(Vec3::Z), 1.0);
-            let at = fine(at, grid.cell_m);
-            let (mut all, mut p) = (0.0_f32, at);
-            for _ in 0..60 {
-                all += grid.cell(p).map_or(0.0, |cell| grid.depths[cell]);
-                p += step;
-            }
-            assert_eq!(grid.depth(at, step, 60).to_bits(), all.to_bits());
-            crossing += usize::from(all > 0.0);
-            missing += usize::from(all == 0.0);
-        }
-        assert!(crossing > 500 && missing > 500, "{crossing} {missing}");
     }
 
     #[test]
@@ -635,6 +433,14 @@ mod tests {
             .sum::<f32>()
             / 1600.0;
         assert!((mean - 0.4).abs() < 0.01, "{mean}");
+    }
+
+    #[test]
+    fn a_thread_a_kilometre_long_has_few_cells() {
+        let long = OcclusionParams::LOW.for_size(Vec3::new(1e-3, 1e3, 1e-3));
+        assert!(1e3 / long.cell_m <= grid::MOST_ALONG as f32);
+        let card = card(Vec3::ZERO, 1e-3 * Vec3::X, 1e3 * Vec3::Y);
+        assert_eq!(shares(Mesh::default(), vec![card], &long).cards, [[255; 4]]);
     }
 
     #[test]

@@ -9,10 +9,12 @@
 //!
 //! The parts of the source: `tree` (growth and allometry), `plant` (everything smaller), `cards`
 //! (images of leaves), `textures` (bark, ground, stone), `materials` (all of them registered),
-//! `ambient_occlusion` (the light that near parts of a shape block), `serialize`.
+//! `ambient_occlusion` (the light that near parts of a shape block), `lanes` (arithmetic of eight
+//! numbers at once), `serialize`.
 
 mod ambient_occlusion;
 mod cards;
+mod lanes;
 mod library;
 mod materials;
 mod plant;

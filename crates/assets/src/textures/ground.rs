@@ -6,9 +6,9 @@ use glam::{IVec2, Vec2, Vec3};
 use nemoral_seed::{Draw, Key, Rng};
 
 use super::canvas::{Canvas, Leaf, Outline, Stroke};
-use super::lanes::{Vec2x8, rgb};
 use super::noise::{fbm, gradient, ridged, smoothstep, unit, value, warp, worley};
 use super::tile::{Texels, Tile};
+use crate::lanes::{Vec2x8, rgb};
 
 /// Texels along a side of the floor's tiles.
 pub(crate) const FLOOR_TEXELS: usize = 1024;

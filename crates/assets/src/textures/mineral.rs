@@ -2,9 +2,9 @@
 
 use glam::{IVec2, Vec2, Vec3};
 
-use super::lanes::{F32x8, Vec2x8, rgb};
 use super::noise::{fbm, gradient, scramble, smoothstep, unit, value, warp, worley};
 use super::tile::{Texels, Tile};
+use crate::lanes::{F32x8, Vec2x8, rgb};
 
 /// Side of the tile of cliffs, metres.
 pub(crate) const CLIFF_M: f32 = 3.2;

@@ -3,7 +3,6 @@
 pub(crate) mod bark;
 pub(crate) mod canvas;
 pub(crate) mod ground;
-pub(crate) mod lanes;
 pub(crate) mod mineral;
 pub(crate) mod noise;
 pub(crate) mod tile;

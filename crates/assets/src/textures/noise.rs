@@ -5,39 +5,13 @@
 //! Lattice values are integer hashes (`lowbias32`, C. Wellons 2018), never `sin`, so that every
 //! platform gets the same bits. Positions are at most some hundred tiles from the first.
 //!
-//! Eight points are computed side by side ([`super::lanes`]) by code that is compiled several
+//! Eight points are computed side by side ([`crate::lanes`]) by code that is compiled several
 //! times, for the vector registers of older and of newer processors; the bits are the same. [`at`]
 //! has the noise of single points.
 
 use glam::IVec2;
 
-use super::lanes::{F32x8, U32x8, Vec2x8};
-
-/// Functions whose bodies are compiled for each set of vector instructions that `pulp` knows; a
-/// call runs the one for the widest registers that the processor has. What a body calls must be
-/// inlined into it.
-macro_rules! for_each_instruction_set {
-    ($(
-        $(#[$attribute:meta])*
-        $visibility:vis fn $name:ident($($argument:ident: $type:ty),* $(,)?) -> $output:ty $body:block
-    )*) => {$(
-        $(#[$attribute])*
-        $visibility fn $name($($argument: $type),*) -> $output {
-            struct Call {
-                $($argument: $type),*
-            }
-            impl pulp::NullaryFnOnce for Call {
-                type Output = $output;
-                #[inline(always)]
-                fn call(self) -> $output {
-                    let Self { $($argument),* } = self;
-                    $body
-                }
-            }
-            pulp::Arch::new().dispatch(Call { $($argument),* })
-        }
-    )*};
-}
+use crate::lanes::{F32x8, U32x8, Vec2x8, for_each_instruction_set};
 
 /// The part of a lattice point's hash that comes from its x coordinate.
 #[inline(always)]
@@ -347,8 +321,8 @@ mod tests {
     use glam::Vec2;
     use proptest::prelude::*;
 
-    use super::super::lanes::LANES;
     use super::*;
+    use crate::lanes::LANES;
 
     const F: IVec2 = IVec2::new(5, 7);
 

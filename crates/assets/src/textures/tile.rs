@@ -4,7 +4,7 @@ use glam::{Vec2, Vec3};
 use nemoral_scene::Texture;
 use rayon::prelude::*;
 
-use super::lanes::{F32x8, LANES, Vec2x8, Vec3x8};
+use crate::lanes::{F32x8, LANES, Vec2x8, Vec3x8};
 
 /// A colour and a height at one texel.
 #[derive(Clone, Copy, Debug, Default)]

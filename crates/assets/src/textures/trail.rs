@@ -5,9 +5,9 @@ use nemoral_scene::{Optics, TrailSurfaceKind as Kind};
 use nemoral_seed::Key;
 
 use super::ground::{Debris, strew};
-use super::lanes::{F32x8, U32x8, Vec2x8, Vec3x8, rgb};
 use super::noise::{fbm, gradient, ridged, scramble, smoothstep, unit, value, warp, worley};
 use super::tile::{Texels, Tile};
+use crate::lanes::{F32x8, U32x8, Vec2x8, Vec3x8, rgb};
 use crate::materials::optics;
 
 /// Texels along a side.

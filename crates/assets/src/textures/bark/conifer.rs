@@ -3,7 +3,7 @@
 use glam::IVec2;
 
 use super::{HEIGHT, WIDTH, with_lichen};
-use crate::textures::lanes::{F32x8, rgb};
+use crate::lanes::{F32x8, rgb};
 use crate::textures::noise::{fbm, gradient, ridged, smoothstep, unit, value, warp, worley};
 use crate::textures::tile::{Texels, Tile};
 

@@ -7,10 +7,10 @@ use std::f32::consts::TAU;
 use glam::IVec2;
 use nemoral_scene::DecayStage;
 
-use super::super::lanes::{F32x8, Vec2x8, Vec3x8, rgb};
 use super::super::noise::{fbm, gradient, ridged, smoothstep, value, worley};
 use super::super::tile::{Texels, Tile};
 use super::{HEIGHT, WIDTH};
+use crate::lanes::{F32x8, Vec2x8, Vec3x8, rgb};
 
 /// Moss in cushions, as at the feet of stems.
 const MOSS: Vec3x8 = rgb(0.052, 0.068, 0.024);

@@ -10,9 +10,9 @@ use glam::IVec2;
 pub(crate) use fallen::{decayed, loosening};
 pub(crate) use rough::{dead, twig};
 
-use super::lanes::{Vec2x8, Vec3x8, rgb};
 use super::noise::{fbm, gradient, smoothstep, value};
 use super::tile::Tile;
+use crate::lanes::{Vec2x8, Vec3x8, rgb};
 use crate::tree::{BarkKind, BarkLayer, linear};
 
 const WIDTH: usize = 512;

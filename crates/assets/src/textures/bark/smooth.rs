@@ -3,7 +3,7 @@
 use glam::IVec2;
 
 use super::{HEIGHT, WIDTH};
-use crate::textures::lanes::{F32x8, Vec2x8, rgb};
+use crate::lanes::{F32x8, Vec2x8, rgb};
 use crate::textures::noise::{
     Worley, fbm, gradient, ridged, smoothstep, unit, value, warp, worley,
 };

@@ -1,14 +1,14 @@
-//! Eight texels side by side: numbers, hashes, masks and vectors of eight lanes.
+//! Eight numbers side by side, and masks and vectors of them.
 //!
 //! Arithmetic is that of f32 and u32 in each lane, in the order in which it is written, so lanes
 //! have the bits that one number after the other would have. They are plain arrays, which the
 //! compiler keeps in the vector registers of whatever processor it compiles for.
 
-use std::ops::{Add, AddAssign, BitAnd, BitXor, Div, Mul, MulAssign, Neg, Shr, Sub};
+use std::ops::{Add, AddAssign, BitAnd, BitOr, BitXor, Div, Mul, MulAssign, Neg, Shr, Sub};
 
 use glam::{Vec2, Vec3};
 
-/// How many texels are computed at once.
+/// How many numbers are side by side.
 pub(crate) const LANES: usize = 8;
 
 /// Eight numbers.
@@ -40,6 +40,35 @@ pub(crate) struct Vec3x8 {
     pub(crate) y: F32x8,
     pub(crate) z: F32x8,
 }
+
+/// Functions whose bodies are compiled for each set of vector instructions that `pulp` knows; a
+/// call runs the one for the widest registers that the processor has. What a body calls must be
+/// inlined into it.
+macro_rules! for_each_instruction_set {
+    ($(
+        $(#[$attribute:meta])*
+        $visibility:vis fn $name:ident $(<$lifetime:lifetime>)? (
+            $($argument:ident: $type:ty),* $(,)?
+        ) -> $output:ty $body:block
+    )*) => {$(
+        $(#[$attribute])*
+        $visibility fn $name $(<$lifetime>)? ($($argument: $type),*) -> $output {
+            struct Call $(<$lifetime>)? {
+                $($argument: $type),*
+            }
+            impl $(<$lifetime>)? pulp::NullaryFnOnce for Call $(<$lifetime>)? {
+                type Output = $output;
+                #[inline(always)]
+                fn call(self) -> $output {
+                    let Self { $($argument),* } = self;
+                    $body
+                }
+            }
+            pulp::Arch::new().dispatch(Call { $($argument),* })
+        }
+    )*};
+}
+pub(crate) use for_each_instruction_set;
 
 /// Applies an expression to each lane. (Loops over arrays become vector instructions; closures, and
 /// so `array::map`, cannot be told to be inlined.)
@@ -199,6 +228,40 @@ where
 
 impl U32x8 {
     #[inline(always)]
+    pub(crate) const fn new(lanes: [u32; LANES]) -> Self {
+        Self(lanes)
+    }
+
+    /// Where words below 2³¹ are below another one.
+    #[inline(always)]
+    pub(crate) fn lt(self, other: u32) -> Mask8 {
+        let a = self.0;
+        // Processors compare signed words.
+        Mask8(each_lane!(a => if (a as i32) < (other as i32) { u32::MAX } else { 0 }))
+    }
+
+    /// Where the highest bit is set.
+    #[inline(always)]
+    pub(crate) fn is_negative(self) -> Mask8 {
+        let a = self.0;
+        Mask8(each_lane!(a => ((a as i32) >> 31) as u32))
+    }
+
+    /// The words where the mask is set, 0 elsewhere.
+    #[inline(always)]
+    pub(crate) fn only(self, mask: Mask8) -> Self {
+        self & Self(mask.0)
+    }
+
+    /// The numbers at these places of a table.
+    #[inline(always)]
+    pub(crate) fn of(self, table: &[f32]) -> F32x8 {
+        // Without this the compiler would compute the places lane by lane, too.
+        let a = std::hint::black_box(self).0;
+        F32x8(each_lane!(a => table[a as usize]))
+    }
+
+    #[inline(always)]
     pub(crate) const fn splat(x: u32) -> Self {
         Self([x; LANES])
     }
@@ -291,6 +354,15 @@ impl BitAnd for Mask8 {
     fn bitand(self, other: Self) -> Self {
         let (a, b) = (self.0, other.0);
         Self(each_lane!(a, b => a & b))
+    }
+}
+
+impl BitOr for Mask8 {
+    type Output = Self;
+    #[inline(always)]
+    fn bitor(self, other: Self) -> Self {
+        let (a, b) = (self.0, other.0);
+        Self(each_lane!(a, b => a | b))
     }
 }
 
