@@ -45,13 +45,6 @@ pub(crate) struct Step {
     pub(crate) exit: Heading,
 }
 
-impl Step {
-    /// The number of borders between its chunk and another one.
-    fn borders_to(&self, chunk: ChunkCoord) -> u32 {
-        self.chunk.x.abs_diff(chunk.x) + self.chunk.y.abs_diff(chunk.y)
-    }
-}
-
 /// Decides where trails are born and where they turn.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Router {
@@ -120,37 +113,90 @@ impl Router {
         })
     }
 
-    /// All trails and branches that go through a chunk, in order.
-    pub(crate) fn through(&self, chunk: ChunkCoord) -> Vec<TrailId> {
+    /// All trails and branches that go through each chunk of a block, in order.
+    pub(crate) fn through(&self, block: Block) -> Vec<Vec<TrailId>> {
         let branch = if self.fork_probability > 0.0 {
             BRANCH_CHUNKS[1] as i32 - 1
         } else {
             0
         };
         let reach = self.max_length as i32 - 1 + branch;
-        let mut ids = Vec::new();
-        for dx in -reach..=reach {
-            let rest = reach - dx.abs();
-            for dy in -rest..=rest {
-                let birth = chunk.offset(dx, dy);
+        let mut ids = vec![Vec::new(); (Block::SIDE * Block::SIDE) as usize];
+        let mut add = |id: TrailId, steps: &[Step]| {
+            for step in steps {
+                let here = block.index(step.chunk).map(|i| &mut ids[i]);
+                // Trails may come back.
+                if let Some(here) = here.filter(|here| here.last() != Some(&id)) {
+                    here.push(id);
+                }
+            }
+        };
+        for dx in -reach..Block::SIDE + reach {
+            for dy in -reach..Block::SIDE + reach {
+                if Block::beyond(dx) + Block::beyond(dy) > reach {
+                    continue;
+                }
+                let birth = block.first().offset(dx, dy);
                 let Some(walk) = self.walk(birth) else {
                     continue;
                 };
-                if walk.clone().meets(chunk) {
-                    ids.push(TrailId { birth, number: 0 });
-                }
-                if branch > 0 {
-                    let steps: Vec<Step> = walk.collect();
-                    let meets = |&at: &usize| {
-                        steps[at].borders_to(chunk) < BRANCH_CHUNKS[1]
-                            && (self.branch(birth, &steps, at)).is_some_and(|b| b.meets(chunk))
-                    };
-                    let forks = (0..steps.len()).filter(meets);
-                    ids.extend(forks.map(|at| TrailId::branch(birth, at)));
+                let steps: Vec<Step> = walk.collect();
+                add(TrailId { birth, number: 0 }, &steps);
+                for at in 0..steps.len() {
+                    if block.borders_to(steps[at].chunk) < BRANCH_CHUNKS[1] as i32
+                        && let Some(walk) = self.branch(birth, &steps, at)
+                    {
+                        add(TrailId::branch(birth, at), &walk.collect::<Vec<_>>());
+                    }
                 }
             }
         }
         ids
+    }
+}
+
+/// A square of chunks, for which trails are looked for at once: those of neighbouring chunks are
+/// born in almost the same places.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct Block {
+    x: i32,
+    y: i32,
+}
+
+impl Block {
+    const SIDE: i32 = 8;
+
+    /// The block of a chunk.
+    pub(crate) fn of(chunk: ChunkCoord) -> Self {
+        Self {
+            x: chunk.x.div_euclid(Self::SIDE),
+            y: chunk.y.div_euclid(Self::SIDE),
+        }
+    }
+
+    /// Its chunk of the least coordinates.
+    fn first(self) -> ChunkCoord {
+        ChunkCoord::new(self.x * Self::SIDE, self.y * Self::SIDE)
+    }
+
+    /// The number of a chunk in this block, if it is in it.
+    pub(crate) fn index(self, chunk: ChunkCoord) -> Option<usize> {
+        let (dx, dy) = (
+            chunk.x.rem_euclid(Self::SIDE),
+            chunk.y.rem_euclid(Self::SIDE),
+        );
+        (Self::of(chunk) == self).then_some((Self::SIDE * dy + dx) as usize)
+    }
+
+    /// How many chunks a coordinate from the first chunk on is outside.
+    fn beyond(offset: i32) -> i32 {
+        (-offset).max(offset - (Self::SIDE - 1)).max(0)
+    }
+
+    /// The least number of borders between a chunk and one of these.
+    fn borders_to(self, chunk: ChunkCoord) -> i32 {
+        let first = self.first();
+        Self::beyond(chunk.x - first.x) + Self::beyond(chunk.y - first.y)
     }
 }
 
@@ -161,20 +207,6 @@ pub(crate) struct Walk {
     rng: nemoral_seed::PhiloxRng,
     left: u32,
     next: Step,
-}
-
-impl Walk {
-    fn meets(mut self, chunk: ChunkCoord) -> bool {
-        // A step covers at most one chunk of the remaining distance.
-        while self.next.borders_to(chunk) < self.left {
-            match self.next() {
-                Some(step) if step.chunk == chunk => return true,
-                Some(_) => {}
-                None => return false,
-            }
-        }
-        false
-    }
 }
 
 impl Iterator for Walk {
@@ -313,6 +345,7 @@ mod tests {
         let router = Router::new(&params, Key::world(6));
         for chunk in [
             ChunkCoord::new(0, 0),
+            ChunkCoord::new(-1, 7),
             ChunkCoord::new(1_000_000, -1_000_000),
         ] {
             let mut expected = Vec::new();
@@ -331,7 +364,9 @@ mod tests {
             expected.sort_unstable();
             let branches = expected.iter().filter(|id| id.is_branch()).count();
             assert!(branches > 0 && branches < expected.len());
-            assert_eq!(router.through(chunk), expected);
+            let block = Block::of(chunk);
+            let index = block.index(chunk).expect("its own block");
+            assert_eq!(router.through(block)[index], expected);
         }
     }
 

@@ -14,7 +14,7 @@ use crate::given::course;
 use crate::layer::Earthworks;
 use crate::layout::{Course, Layout, TrailId};
 use crate::path::STEP_M;
-use crate::route::Router;
+use crate::route::{Block, Router};
 use crate::turning;
 use crate::{DressingKind, ParamError, TrailDressing, TrailGround, TrailParams, TrailPath, Way};
 
@@ -38,8 +38,11 @@ pub struct Trails {
     key: Key,
     base: Arc<dyn Surface>,
     router: Router,
-    through: Cache<ChunkCoord, Arc<[TrailId]>>,
+    /// The trails of the chunks of a block.
+    through: Cache<Block, Arc<[Arc<[TrailId]>]>>,
     paths: Cache<TrailId, Arc<TrailPath>>,
+    /// The same on the map only.
+    outlines: Cache<TrailId, Arc<TrailPath>>,
     /// Trails along given lines.
     given: Vec<Arc<TrailPath>>,
     /// The number of the next of them.
@@ -81,10 +84,10 @@ impl Trails {
         key: Key,
         base: Arc<dyn Surface>,
     ) -> Result<Self, ParamError> {
-        Self::with_memory(params, chunk_size_m, key, base, [16_384, 160])
+        Self::with_memory(params, chunk_size_m, key, base, [256, 160])
     }
 
-    /// Trails whose caches hold this number of chunks' trails and of paths.
+    /// Trails whose caches hold this number of blocks' trails, and of paths.
     fn with_memory(
         params: TrailParams,
         chunk_size_m: f64,
@@ -107,6 +110,7 @@ impl Trails {
             base,
             through: Cache::new(through),
             paths: Cache::new(paths),
+            outlines: Cache::new(paths),
             given: Vec::new(),
             numbered: 1,
             given_in: BTreeMap::new(),
@@ -190,13 +194,7 @@ impl Trails {
     /// [`ground_near`](Self::ground_near), but without computing heights.
     #[must_use]
     pub fn edges_near(&self, coord: ChunkCoord, margin_m: f64) -> TrailEdges {
-        let outline = |id| {
-            let course = self.layout(id).course(STEP_M);
-            let way = self.way(id);
-            let way = (way, Arc::clone(&self.ways[way]));
-            Arc::new(TrailPath::outline(way, self.key, course))
-        };
-        TrailEdges(self.near(coord, margin_m, outline))
+        TrailEdges(self.near(coord, margin_m, |id| self.outline(id)))
     }
 
     /// The ground near a chunk, with paths that `path` makes.
@@ -368,8 +366,14 @@ impl Trails {
 
     /// The trails that were born, and their branches, that touch a chunk.
     fn through(&self, chunk: ChunkCoord) -> Arc<[TrailId]> {
-        self.through
-            .get_or_make(chunk, || self.router.through(chunk).into())
+        let block = Block::of(chunk);
+        let make = || {
+            let through = self.router.through(block).into_iter();
+            through.map(Arc::from).collect()
+        };
+        let through = self.through.get_or_make(block, make);
+        let index = block.index(chunk).expect("a chunk is in its block");
+        Arc::clone(&through[index])
     }
 
     fn path(&self, id: TrailId) -> Arc<TrailPath> {
@@ -380,6 +384,15 @@ impl Trails {
     }
 
     /// A trail of a kind along a course, with the stones on it.
+    fn outline(&self, id: TrailId) -> Arc<TrailPath> {
+        self.outlines.get_or_make(id, || {
+            let course = self.layout(id).course(STEP_M);
+            let way = self.way(id);
+            let way = (way, Arc::clone(&self.ways[way]));
+            Arc::new(TrailPath::outline(way, self.key, course))
+        })
+    }
+
     fn lay(&self, way: usize, course: Course) -> TrailPath {
         let way = (way, Arc::clone(&self.ways[way]));
         let path = TrailPath::new(way, self.key, course, &*self.base);
