@@ -3,11 +3,13 @@
 
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
 use glam::DVec2;
 use nemoral_scene::ChunkCoord;
 use nemoral_seed::{Domain, Draw, Key};
 
+use super::blocks::Blocks;
 use super::open_land::EdgeProfile;
 use super::params::{LayerParams, PlacementParams};
 use super::patches::{PatchMap, Patches};
@@ -37,6 +39,7 @@ const PROBES: u32 = 64;
 pub(crate) struct CalibratedLayer {
     sizes: DiskSizes,
     pattern: Pattern,
+    blocks: Arc<Blocks>,
     chunk_size_m: f64,
     /// The largest occupancy radius, in chunk edges.
     pub(crate) max_radius: f64,
@@ -57,12 +60,24 @@ enum Pattern {
 
 impl CalibratedLayer {
     /// The pattern in the square of half edge `need` around a chunk's centre, before thinning.
+    /// `need` is always the same for a key.
     pub(crate) fn points_around(
         &self,
         key: Key,
         chunk: ChunkCoord,
         need: f64,
     ) -> Vec<SamplePoint<Key>> {
+        match self.pattern {
+            Pattern::Fill(_) => {
+                let make = |chunk, need| self.pattern_around(key, chunk, need);
+                self.blocks.points_around(key, chunk, need, &make)
+            }
+            Pattern::Rows(_) => self.pattern_around(key, chunk, need),
+        }
+    }
+
+    /// The same, computed anew.
+    fn pattern_around(&self, key: Key, chunk: ChunkCoord, need: f64) -> Vec<SamplePoint<Key>> {
         let (sizes, size_m) = (&self.sizes, self.chunk_size_m);
         match self.pattern {
             Pattern::Fill(rounds) => fill(sizes, rounds, key, chunk.into(), need),
@@ -187,6 +202,7 @@ pub(crate) fn calibrate(
             let mut made = CalibratedLayer {
                 sizes: sizes.clone(),
                 pattern,
+                blocks: Arc::default(),
                 chunk_size_m: params.chunk_size_m,
                 max_radius,
                 keep: Vec::new(),
@@ -194,7 +210,7 @@ pub(crate) fn calibrate(
                 clusters: layer.clusters,
                 at_edges: layer.at_edges.clone(),
             };
-            let points = made.points_around(key, ChunkCoord::default(), half);
+            let points = made.pattern_around(key, ChunkCoord::default(), half);
             let (filled, bias) = match pattern {
                 Pattern::Fill(_) => (
                     points.len() as f64 / (4.0 * half * half),

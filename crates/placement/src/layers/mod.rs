@@ -1,6 +1,7 @@
 //! Rocks and ordered layers of woody plants, which use the sampler, with targets, rows, gaps and
 //! clusters.
 
+mod blocks;
 mod calibrate;
 pub(crate) mod open_land;
 pub(crate) mod params;
