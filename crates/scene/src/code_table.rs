@@ -4,15 +4,19 @@
 const FIRST_EXPONENT: u32 = 127 - 14;
 /// Cells go up to 2^6; all light above has the last cell's code, or a greater one.
 const OCTAVES: u32 = 20;
-/// Cells are 1/64 of an octave wide, which is a number of bits of the mantissa.
-const CELL_BITS: u32 = 6;
+/// Cells are 1/128 of an octave wide, which is a number of bits of the mantissa. A cell of the sRGB
+/// curve has at most one step.
+const CELL_BITS: u32 = 7;
 
 /// Maps light to code values 0..=255, exactly and fast, by the least light of each code value.
 #[derive(Clone, Debug)]
 pub struct CodeTable {
-    least: [f32; 255],
+    /// The least light of each code value but 0; of one more, which no light has.
+    least: [f32; 256],
     /// The code at the lower end of each cell.
     starts: Vec<u8>,
+    /// The most steps from a code to the next one in a cell.
+    steps: u8,
 }
 
 impl CodeTable {
@@ -20,7 +24,10 @@ impl CodeTable {
     /// which must not decrease from 0 to `most` (at most 64), where it must reach 255.
     #[must_use]
     pub fn new(most: f32, code: impl Fn(f32) -> f64) -> Self {
-        let least: [f32; 255] = std::array::from_fn(|i| {
+        let least: [f32; 256] = std::array::from_fn(|i| {
+            if i == 255 {
+                return f32::NAN;
+            }
             // Non-negative floats are ordered like their bits, so bisect the bits.
             let (mut low, mut high) = (0, most.to_bits());
             while high - low > 1 {
@@ -35,12 +42,18 @@ impl CodeTable {
         });
         let start = |cell: u32| {
             let low = ((FIRST_EXPONENT << CELL_BITS) + cell) << (23 - CELL_BITS);
-            least.partition_point(|&least| least <= f32::from_bits(low)) as u8
+            least[..255].partition_point(|&least| least <= f32::from_bits(low)) as u8
         };
         let mut starts: Vec<u8> = (0..OCTAVES << CELL_BITS).map(start).collect();
         // All light below the table is found here, too.
         starts[0] = 0;
-        Self { least, starts }
+        let ends = starts.iter().skip(1).chain([&255]);
+        let steps = starts.iter().zip(ends).map(|(start, end)| end - start);
+        Self {
+            least,
+            steps: steps.max().unwrap_or(0),
+            starts,
+        }
     }
 
     /// The code value of light; 0 for what is no number.
@@ -52,16 +65,17 @@ impl CodeTable {
         let bits = light.max(0.0).to_bits() >> (23 - CELL_BITS);
         let cell = bits.saturating_sub(FIRST_EXPONENT << CELL_BITS);
         let mut code = self.starts[(cell as usize).min(self.starts.len() - 1)];
-        while code < 255 && self.least[usize::from(code)] <= light {
-            code += 1;
+        // Whether there is a step is unforeseeable, so it is added rather than branched on.
+        for _ in 0..self.steps {
+            code += u8::from(self.least[usize::from(code)] <= light);
         }
         code
     }
 
     /// For each code value but 0 the least light that has it.
     #[must_use]
-    pub fn least(&self) -> &[f32; 255] {
-        &self.least
+    pub fn least(&self) -> &[f32] {
+        &self.least[..255]
     }
 }
 
@@ -79,7 +93,7 @@ mod tests {
         #[test]
         fn a_code_is_that_of_a_search(bits: u32, power in 0.3_f32..3.0, which in 0_usize..255) {
             let table = table(power);
-            let searched = |x: f32| table.least.iter().filter(|&&least| least <= x).count();
+            let searched = |x: f32| table.least().iter().filter(|&&least| least <= x).count();
             let least = table.least[which];
             let below = f32::from_bits(least.to_bits() - 1);
             for light in [f32::from_bits(bits), least, below, least * 0.999] {
