@@ -118,9 +118,10 @@ impl GroundMesher {
     /// Positions are chunk-local (x and y in 0..=`chunk_size_m`, z above the world's zero), normals
     /// are the surface's, uv are metres: x and y from the chunk's corner, plus the corner's world
     /// position modulo 1024 m. Triangles are counter-clockwise seen from above. `material` is
-    /// called for each triangle, with its world centroid and whether it is inside the zone, and for
-    /// each vertex, on both sides if it is on a break-line. Where materials meet they blend within
-    /// a cell, half and half on the line.
+    /// called for each vertex, with its world position and whether it is inside the zone, on both
+    /// sides if it is on a break-line. A triangle is of the material of its corners; where these
+    /// differ, of that of its centroid. Where materials meet they blend within a cell, half and
+    /// half on the line.
     ///
     /// Vertices on a border shared by two chunks have the same bits on both sides, if `surface` and
     /// `zones` are pure functions of the world position there.
@@ -135,7 +136,6 @@ impl GroundMesher {
         let mut lattice = Lattice::new(self.cells, self.levels);
         lattice.refine(|centre, side| work.asks(centre, side));
         let mut cutter = Cutter {
-            edges: vec![f64::NAN; work.slots.len()],
             cuts: HashMap::new(),
             sides: Vec::new(),
             material,
@@ -159,6 +159,8 @@ struct Work<'a> {
     /// For each lattice vertex, its index in `samples` and in `mesh`.
     slots: Vec<Slot>,
     samples: Vec<SurfaceSample>,
+    /// `edge_m` at lattice vertices, snapped; NaN where it is not known yet.
+    edges: Vec<f64>,
     mesh: Mesh,
     /// World position of each vertex of the mesh.
     world: Vec<DVec2>,
@@ -197,6 +199,7 @@ impl<'a> Work<'a> {
             ),
             side,
             slots: vec![empty; (side as usize + 1).pow(2)],
+            edges: vec![f64::NAN; (side as usize + 1).pow(2)],
             samples: Vec::new(),
             mesh: Mesh::default(),
             world: Vec::new(),
@@ -228,10 +231,30 @@ impl<'a> Work<'a> {
         self.samples[self.slots[index].sample as usize]
     }
 
+    fn zone(&mut self, v: Vertex) -> ZoneSample {
+        let zone = self.zones.sample(self.world_m(v));
+        let index = self.index(v);
+        self.edges[index] = match zone.edge_m {
+            e if e.abs() < SNAP_M => 0.0,
+            e if e.is_nan() => f64::INFINITY,
+            e => e,
+        };
+        zone
+    }
+
+    /// The snapped distance of a lattice vertex from the break-line.
+    fn edge(&mut self, v: Vertex) -> f64 {
+        let index = self.index(v);
+        if self.edges[index].is_nan() {
+            self.zone(v);
+        }
+        self.edges[index]
+    }
+
     /// Whether the square around `centre` has to be quartered.
     fn asks(&mut self, centre: Vertex, side: u32) -> bool {
         let side_m = f64::from(side) * self.fine_m;
-        let ZoneSample { edge_m, detail_m } = self.zones.sample(self.world_m(centre));
+        let ZoneSample { edge_m, detail_m } = self.zone(centre);
         // The limit is half the diagonal, with a margin for the error of `edge_m`.
         if detail_m < 0.999 * side_m || edge_m.abs() <= 0.78 * side_m {
             return true;
@@ -280,8 +303,6 @@ impl<'a> Work<'a> {
 
 /// Cuts triangles along the break-lines.
 struct Cutter<'a> {
-    /// `edge_m` at lattice vertices, snapped; NaN where it is not known yet.
-    edges: Vec<f64>,
     /// Mesh vertices on cut lattice edges, by the lattice indices of their ends.
     cuts: HashMap<(usize, usize), u32>,
     /// The materials outside and inside at each vertex of the mesh, where they are known; they are
@@ -291,20 +312,8 @@ struct Cutter<'a> {
 }
 
 impl Cutter<'_> {
-    fn edge(&mut self, work: &Work<'_>, v: Vertex) -> f64 {
-        let index = work.index(v);
-        if self.edges[index].is_nan() {
-            self.edges[index] = match work.zones.sample(work.world_m(v)).edge_m {
-                e if e.abs() < SNAP_M => 0.0,
-                e if e.is_nan() => f64::INFINITY,
-                e => e,
-            };
-        }
-        self.edges[index]
-    }
-
     fn triangle(&mut self, work: &mut Work<'_>, corners: [Vertex; 3]) {
-        let e = corners.map(|v| self.edge(work, v));
+        let e = corners.map(|v| work.edge(v));
         let v = corners.map(|v| work.vertex(v));
         for k in 0..3 {
             self.look(work, v[k], e[k]);
@@ -390,8 +399,13 @@ impl Cutter<'_> {
 
     fn push(&self, work: &mut Work<'_>, corners: [u32; 3], inside: bool) {
         let [a, b, c] = corners.map(|v| work.world[v as usize]);
-        let material = (self.material)((a + b + c) / 3.0, inside);
         let sides = corners.map(|v| self.sides[v as usize].expect("looked at when it was made"));
+        let of_corners = sides.map(|side| side[usize::from(inside)]);
+        let material = if of_corners == [of_corners[0]; 3] {
+            of_corners[0]
+        } else {
+            (self.material)((a + b + c) / 3.0, inside)
+        };
         work.mesh.triangles.push(Triangle { corners, material });
         work.mesh.blends.push(blend(material, sides));
     }
