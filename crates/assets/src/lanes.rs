@@ -85,7 +85,9 @@ macro_rules! each_lane {
 
 /// Implements an operator between lanes, and between lanes and one number for all of them.
 macro_rules! operator {
-    ($lanes:ident, $scalar:ident, $trait:ident::$method:ident, $a:ident, $b:ident => $value:expr) => {
+    (
+        $lanes:ident, $scalar:ident, $trait:ident::$method:ident, $a:ident, $b:ident => $value:expr
+    ) => {
         impl $trait for $lanes {
             type Output = Self;
             #[inline(always)]

@@ -41,7 +41,6 @@
 //!
 //! All lengths are metres; offsets are positive to the left of a trail's direction.
 
-mod cache;
 mod curve;
 mod dressing;
 mod dressing_placement;

@@ -1,14 +1,16 @@
 //! All trails of a world.
 
 use std::collections::BTreeMap;
+use std::convert::Infallible;
 use std::fmt;
+use std::hash::Hash;
 use std::sync::Arc;
 
 use glam::DVec2;
 use nemoral_scene::{ChunkCoord, Surface};
 use nemoral_seed::{Domain, Draw, Key};
+use quick_cache::sync::Cache;
 
-use crate::cache::Cache;
 use crate::dressing_placement::{beds, culverts, grass, roots, steps, stones, verges};
 use crate::given::course;
 use crate::layer::Earthworks;
@@ -371,21 +373,21 @@ impl Trails {
             let through = self.router.through(block).into_iter();
             through.map(Arc::from).collect()
         };
-        let through = self.through.get_or_make(block, make);
+        let through = get_or_make(&self.through, block, make);
         let index = block.index(chunk).expect("a chunk is in its block");
         Arc::clone(&through[index])
     }
 
     fn path(&self, id: TrailId) -> Arc<TrailPath> {
-        self.paths.get_or_make(id, || {
+        get_or_make(&self.paths, id, || {
             let course = self.layout(id).course(STEP_M);
             Arc::new(self.lay(self.way(id), course))
         })
     }
 
-    /// A trail of a kind along a course, with the stones on it.
+    /// The same on the map only.
     fn outline(&self, id: TrailId) -> Arc<TrailPath> {
-        self.outlines.get_or_make(id, || {
+        get_or_make(&self.outlines, id, || {
             let course = self.layout(id).course(STEP_M);
             let way = self.way(id);
             let way = (way, Arc::clone(&self.ways[way]));
@@ -393,6 +395,7 @@ impl Trails {
         })
     }
 
+    /// A trail of a kind along a course, with the stones on it.
     fn lay(&self, way: usize, course: Course) -> TrailPath {
         let way = (way, Arc::clone(&self.ways[way]));
         let path = TrailPath::new(way, self.key, course, &*self.base);
@@ -423,6 +426,16 @@ impl Trails {
             (self.router.branch(id.birth, trail.steps(), step)).expect("the router found it");
         born(id, walk.collect(), Some(trail.node(step)))
     }
+}
+
+/// The value of a key, which is made if it is not there. Whoever asks for it meanwhile waits.
+fn get_or_make<K: Clone + Eq + Hash, V: Clone>(
+    cache: &Cache<K, V>,
+    key: K,
+    make: impl FnOnce() -> V,
+) -> V {
+    let Ok(value) = cache.get_or_insert_with(&key, || Ok::<_, Infallible>(make()));
+    value
 }
 
 #[cfg(test)]

@@ -41,7 +41,6 @@
 //!
 //! All lengths are metres.
 
-mod cache;
 mod channel;
 mod course;
 mod dual;

@@ -1,14 +1,16 @@
 //! All streams and ponds of a world.
 
 use std::collections::BTreeMap;
+use std::convert::Infallible;
 use std::fmt;
+use std::hash::Hash;
 use std::sync::Arc;
 
 use glam::DVec2;
 use nemoral_scene::{ChunkCoord, ParamError, Surface};
 use nemoral_seed::{Domain, Draw, Key};
+use quick_cache::sync::Cache;
 
-use crate::cache::Cache;
 use crate::channel::CHANNEL_REACH_M;
 use crate::lattice::{Lattice, Node, SPACING_M};
 use crate::near::WaterNear;
@@ -85,7 +87,7 @@ impl Water {
     pub fn near(&self, coord: ChunkCoord, margin_m: f64) -> Arc<WaterNear> {
         let key = ([coord.x, coord.y], margin_m.to_bits());
         let make = || Arc::new(self.find_near(coord, margin_m));
-        self.near.get_or_make(key, make)
+        get_or_make(&self.near, key, make)
     }
 
     fn find_near(&self, coord: ChunkCoord, margin_m: f64) -> WaterNear {
@@ -136,7 +138,7 @@ impl Water {
         for x in first.x as i32..=last.x as i32 {
             for y in first.y as i32..=last.y as i32 {
                 let make = || finder.stream([x, y]).map(Arc::new);
-                let stream = self.streams.get_or_make([x, y], make);
+                let stream = get_or_make(&self.streams, [x, y], make);
                 found.extend(stream.filter(|s| s.is_near(square, margin_m)));
             }
         }
@@ -144,8 +146,7 @@ impl Water {
     }
 
     fn pond(&self, finder: &Finder<'_>, hollow: Node) -> Option<Arc<Pond>> {
-        self.ponds
-            .get_or_make(hollow, || finder.pond(hollow).map(Arc::new))
+        get_or_make(&self.ponds, hollow, || finder.pond(hollow).map(Arc::new))
     }
 
     /// Adds the ponds without a stream that may come near a square.
@@ -174,4 +175,14 @@ impl Water {
             }
         }
     }
+}
+
+/// The value of a key, which is made if it is not there. Whoever asks for it meanwhile waits.
+fn get_or_make<K: Clone + Eq + Hash, V: Clone>(
+    cache: &Cache<K, V>,
+    key: K,
+    make: impl FnOnce() -> V,
+) -> V {
+    let Ok(value) = cache.get_or_insert_with(&key, || Ok::<_, Infallible>(make()));
+    value
 }
