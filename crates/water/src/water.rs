@@ -177,7 +177,8 @@ impl Water {
     }
 }
 
-/// The value of a key, which is made if it is not there. Whoever asks for it meanwhile waits.
+/// The value of a key, which is made if it is not there. Whoever asks for it meanwhile waits for
+/// the thread that makes it, which waits for nobody.
 fn get_or_make<K: Clone + Eq + Hash, V: Clone>(
     cache: &Cache<K, V>,
     key: K,

@@ -340,6 +340,7 @@ const BROWNED: Vec3 = Vec3::new(0.16, 0.10, 0.05);
 
 #[cfg(test)]
 mod tests {
+    use super::super::tile::Texels;
     use super::*;
 
     #[test]
@@ -374,7 +375,7 @@ mod tests {
         );
         let mut open = Canvas::new(100, 100, Vec2::ZERO, Vec2::ONE);
         open.stroke(&stroke);
-        let ground = Tile::bake(100, 100, |_| crate::textures::tile::Texels {
+        let ground = Tile::bake(100, 100, |_| Texels {
             albedo: Vec3::ZERO.into(),
             height: 0.0.into(),
         });

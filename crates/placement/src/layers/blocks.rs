@@ -12,7 +12,7 @@ use crate::sampler::fill::SamplePoint;
 use crate::sampler::tile::from_centre;
 
 /// How many chunks a block reaches in each direction from its middle one. A pattern is computed on
-/// much more of the plane than is asked for, and more is wasted on single chunks.
+/// more of the plane than is asked for, which is shared by a block's chunks.
 const REACH: i32 = 1;
 
 /// How many blocks of a layer are kept.

@@ -15,7 +15,7 @@ use super::params::{LayerParams, PlacementParams};
 use super::patches::{PatchMap, Patches};
 use super::rows::Rows;
 use crate::error::PlacementError;
-use crate::sampler::fill::{SamplePoint, fill};
+use crate::sampler::fill::{SamplePoint, fill, halo};
 use crate::sampler::quadtree::{QuadTree, is_free};
 use crate::sampler::sizes::DiskSizes;
 use crate::sampler::tile::from_centre;
@@ -31,6 +31,8 @@ const SATURATED: f64 = 0.6966;
 const WINDOW: f64 = 72.0;
 /// More rounds than this add almost no points.
 const MAX_ROUNDS: u32 = 4;
+/// Patterns whose halo is wider than this, in chunk edges, are found for blocks of chunks.
+const WIDE_HALO: f64 = 0.5;
 /// Probes along the edge of the grid that measures the room that earlier layers leave.
 const PROBES: u32 = 64;
 
@@ -68,11 +70,12 @@ impl CalibratedLayer {
         need: f64,
     ) -> Vec<SamplePoint<Key>> {
         match self.pattern {
-            Pattern::Fill(_) => {
+            // Where it is narrow, blocks would be computed for chunks that nobody asks for.
+            Pattern::Fill(rounds) if halo(&self.sizes, rounds) > WIDE_HALO => {
                 let make = |chunk, need| self.pattern_around(key, chunk, need);
                 self.blocks.points_around(key, chunk, need, &make)
             }
-            Pattern::Rows(_) => self.pattern_around(key, chunk, need),
+            _ => self.pattern_around(key, chunk, need),
         }
     }
 

@@ -56,14 +56,19 @@ pub(crate) fn fill<K: SampleKey>(
     tile: [i32; 2],
     need: f64,
 ) -> Vec<SamplePoint<K>> {
-    // Four core radii for each annulus; the rest is what resolving usually leaves unknown.
-    let mut halo = f64::from(6 + 7 * rounds) * sizes.max_core;
+    let mut halo = halo(sizes, rounds);
     loop {
         if let Some(points) = fill_window(sizes, rounds, key, tile, need, need + halo) {
             return points;
         }
         halo *= 1.25;
     }
+}
+
+/// How far beyond what is needed a window usually reaches: four core radii for each annulus, and
+/// what resolving leaves unknown.
+pub(crate) fn halo(sizes: &DiskSizes, rounds: u32) -> f64 {
+    f64::from(6 + 7 * rounds) * sizes.max_core
 }
 
 fn fill_window<K: SampleKey>(
