@@ -26,7 +26,7 @@ use crate::recording::moment::Moment;
 use crate::recording::pose::{FramePose, pictures_s};
 use crate::recording::scene::FrameScene;
 use crate::stages::assets::LibraryStage;
-use crate::world::deadwood::REACH_M;
+use crate::world::thrown::LOG_REACH_M;
 use crate::world::trajectory::obstacles;
 use crate::{Backend, Error, ForestPlan};
 
@@ -365,7 +365,7 @@ impl Recorder {
     /// As [`Recorder::inventory`].
     pub fn obstacles(&self, low_m: DVec2, high_m: DVec2) -> Result<Vec<Obstacle>, Error> {
         self.prepare()?;
-        let reach_m = DVec2::splat(REACH_M);
+        let reach_m = DVec2::splat(LOG_REACH_M);
         let mut found = Vec::new();
         self.for_each_object(low_m - reach_m, high_m + reach_m, |object| {
             found.extend(obstacles(object).filter(|disk| {

@@ -6,6 +6,7 @@
 //! looks after signals and progress (module `work`).
 
 mod arrays;
+mod built_scene;
 mod commands;
 mod config;
 mod dataset;

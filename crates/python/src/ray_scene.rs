@@ -5,20 +5,18 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use nemoral_raycast::{Blas, Group, RayScene as Caster};
 use nemoral_scene::glam::{Mat4, Vec2, Vec3};
 use nemoral_scene::{
-    AlphaMask, ChunkCoord, InstancePlace, LaserBand, Material, MaterialLibrary, Mesh, ObjectId,
-    Optics, Prototype, Semantic, Triangle,
+    AlphaMask, InstancePlace, LaserBand, Material, MaterialLibrary, Mesh, Optics, Prototype,
+    Semantic, Triangle,
 };
 use numpy::{PyArray1, PyReadonlyArray2, PyReadonlyArray3};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rayon::ThreadPool;
 
+use crate::built_scene::{Built, object};
 use crate::failure::Failure;
 use crate::rays::{Hits, Limits, Rays, occluded};
 use crate::{arrays, work};
-
-/// The objects of a chunk, as which instances are numbered.
-const ITEMS: u32 = 65_535;
 
 /// Meshes and their instances.
 #[pyclass(frozen)]
@@ -42,33 +40,6 @@ struct InstancePart {
     mesh: u32,
     instance: u32,
     place: InstancePlace,
-}
-
-/// A scene that is ready for rays.
-pub(crate) struct Built {
-    pub(crate) caster: Caster,
-    pub(crate) materials: MaterialLibrary,
-    /// Mesh, semantic and instance of each placed shape.
-    pub(crate) labels: Vec<[u32; 3]>,
-}
-
-impl Built {
-    /// Semantic and instance of an object; 0 for none.
-    pub(crate) fn labels(&self, object: ObjectId) -> [u32; 2] {
-        if object.is_none() {
-            return [0; 2];
-        }
-        let number = object.chunk().x as u32 * ITEMS + u32::from(object.item()) - 1;
-        let [_, semantic, instance] = self.labels[number as usize];
-        [semantic, instance]
-    }
-}
-
-/// The number of an instance as an object.
-fn object(number: usize) -> Option<ObjectId> {
-    let number = u32::try_from(number).ok()?;
-    let chunk = ChunkCoord::new(i32::try_from(number / ITEMS).ok()?, 0);
-    ObjectId::new(chunk, (number % ITEMS + 1) as u16)
 }
 
 impl RayScene {

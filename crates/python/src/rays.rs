@@ -6,8 +6,8 @@ use nemoral_scene::{Ray, RayCaster};
 use numpy::PyReadonlyArray2;
 use rayon::prelude::*;
 
+use crate::built_scene::Built;
 use crate::failure::Failure;
-use crate::ray_scene::Built;
 
 /// What is nothing's number.
 const INVALID: u32 = u32::MAX;

@@ -10,8 +10,9 @@ use nemoral_seed::{Domain, Key};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 
+use crate::built_scene::Built;
 use crate::failure::Failure;
-use crate::ray_scene::{Built, RayScene};
+use crate::ray_scene::RayScene;
 use crate::{arrays, work};
 
 const SCAN: Domain = Domain::new("python.scan");

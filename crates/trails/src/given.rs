@@ -4,8 +4,9 @@ use glam::DVec2;
 use nemoral_scene::ChunkCoord;
 
 use crate::curve::Cubic;
-use crate::layout::{Course, TrailId};
+use crate::layout::Course;
 use crate::path::STEP_M;
+use crate::trail_id::TrailId;
 
 /// Vertices nearer to the one before are left out, as those of a recorded track that stands still.
 const NEAREST_M: f64 = 1.0;

@@ -8,9 +8,10 @@ use nemoral_seed::{Domain, Key};
 
 use crate::curve::{Cubic, stiffness};
 use crate::dressing::{DressingKind, TrailDressing};
-use crate::layout::{Course, TrailId};
+use crate::layout::Course;
 use crate::profile::{Wobble, limit_grade, smooth, smoothstep};
 use crate::surface_kinds::{SurfaceKinds, rut_factor};
+use crate::trail_id::TrailId;
 use crate::{TrailSurfaceKind, Way};
 
 const RUTS: Domain = Domain::new("trails.ruts");

@@ -5,7 +5,7 @@ use nemoral_scene::ChunkCoord;
 use nemoral_seed::{Domain, Draw, Key};
 
 use crate::TrailParams;
-use crate::layout::TrailId;
+use crate::trail_id::TrailId;
 
 const ROUTE: Domain = Domain::new("trails.route");
 const FORKS: Domain = Domain::new("trails.forks");

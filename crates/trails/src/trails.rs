@@ -14,9 +14,10 @@ use quick_cache::sync::Cache;
 use crate::dressing_placement::{beds, culverts, grass, roots, steps, stones, verges};
 use crate::given::course;
 use crate::layer::Earthworks;
-use crate::layout::{Course, Layout, TrailId};
+use crate::layout::{Course, Layout};
 use crate::path::STEP_M;
 use crate::route::{Block, Router};
+use crate::trail_id::TrailId;
 use crate::turning;
 use crate::{DressingKind, ParamError, TrailDressing, TrailGround, TrailParams, TrailPath, Way};
 

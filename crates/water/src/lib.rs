@@ -43,6 +43,7 @@
 
 mod channel;
 mod course;
+mod directions;
 mod dual;
 mod lattice;
 mod near;

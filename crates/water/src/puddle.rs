@@ -6,7 +6,7 @@ use glam::DVec2;
 use nemoral_scene::{Surface, SurfaceSample};
 use nemoral_seed::{Draw, Key};
 
-use crate::sheet::all_around;
+use crate::directions::all_around;
 
 /// How far the water stays below the lowest place of its rim, metres.
 const FREEBOARD_M: f64 = 0.012;

@@ -1,7 +1,5 @@
 //! The surfaces of waters as meshes.
 
-use std::f64::consts::TAU;
-
 use glam::{DVec2, DVec3, Vec3};
 use nemoral_scene::{MaterialId, Mesh, Surface, Triangle};
 
@@ -176,12 +174,4 @@ impl Sheets<'_> {
             inner = Some(ring);
         }
     }
-}
-
-/// Directions all around, counter-clockwise.
-pub(crate) fn all_around(count: u32) -> impl Iterator<Item = DVec2> {
-    (0..count).map(move |i| {
-        let (sin, cos) = libm::sincos(TAU * f64::from(i) / f64::from(count));
-        DVec2::new(cos, sin)
-    })
 }

@@ -50,6 +50,7 @@ mod grow;
 mod look;
 mod materials;
 mod radii;
+mod ranges;
 mod shed;
 mod size;
 mod skeleton;

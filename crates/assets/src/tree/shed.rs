@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use super::species::{Ranges, Species};
+use super::ranges::Ranges;
 use nemoral_scene::ParamError;
 
 /// Dead leaves, fruits and bark on the ground.
@@ -46,23 +46,6 @@ pub struct ShedBark {
     pub per_m2: f64,
 }
 
-impl Species {
-    /// What it sheds: its own numbers, or, without any, leaves as those of most species.
-    #[must_use]
-    pub fn shed_look(&self) -> ShedLook {
-        self.shed.unwrap_or(ShedLook {
-            albedo: [0.149, 0.089, 0.060],
-            leaves_per_m2: if self.leaves.kind.is_needle() {
-                24.0
-            } else {
-                90.0
-            },
-            fruit: None,
-            bark: None,
-        })
-    }
-}
-
 impl ShedLook {
     pub(super) fn check(&self, species: &str) -> Result<(), ParamError> {
         let name = format!("{species}.shed");
@@ -86,7 +69,7 @@ impl ShedLook {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use crate::Species;
     use proptest::prelude::*;
 
     /// Every number of the tables, as a path and its least and greatest value.

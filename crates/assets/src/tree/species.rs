@@ -4,6 +4,7 @@
 use serde::Deserialize;
 
 use super::look::{BarkLook, LeafLook};
+use super::ranges::Ranges;
 use super::shed::ShedLook;
 use nemoral_scene::ParamError;
 
@@ -264,45 +265,20 @@ impl Species {
     pub fn shoot(&self) -> LeafLook {
         self.leaves.in_shoot(self.foliage.silhouette_factor)
     }
-}
 
-/// Ranges of the fields of one table.
-pub(super) struct Ranges<'a>(pub(super) &'a str);
-
-impl Ranges<'_> {
-    pub(super) fn one(
-        &self,
-        name: &str,
-        value: f64,
-        low: f64,
-        high: f64,
-    ) -> Result<(), ParamError> {
-        ParamError::check_within(format!("{}.{name}", self.0), value, low, high)
-    }
-
-    /// Checks a least and a greatest value.
-    pub(super) fn pair(
-        &self,
-        name: &str,
-        [a, b]: [f64; 2],
-        low: f64,
-        high: f64,
-    ) -> Result<(), ParamError> {
-        self.one(name, b, low, high)?;
-        self.one(name, a, low, b)
-    }
-
-    /// Checks each of several values, in any order.
-    pub(super) fn each(
-        &self,
-        name: &str,
-        values: &[f64],
-        low: f64,
-        high: f64,
-    ) -> Result<(), ParamError> {
-        values
-            .iter()
-            .try_for_each(|&v| self.one(name, v, low, high))
+    /// What it sheds: its own numbers, or, without any, leaves as those of most species.
+    #[must_use]
+    pub fn shed_look(&self) -> ShedLook {
+        self.shed.unwrap_or(ShedLook {
+            albedo: [0.149, 0.089, 0.060],
+            leaves_per_m2: if self.leaves.kind.is_needle() {
+                24.0
+            } else {
+                90.0
+            },
+            fruit: None,
+            bark: None,
+        })
     }
 }
 

@@ -6,8 +6,8 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
 use super::MAX_TRIANGLES;
-use super::bundle::ModelFiles;
 use super::json::{Accessor, Document};
+use super::model_files::ModelFiles;
 use crate::ImportError;
 use crate::error::shown;
 

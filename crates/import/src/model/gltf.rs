@@ -5,9 +5,9 @@ use std::sync::Arc;
 use nemoral_scene::glam::{DMat2, DMat3, DMat4, DQuat, DVec2, DVec3, Vec3};
 
 use super::buffers::{Buffers, content, decoded, item};
-use super::bundle::ModelFiles;
 use super::gltf_material;
 use super::json::{Document, Image, Material, Node, Primitive, TextureTransform};
+use super::model_files::{GLB_MAGIC, ModelFiles};
 use super::picture::Picture;
 use super::raw::{RawMaterial, RawModel, RawPart, cut};
 use super::{MAX_DEPTH, MAX_PARTS, MAX_PICTURE_PIXELS, MAX_TRIANGLES};
@@ -21,17 +21,9 @@ const UNDERSTOOD: [&str; 3] = [
     "KHR_materials_unlit",
 ];
 
-const MAGIC: &[u8] = b"glTF";
-
-/// Whether a file is glTF, and not OBJ.
-pub(super) fn is_gltf(bytes: &[u8]) -> bool {
-    let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-    bytes.starts_with(MAGIC) || text.trim_ascii_start().starts_with(b"{")
-}
-
 /// The JSON of a file, and its binary part.
 fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), ImportError> {
-    let Some(rest) = bytes.strip_prefix(MAGIC) else {
+    let Some(rest) = bytes.strip_prefix(GLB_MAGIC) else {
         return Ok((bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes), None));
     };
     let wrong = |what: &str| ImportError::file(format!("is no GLB file: {what}"));

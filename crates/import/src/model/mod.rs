@@ -6,12 +6,13 @@
 
 mod bake;
 mod buffers;
-mod bundle;
+mod gather;
 mod gltf;
 mod gltf_material;
 mod json;
 mod log;
 mod measure;
+mod model_files;
 mod mtl;
 mod obj;
 mod optics;
@@ -25,9 +26,10 @@ use nemoral_scene::{
     Card, Material, MaterialId, MaterialLibrary, Mesh, Prototype, PrototypeError, Triangle,
 };
 
-pub use bundle::{FindFile, MAX_MODEL_BYTES, ModelFiles};
+pub use gather::FindFile;
 pub use log::LogMeasures;
 pub use measure::{Extent, TreeMeasures};
+pub use model_files::{MAX_MODEL_BYTES, ModelFiles};
 pub use sidecar::{ModelSidecar, Up};
 
 use crate::ImportError;

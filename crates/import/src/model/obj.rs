@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use nemoral_scene::glam::{DVec2, DVec3, Vec3};
 
-use super::bundle::ModelFiles;
+use super::model_files::ModelFiles;
 use super::mtl::{self, Mtl, split};
 use super::picture::Picture;
 use super::raw::{Alpha, RawMaterial, RawModel, RawPart, cut};

@@ -7,7 +7,6 @@ use nemoral_seed::{Domain, Draw, Key};
 use nemoral_stand::{GroundPlane, LOW_PLANT_VARIATION};
 use nemoral_trails::TrailZone;
 
-use super::flora::share_of_fall;
 use super::ground::ChunkGround;
 use crate::Error;
 
@@ -114,7 +113,7 @@ pub(crate) fn banks(
             plane,
             scale,
             // There are no roots where there are no trees.
-            is_rooty: (key.domain(ROOTED).rng()).chance(0.75 * share_of_fall(ground, p)),
+            is_rooty: (key.domain(ROOTED).rng()).chance(0.75 * ground.litterfall(p)),
             key,
         })
     });

@@ -10,7 +10,7 @@ use nemoral_stand::{Closed, Communities, CommunityParams, PatchKind, Site, SkyVi
 
 use super::ground::{ChunkGround, TerrainField};
 use super::patch::Patch;
-use crate::{Error, config};
+use crate::Error;
 
 const COMMUNITIES: Domain = Domain::new("pipeline.communities");
 const TILES: Domain = Domain::new("pipeline.communities.tiles");
@@ -48,19 +48,6 @@ pub(crate) struct ClosedVegetation {
     has_sward: bool,
     wide: GroundCover,
     narrow: GroundCover,
-}
-
-/// The communities that a config asks for.
-///
-/// Without streams and ponds there are no reeds.
-pub(crate) fn community_params(of: &config::Undergrowth, water: &config::Water) -> CommunityParams {
-    let (s, t) = (&of.sward, &of.thickets);
-    let reeds = if water.has_beds() { t.reeds } else { 0.0 };
-    CommunityParams {
-        sward: s.cover,
-        grasses: [s.rank, s.grazed, s.tussocks, s.dry, s.lodged],
-        thickets: [t.bramble, t.bracken, t.heath, t.bilberry, t.nettles, reeds],
-    }
 }
 
 impl ClosedVegetation {

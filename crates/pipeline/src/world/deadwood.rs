@@ -12,8 +12,8 @@ use nemoral_stand::{
 
 use super::assets::WorldAssets;
 use super::ground::{ChunkGround, GroundModel};
-use super::thrown::ThrownTree;
-use crate::config::{self, Config, LONGEST_LOG_M};
+use super::thrown::{LOG_REACH_M, ThrownTree};
+use crate::config::{self, Config};
 use crate::plan::{Encode, Encoder};
 
 const LOGS: Domain = Domain::new("pipeline.logs");
@@ -26,8 +26,6 @@ const ROLLS: f64 = 0.30;
 const VERGE_M: f64 = 0.35;
 /// Least distance of a log from water, metres.
 const BANK_M: f64 = 0.3;
-/// No log reaches farther from its middle, metres.
-pub(crate) const REACH_M: f64 = LONGEST_LOG_M / 2.0;
 /// How deep logs lie in the ground, as a share of their height, by stage.
 const SUNK: [f64; 5] = [0.05, 0.08, 0.15, 0.32, 0.48];
 
@@ -90,10 +88,10 @@ impl LogRecipe {
             .filter(|s| {
                 let off = s.position_m - origin;
                 let out = (-off).max(off - chunk_size_m).max_element();
-                out < REACH_M + s.radius_m
+                out < LOG_REACH_M + s.radius_m
             })
             .collect();
-        let thrown = around.model.thrown_around(at, REACH_M);
+        let thrown = around.model.thrown_around(at, LOG_REACH_M);
         let is_free = |stem: &FallenStem| {
             let ground = around.ground;
             let across = stem

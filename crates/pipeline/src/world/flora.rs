@@ -11,7 +11,8 @@ use nemoral_stand::{
     Seedlings, SkyViewFactor, StandLayer, Undergrowth, UndergrowthParams,
 };
 
-use super::closed_vegetation::{ClosedVegetation, community_params};
+use super::closed_vegetation::ClosedVegetation;
+use super::communities::community_params;
 use super::litter::{GroundHeights, LitterLayer, LitterPatch, Stems};
 use super::outcrops::bareness;
 use super::patch::Patch;
@@ -41,9 +42,6 @@ const BRANCH_VERGE_M: f64 = 1.3;
 
 /// How far the middle of a patch is from water, metres: it hangs over the bank.
 const BANK_M: f64 = 0.45;
-
-/// How far from the edge of a wood twigs and branches still fall, metres.
-const CROWN_M: f64 = 6.0;
 
 /// The share of patches that stay where other vegetation closes over them.
 const PATCHES_AMONG: f64 = 0.12;
@@ -203,7 +201,7 @@ impl Flora {
                 sky_view: sky.at(p.extend(ground.height_m(p) + 0.3)),
                 wetness: conditions.wetness,
                 soil_m: conditions.soil_m,
-                litter: share_of_fall(ground, p),
+                litter: ground.litterfall(p),
             }
         };
         let chance = |p: DVec2| self.undergrowth.chance(p, &site(p));
@@ -248,7 +246,7 @@ impl Flora {
         let (branches, chance) = &self.branches;
         if *chance > 0.0 {
             lay(branches, PatchKind::Branch, &beside, &|p| {
-                *chance * share_of_fall(ground, p)
+                *chance * ground.litterfall(p)
             });
         }
         let (scree, share) = &self.scree;
@@ -292,11 +290,6 @@ impl Flora {
         };
         litter.lay(at, (ground, mesh), sky, stems, &is_hidden)
     }
-}
-
-/// How much falls from trees at a place, 0..=1: nothing far out in a meadow.
-pub(super) fn share_of_fall(ground: &ChunkGround, p: DVec2) -> f64 {
-    (1.0 - ground.open_m(p) / CROWN_M).clamp(0.0, 1.0)
 }
 
 /// The seedlings of a chunk, `per_m2` of them in clusters in full light.

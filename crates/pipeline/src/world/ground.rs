@@ -22,7 +22,7 @@ use super::built_ways::BuiltWays;
 use super::conditions::{ConditionEffects, Conditions};
 use super::meadows::Meadows;
 use super::puddles::{PUDDLE_REACH_M, Puddles};
-use super::thrown::ThrownTree;
+use super::thrown::{LOG_REACH_M, ThrownTree};
 use crate::config::TerrainNoise;
 use crate::config::way_model::{SKID_TRAIL, TRACK, trail_params};
 use crate::pool::in_pool;
@@ -32,6 +32,9 @@ use crate::{Error, config};
 /// How far outside of its chunk a ground is valid, metres, because robots, light and placement look
 /// over the border.
 const MARGIN_M: f64 = 12.0;
+
+/// How far from the edge of a wood twigs and branches still fall, metres.
+const CROWN_M: f64 = 6.0;
 
 /// How far thrown trees and their pits keep from trails, metres.
 const THROWN_VERGE_M: f64 = 0.8;
@@ -303,7 +306,7 @@ impl GroundModel {
         if self.thrown.mean <= 0.0 {
             return Vec::new();
         }
-        let rings = ((margin_m + super::deadwood::REACH_M + 4.0) / self.chunk_size_m).ceil() as i32;
+        let rings = ((margin_m + LOG_REACH_M + 4.0) / self.chunk_size_m).ceil() as i32;
         let around = (-rings..=rings).flat_map(|x| (-rings..=rings).map(move |y| (x, y)));
         around
             .flat_map(|(x, y)| self.thrown(chunk.offset(x, y)))
@@ -335,7 +338,7 @@ impl GroundModel {
             let in_wood = (self.meadows.as_ref())
                 .is_none_or(|m| tree.is_beside(|p| -m.depth_m(p), false, 0.0));
             in_wood
-                && of_plot > super::deadwood::REACH_M
+                && of_plot > LOG_REACH_M
                 && tree.is_beside(water_m, false, THROWN_BANK_M)
                 && tree.is_beside(edge_m, self.thrown.across_trails, THROWN_VERGE_M)
         };
@@ -509,6 +512,11 @@ impl ChunkGround {
     #[must_use]
     pub fn open_m(&self, world_m: DVec2) -> f64 {
         (self.meadows.as_ref()).map_or(f64::NEG_INFINITY, |m| m.depth_m(world_m))
+    }
+
+    /// How much falls from trees at a place, 0..=1: nothing far out in a meadow.
+    pub(crate) fn litterfall(&self, world_m: DVec2) -> f64 {
+        (1.0 - self.open_m(world_m) / CROWN_M).clamp(0.0, 1.0)
     }
 
     /// How much of a place so far within a meadow is kept as grass, 0..=1.

@@ -19,7 +19,6 @@ use nemoral_trails::TrailZone;
 
 use super::assets::WorldAssets;
 use super::chunk_geometry::ObjectGeometry;
-use super::flora::share_of_fall;
 use super::ground::{ChunkGround, TerrainField};
 use super::ground_mesh::floor_composition;
 use super::low_plants::near;
@@ -278,7 +277,7 @@ impl LitterLayer {
         }
         let site = self.site(p, edge_m, around);
         let mut there = of.key.domain(THERE).rng();
-        if is_drawn && !there.chance(self.litter.chance(&site) * share_of_fall(ground, p)) {
+        if is_drawn && !there.chance(self.litter.chance(&site) * ground.litterfall(p)) {
             return Found::Nothing;
         }
         let plane = GroundPlane::fit(p, radius_m, |p| around.mesh.height_m(p));

@@ -13,7 +13,6 @@ use nemoral_trails::{DressingKind, TrailDressing};
 use super::assets::WorldAssets;
 use super::banks::banks;
 use super::culverts::culverts;
-use super::flora::share_of_fall;
 use super::ground::ChunkGround;
 use super::patch::Patch;
 use super::stream_stones::StreamStones;
@@ -81,7 +80,7 @@ impl LowPlants<'_> {
         };
         // There are no roots where there are no trees.
         let is_rootless = |d: &TrailDressing| {
-            d.kind == DressingKind::Root && share_of_fall(ground, d.position_m) <= 0.0
+            d.kind == DressingKind::Root && ground.litterfall(d.position_m) <= 0.0
         };
         let tufts = self.dressing.iter().filter(|d| {
             let is_other = matches!(d.kind, DressingKind::Stone | DressingKind::Culvert);

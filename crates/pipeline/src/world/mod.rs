@@ -8,6 +8,7 @@ pub mod cameras;
 pub mod chunk_geometry;
 pub(crate) mod climbers;
 pub(crate) mod closed_vegetation;
+pub(crate) mod communities;
 pub(crate) mod conditions;
 pub(crate) mod culverts;
 pub(crate) mod deadwood;

@@ -7,7 +7,7 @@ use nemoral_scene::glam::Vec3;
 use nemoral_scene::{PlantCommunity, TrailSurfaceKind};
 use nemoral_seed::Key;
 
-use super::closed_vegetation::community_params;
+use super::communities::community_params;
 use crate::config::way_model::{has_wayside, skid_brash, surfaces};
 use crate::config::{self, Config};
 use crate::plan::{Encode, Encoder, Hasher};

@@ -9,8 +9,8 @@ use nemoral_trails::TrailPath;
 use nemoral_trajectory::{Obstacle, Obstacles, Polyline, Stance, Trajectory};
 use nemoral_water::WaterNear;
 
-use super::deadwood::REACH_M;
 use super::ground::ChunkGround;
+use super::thrown::LOG_REACH_M;
 use crate::Error;
 use crate::plan::Demand;
 
@@ -124,7 +124,7 @@ impl Obstacles for ChunkObstacles<'_> {
     fn near(&self, place_m: DVec2, reach_m: f64) -> Result<Vec<Obstacle>, Error> {
         let mut out = Vec::new();
         // A log may reach in from a neighbouring chunk.
-        let reach_of_logs_m = reach_m + REACH_M;
+        let reach_of_logs_m = reach_m + LOG_REACH_M;
         for chunk in ChunkCoord::within(place_m, reach_of_logs_m, self.chunk_size_m) {
             for object in &self.objects.at(chunk)?.0 {
                 let near = object.position_m.truncate().distance(place_m) - object.radius_m;

@@ -35,6 +35,11 @@ const LINES: usize = 8_000;
 const PHOTOGRAPHS: usize = 200;
 /// The ring step of the pair correlation, metres.
 pub(crate) const STEP_M: f64 = 0.5;
+
+/// The middle of a ring of the pair correlation, metres.
+pub(crate) fn ring_m(i: usize) -> f64 {
+    (i as f64 + 0.5) * STEP_M
+}
 /// Frames whose pictures and scans are measured.
 const FRAMES: [u64; 5] = [0, 6, 12, 18, 24];
 /// Pulses from above at each frame.

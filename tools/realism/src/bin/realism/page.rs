@@ -8,7 +8,7 @@ use nemoral_realism::{HeightScatter, LOW_PLANTS, Relations, ranges};
 use crate::checks::{
     CANOPIES, COLOURS, Check, Column, FLOOR, PICTURES, PROFILES, SCANS, STEMS, VISIBILITY, percent,
 };
-use crate::measure::{STEP_M, Stand};
+use crate::measure::Stand;
 use crate::plots;
 use crate::wrap::wrapped;
 
@@ -488,9 +488,4 @@ fn why(measure: &str) -> &'static str {
         }
         _ => "",
     }
-}
-
-/// The middle of a ring of the pair correlation, metres.
-pub(crate) fn ring_m(i: usize) -> f64 {
-    (i as f64 + 0.5) * STEP_M
 }

@@ -3,8 +3,7 @@
 use nemoral_assets::{Species, TreeSize};
 use nemoral_realism::{Plot, Relations, Series, asked_diameters};
 
-use crate::measure::Stand;
-use crate::page::ring_m;
+use crate::measure::{Stand, ring_m};
 
 fn plot(title: &str, x: &str, y: &str, series: Vec<Series>) -> Plot {
     Plot {

@@ -1,15 +1,14 @@
-//! A model's file with those that it names, and all of them as one.
+//! A model's file with those beside it, and all of them as one archive.
 
 use std::collections::BTreeMap;
 
-use super::{gltf, obj};
 use crate::ImportError;
 use crate::error::shown;
 
 /// The most bytes of a model's files together.
 pub const MAX_MODEL_BYTES: u64 = 256 << 20;
 /// The most files of a model.
-const MAX_FILES: usize = 512;
+pub(super) const MAX_FILES: usize = 512;
 
 /// A model's file and the files beside it that belong to it: buffers, pictures, materials, and the
 /// [sidecar](super::ModelSidecar).
@@ -18,71 +17,12 @@ const MAX_FILES: usize = 512;
 /// it goes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ModelFiles {
-    name: String,
-    bytes: Vec<u8>,
-    beside: BTreeMap<String, Vec<u8>>,
+    pub(super) name: String,
+    pub(super) bytes: Vec<u8>,
+    pub(super) beside: BTreeMap<String, Vec<u8>>,
 }
 
-/// Finds a file beside a model by its relative path, with `/` between folders, if it is there. The
-/// second argument is the most bytes that it may have.
-pub type FindFile<'a> = &'a mut dyn FnMut(&str, u64) -> Result<Option<Vec<u8>>, ImportError>;
-
 impl ModelFiles {
-    /// The files of a model whose own file has this name, which is a glTF, a GLB or an OBJ file,
-    /// or an archive of [`Self::to_tar`], for which nothing is looked for.
-    ///
-    /// The names that `find` is asked for come from the file, and may be any text: whoever answers
-    /// must not leave the file's folder.
-    ///
-    /// # Errors
-    /// If the file is malformed, a file that it names is missing, or there are more than
-    /// [`MAX_MODEL_BYTES`] altogether.
-    pub fn gather(name: &str, bytes: Vec<u8>, find: FindFile<'_>) -> Result<Self, ImportError> {
-        if is_tar(&bytes) {
-            return Self::from_tar(&bytes);
-        }
-        let mut files = Self {
-            name: name.to_owned(),
-            bytes,
-            beside: BTreeMap::new(),
-        };
-        let own = archived(files.bytes.len()) + END;
-        let mut left = MAX_MODEL_BYTES.checked_sub(own).ok_or_else(too_large)?;
-        let mut add = |files: &mut Self, name: &str, is_needed: bool| {
-            if files.beside.len() == MAX_FILES {
-                let reason = format!("names more than {MAX_FILES} other files");
-                return Err(ImportError::file(reason));
-            }
-            match find(name, left)? {
-                Some(found) => {
-                    let size = archived(found.len());
-                    left = left.checked_sub(size).ok_or_else(too_large)?;
-                    files.beside.insert(name.to_owned(), found);
-                    Ok(())
-                }
-                None if !is_needed => Ok(()),
-                None => Err(ImportError::file(format!(
-                    "names the file {}, which is not beside it",
-                    shown(name)
-                ))),
-            }
-        };
-        add(&mut files, &format!("{name}.toml"), false)?;
-        // Materials of an OBJ file name pictures in turn.
-        loop {
-            let mut missing = files.names()?;
-            missing.retain(|name| !files.beside.contains_key(name));
-            if missing.is_empty() {
-                return Ok(files);
-            }
-            for name in missing {
-                if !files.beside.contains_key(&name) {
-                    add(&mut files, &name, true)?;
-                }
-            }
-        }
-    }
-
     /// A model of a single file.
     #[must_use]
     pub fn single(name: &str, bytes: Vec<u8>) -> Self {
@@ -110,7 +50,7 @@ impl ModelFiles {
     }
 
     pub(super) fn is_obj(&self) -> bool {
-        !gltf::is_gltf(&self.bytes)
+        !is_gltf(&self.bytes)
     }
 
     pub(super) fn sidecar(&self) -> Option<&[u8]> {
@@ -125,15 +65,6 @@ impl ModelFiles {
             let name = shown(name);
             ImportError::file(format!("names the file {name}, which is not beside it"))
         })
-    }
-
-    /// The names of the files that are needed, as far as they are known.
-    fn names(&self) -> Result<Vec<String>, ImportError> {
-        if self.is_obj() {
-            obj::names(self)
-        } else {
-            gltf::names(&self.bytes)
-        }
     }
 
     /// All files as one tar archive, the model's own first. Equal files give equal bytes.
@@ -157,7 +88,7 @@ impl ModelFiles {
     }
 
     /// The files of an archive.
-    fn from_tar(archive: &[u8]) -> Result<Self, ImportError> {
+    pub(super) fn from_tar(archive: &[u8]) -> Result<Self, ImportError> {
         let wrong = || ImportError::file("is no archive of a model: it is damaged");
         let mut rest = archive;
         let mut own: Option<(String, Vec<u8>)> = None;
@@ -204,7 +135,16 @@ impl ModelFiles {
     }
 }
 
-fn too_large() -> ImportError {
+/// The first bytes of a GLB file.
+pub(super) const GLB_MAGIC: &[u8] = b"glTF";
+
+/// Whether a file is glTF, and not OBJ.
+fn is_gltf(bytes: &[u8]) -> bool {
+    let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    bytes.starts_with(GLB_MAGIC) || text.trim_ascii_start().starts_with(b"{")
+}
+
+pub(super) fn too_large() -> ImportError {
     ImportError::file(format!(
         "has more than {} MiB with the files that it names",
         MAX_MODEL_BYTES >> 20
@@ -214,16 +154,16 @@ fn too_large() -> ImportError {
 /// The blocks of an archive.
 const BLOCK: usize = 512;
 /// Two empty blocks end an archive.
-const END: u64 = 2 * BLOCK as u64;
+pub(super) const END: u64 = 2 * BLOCK as u64;
 /// The most bytes of a name.
 const NAME: usize = 100;
 
 /// The bytes that a file of so many takes in an archive.
-fn archived(bytes: usize) -> u64 {
+pub(super) fn archived(bytes: usize) -> u64 {
     (BLOCK + bytes.next_multiple_of(BLOCK)) as u64
 }
 
-fn is_tar(bytes: &[u8]) -> bool {
+pub(super) fn is_tar(bytes: &[u8]) -> bool {
     bytes.get(257..262) == Some(b"ustar")
 }
 
@@ -256,45 +196,4 @@ fn header(name: &str, bytes: usize) -> Result<[u8; BLOCK], ImportError> {
     let sum = format!("{:06o}\0 ", checksum(&header));
     header[148..156].copy_from_slice(sum.as_bytes());
     Ok(header)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn archives_keep_all_files() {
-        let obj = b"mtllib tree.mtl\nv 0 0 0\n".to_vec();
-        let mut asked = Vec::new();
-        let files = ModelFiles::gather("tree.obj", obj, &mut |name, _| {
-            asked.push(name.to_owned());
-            Ok(match name {
-                "tree.mtl" => Some(b"newmtl bark\nmap_Kd textures/bark.png\n".to_vec()),
-                "textures/bark.png" => Some(vec![7; 513]),
-                _ => None,
-            })
-        })
-        .expect("all files are there");
-        assert_eq!(asked, ["tree.obj.toml", "tree.mtl", "textures/bark.png"]);
-        let archive = files.to_tar().expect("short names");
-        let again = ModelFiles::gather("x.tar", archive.clone(), &mut |_, _| {
-            panic!("an archive is whole")
-        });
-        assert_eq!(again, Ok(files));
-        let mut damaged = archive;
-        damaged[3] ^= 1;
-        let refused = ModelFiles::gather("x.tar", damaged, &mut |_, _| Ok(None));
-        assert!(refused.expect_err("sum").to_string().contains("damaged"));
-    }
-
-    #[test]
-    fn what_is_missing_is_named() {
-        let gltf = br#"{"asset":{"version":"2.0"},"buffers":[{"byteLength":1,"uri":"a%20b.bin"}]}"#;
-        let refused = ModelFiles::gather("x.gltf", gltf.to_vec(), &mut |_, _| Ok(None));
-        let message = refused.expect_err("missing").to_string();
-        assert!(
-            message.contains("a b.bin, which is not beside"),
-            "{message}"
-        );
-    }
 }
