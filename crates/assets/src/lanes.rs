@@ -172,9 +172,9 @@ impl F32x8 {
         U32x8(each_lane!(a => a.to_bits().wrapping_sub(INTEGER_BITS.to_bits())))
     }
 
-    /// The cosine of each lane, of any size.
-    pub(crate) fn cos(self) -> Self {
-        Self(self.0.map(libm::cosf))
+    /// A function of each lane, one after the other.
+    pub(crate) fn map(self, f: impl Fn(f32) -> f32) -> Self {
+        Self(self.0.map(f))
     }
 
     #[inline(always)]

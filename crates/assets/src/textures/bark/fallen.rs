@@ -17,7 +17,7 @@ const MOSS: Vec3x8 = rgb(0.052, 0.068, 0.024);
 
 /// How far up a place on the side is: -1 below, 1 above.
 fn upwards(p: Vec2x8) -> F32x8 {
-    -(TAU * p.x).cos()
+    -(TAU * p.x).map(libm::cosf)
 }
 
 /// The colour under moss that covers about `cover` of the upper half.
