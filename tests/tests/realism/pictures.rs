@@ -199,7 +199,14 @@ fn classes_that_are_missing_are_noticed() {
         ),
         (
             "no shrubs",
-            &["placement.shrubs=0", "undergrowth.cover=0"],
+            &[
+                "placement.shrubs=0",
+                "undergrowth.cover=0",
+                "undergrowth.thickets.bramble=0",
+                "undergrowth.thickets.heath=0",
+                "climbers.ivy=0",
+                "climbers.honeysuckle=0",
+            ],
             &["Shrubs"],
         ),
         (
@@ -207,6 +214,10 @@ fn classes_that_are_missing_are_noticed() {
             &[
                 "undergrowth.cover=0",
                 "undergrowth.litter=0",
+                "undergrowth.sward.cover=0",
+                "undergrowth.thickets.nettles=0",
+                "undergrowth.thickets.reeds=0",
+                "placement.regeneration.seedlings=0",
                 "trails.grass_max=0",
                 "trails.verge_per_m=0",
             ],
