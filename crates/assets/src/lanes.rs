@@ -232,8 +232,7 @@ impl U32x8 {
     /// Where the highest bit is set.
     #[inline(always)]
     pub(crate) fn is_negative(self) -> Mask8 {
-        let a = self.0;
-        Mask8(each_lane!(a => ((a as i32) >> 31) as u32))
+        Mask8(self.has_bit(31).0)
     }
 
     /// The words where the mask is set, 0 elsewhere.
@@ -242,9 +241,9 @@ impl U32x8 {
         self & Self(mask.0)
     }
 
-    /// The numbers at these places of a table.
+    /// Gathers the numbers at these places of a table.
     #[inline(always)]
-    pub(crate) fn of(self, table: &[f32]) -> F32x8 {
+    pub(crate) fn gather(self, table: &[f32]) -> F32x8 {
         // Without this the compiler would compute the places lane by lane, too.
         let a = std::hint::black_box(self).0;
         F32x8(each_lane!(a => table[a as usize]))

@@ -178,7 +178,8 @@ impl Water {
 }
 
 /// The value of a key, which is made if it is not there. Whoever asks for it meanwhile waits for
-/// the thread that makes it, which waits for nobody.
+/// the thread that makes it, on which all of the work is done. What makes a value asks other
+/// memories in one order, and never its own, so nobody waits in a circle.
 fn get_or_make<K: Clone + Eq + Hash, V: Clone>(
     cache: &Cache<K, V>,
     key: K,

@@ -257,7 +257,7 @@ for_each_instruction_set! {
             let (cx, cy, cz) = (x >> FINE_BITS, y >> FINE_BITS, z >> FINE_BITS);
             let inside = cx.lt(nx) & cy.lt(ny) & cz.lt(nz);
             let cell = (((cz * ny + cy) * nx + cx) + 1).only(inside);
-            depth += cell.of(&grid.depths);
+            depth += cell.gather(&grid.depths);
             // Whatever is outside on an axis, and goes away from the grid or along it, has left it.
             let comes = (cx.lt(nx) | (x ^ dx).is_negative())
                 & (cy.lt(ny) | (y ^ dy).is_negative())

@@ -91,12 +91,32 @@ fn locate(x: F32x8, frequency: i32) -> Place {
     }
 }
 
-/// The mean of the values of a cell's corners, weighted by the fades of a point in it.
-#[inline(always)]
-fn bilinear([a, b, c, d]: [F32x8; 4], x: F32x8, y: F32x8) -> F32x8 {
-    let low = a + (b - a) * x;
-    let high = c + (d - c) * x;
-    low + (high - low) * y
+/// A point in a cell of the lattice.
+#[derive(Clone, Copy)]
+struct InCell {
+    x: Place,
+    y: Place,
+    /// The corners' hashes, not yet mixed.
+    corners: [U32x8; 4],
+}
+
+impl InCell {
+    #[inline(always)]
+    fn new(p: Vec2x8, frequency: IVec2, seed: u32) -> Self {
+        let (x, y) = (locate(p.x, frequency.x), locate(p.y, frequency.y));
+        let [x0, x1] = [mix_x(x.around[0]), mix_x(x.around[1])];
+        let [y0, y1] = [mix_y(y.around[0], seed), mix_y(y.around[1], seed)];
+        let corners = [x0 + y0, x1 + y0, x0 + y1, x1 + y1];
+        Self { x, y, corners }
+    }
+
+    /// The mean of the values at the corners, weighted by the fades.
+    #[inline(always)]
+    fn bilinear(&self, [a, b, c, d]: [F32x8; 4]) -> F32x8 {
+        let low = a + (b - a) * self.x.fade;
+        let high = c + (d - c) * self.x.fade;
+        low + (high - low) * self.y.fade
+    }
 }
 
 /// The value at the index whose lower bit `odd` has in all bits, and whose upper bit `half`.
@@ -129,17 +149,16 @@ fn dot_direction(sixteenth: U32x8, x: F32x8, y: F32x8) -> F32x8 {
 
 #[inline(always)]
 fn inline_gradient(p: Vec2x8, frequency: IVec2, seed: u32) -> F32x8 {
-    let (at_x, at_y) = (locate(p.x, frequency.x), locate(p.y, frequency.y));
-    let [x0, x1] = [mix_x(at_x.around[0]), mix_x(at_x.around[1])];
-    let [y0, y1] = [mix_y(at_y.around[0], seed), mix_y(at_y.around[1], seed)];
-    let ([dx0, dx1], [dy0, dy1]) = (at_x.offset, at_y.offset);
+    let cell = InCell::new(p, frequency, seed);
+    let [a, b, c, d] = cell.corners;
+    let ([x0, x1], [y0, y1]) = (cell.x.offset, cell.y.offset);
     let dots = [
-        dot_direction(sixteenth(x0 + y0), dx0, dy0),
-        dot_direction(sixteenth(x1 + y0), dx1, dy0),
-        dot_direction(sixteenth(x0 + y1), dx0, dy1),
-        dot_direction(sixteenth(x1 + y1), dx1, dy1),
+        dot_direction(sixteenth(a), x0, y0),
+        dot_direction(sixteenth(b), x1, y0),
+        dot_direction(sixteenth(c), x0, y1),
+        dot_direction(sixteenth(d), x1, y1),
     ];
-    1.5 * bilinear(dots, at_x.fade, at_y.fade)
+    1.5 * cell.bilinear(dots)
 }
 
 /// The mean of octaves, each twice as fine and `gain` as strong; of (1 - |octave|)² if `RIDGED`.
@@ -174,16 +193,15 @@ fn feature(sixteen_bits: U32x8, jitter: f32) -> F32x8 {
 for_each_instruction_set! {
     /// Value noise, 0..1.
     pub(crate) fn value(p: Vec2x8, frequency: IVec2, seed: u32) -> F32x8 {
-        let (at_x, at_y) = (locate(p.x, frequency.x), locate(p.y, frequency.y));
-        let [x0, x1] = [mix_x(at_x.around[0]), mix_x(at_x.around[1])];
-        let [y0, y1] = [mix_y(at_y.around[0], seed), mix_y(at_y.around[1], seed)];
-        let corners = [
-            unit(scramble(x0 + y0)),
-            unit(scramble(x1 + y0)),
-            unit(scramble(x0 + y1)),
-            unit(scramble(x1 + y1)),
+        let cell = InCell::new(p, frequency, seed);
+        let [a, b, c, d] = cell.corners;
+        let values = [
+            unit(scramble(a)),
+            unit(scramble(b)),
+            unit(scramble(c)),
+            unit(scramble(d)),
         ];
-        bilinear(corners, at_x.fade, at_y.fade)
+        cell.bilinear(values)
     }
 
     /// Gradient noise (Perlin 2002), about -1..1, 0 at lattice points.

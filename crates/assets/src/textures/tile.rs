@@ -1,5 +1,7 @@
 //! Baking: makes a texture with darkened hollows from a colour and a height at every texel.
 
+use std::ops::Range;
+
 use glam::{Vec2, Vec3};
 use nemoral_scene::Texture;
 use rayon::prelude::*;
@@ -74,19 +76,24 @@ impl Tile {
             height,
             texels: vec![Texel::default(); width * height],
         };
-        tile.changed(|p, _| f(p))
+        tile.changed(|p, _, _| f(p))
     }
 
-    /// This tile with the texels that `f` makes of the centres and texels of this one.
-    fn changed(mut self, f: impl Fn(Vec2x8, Texels) -> Texels + Sync) -> Self {
-        let scale = Vec2::new(self.width as f32, self.height as f32).recip();
-        let rows = self.texels.par_chunks_exact_mut(self.width).enumerate();
+    /// This tile with the texels that `f` makes of the centres, numbers and values of this one's.
+    fn changed(mut self, f: impl Fn(Vec2x8, Range<usize>, Texels) -> Texels + Sync) -> Self {
+        let (width, scale) = (
+            self.width,
+            Vec2::new(self.width as f32, self.height as f32).recip(),
+        );
+        let rows = self.texels.par_chunks_exact_mut(width).enumerate();
         rows.for_each(|(row, line)| {
             let y = (row as f32 + 0.5) * scale.y;
             for (i, texels) in line.chunks_mut(LANES).enumerate() {
                 let columns = std::array::from_fn(|lane| (LANES * i + lane) as f32);
                 let p = Vec2x8::new((F32x8::new(columns) + 0.5) * scale.x, y);
-                f(p, Texels::read(texels)).write(texels);
+                let first = row * width + LANES * i;
+                let numbers = first..first + texels.len();
+                f(p, numbers, Texels::read(texels)).write(texels);
             }
         });
         self
@@ -165,27 +172,18 @@ impl Tile {
 
     /// This tile where `share` is 0, `other` where it is 1. Both have one size.
     pub(crate) fn blend(&self, other: &Self, share: impl Fn(Vec2x8) -> F32x8 + Sync) -> Self {
-        let shares = Self::bake(self.width, self.height, |p| Texels {
-            albedo: Vec3::ZERO.into(),
-            height: share(p),
-        });
-        let pairs = self.texels.par_iter().zip(&other.texels);
-        let texels = pairs.zip(&shares.texels).map(|((a, b), share)| {
-            let t = share.height;
-            Texel {
+        self.clone().changed(|p, numbers, a| {
+            let (b, t) = (Texels::read(&other.texels[numbers]), share(p));
+            Texels {
                 albedo: a.albedo.lerp(b.albedo, t),
                 height: a.height + (b.height - a.height) * t,
             }
-        });
-        Self {
-            texels: texels.collect(),
-            ..*self
-        }
+        })
     }
 
     /// The same tile with every colour changed by its position and height.
     pub(crate) fn recolour(&self, f: impl Fn(Vec2x8, Texels) -> Vec3x8 + Sync) -> Self {
-        self.clone().changed(|p, texels| Texels {
+        self.clone().changed(|p, _, texels| Texels {
             albedo: f(p, texels),
             ..texels
         })

@@ -1,12 +1,13 @@
 //! The ground with its trails, as water finds it.
 
-use std::collections::{BTreeMap, VecDeque};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::convert::Infallible;
+use std::sync::Arc;
 
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, Surface, SurfaceSample};
 use nemoral_trails::{TrailGround, Trails};
 use nemoral_water::Ways;
+use quick_cache::sync::Cache;
 
 /// Grounds of chunks that are remembered.
 const REMEMBERED: usize = 256;
@@ -17,14 +18,7 @@ pub(crate) struct BuiltWays {
     trails: Option<Arc<Trails>>,
     chunk_size_m: f64,
     /// Grounds are pure functions of their chunks, so it does not matter which are remembered.
-    grounds: Mutex<Remembered>,
-}
-
-/// Grounds by chunk, and the chunks in the order in which they came.
-#[derive(Default)]
-struct Remembered {
-    grounds: BTreeMap<[i32; 2], Arc<TrailGround>>,
-    order: VecDeque<[i32; 2]>,
+    grounds: Cache<ChunkCoord, Arc<TrailGround>>,
 }
 
 impl BuiltWays {
@@ -37,29 +31,15 @@ impl BuiltWays {
             base,
             trails,
             chunk_size_m,
-            grounds: Mutex::default(),
+            grounds: Cache::new(REMEMBERED),
         }
     }
 
     fn near(&self, world_m: DVec2) -> Option<Arc<TrailGround>> {
         let trails = self.trails.as_ref()?;
         let chunk = ChunkCoord::containing(world_m, self.chunk_size_m);
-        let key = [chunk.x, chunk.y];
-        let lock = || self.grounds.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(ground) = lock().grounds.get(&key) {
-            return Some(Arc::clone(ground));
-        }
-        let ground = Arc::new(trails.ground_near(chunk, 0.0));
-        let mut remembered = lock();
-        let known = remembered.grounds.insert(key, Arc::clone(&ground));
-        if known.is_none() {
-            remembered.order.push_back(key);
-        }
-        if remembered.order.len() > REMEMBERED
-            && let Some(oldest) = remembered.order.pop_front()
-        {
-            remembered.grounds.remove(&oldest);
-        }
+        let make = || Ok::<_, Infallible>(Arc::new(trails.ground_near(chunk, 0.0)));
+        let Ok(ground) = self.grounds.get_or_insert_with(&chunk, make);
         Some(ground)
     }
 }

@@ -18,10 +18,13 @@ const REACH: i32 = 1;
 /// How many blocks of a layer are kept.
 const KEPT: usize = 64;
 
+/// A layer, a block's middle chunk, and the bits of how much is needed around it.
+type BlockKey = (Key, ChunkCoord, u64);
+
 /// The patterns of a layer in blocks of chunks. They are pure functions, so neither evictions nor
 /// the order of calls can change one.
 #[derive(Debug)]
-pub(crate) struct Blocks(Cache<(Key, ChunkCoord), Arc<[SamplePoint<Key>]>>);
+pub(crate) struct Blocks(Cache<BlockKey, Arc<[SamplePoint<Key>]>>);
 
 impl Default for Blocks {
     fn default() -> Self {
@@ -31,7 +34,7 @@ impl Default for Blocks {
 
 impl Blocks {
     /// The pattern in the square of half edge `need` around a chunk's centre, of that of blocks,
-    /// which `make` computes. `need` must be the same whenever `key` is.
+    /// which `make` computes.
     pub(crate) fn points_around(
         &self,
         key: Key,
@@ -42,7 +45,9 @@ impl Blocks {
         let from_middle = [chunk.x, chunk.y].map(|at| at.rem_euclid(2 * REACH + 1) - REACH);
         let middle = chunk.offset(-from_middle[0], -from_middle[1]);
         let make = || Ok::<_, Infallible>(make(middle, need + f64::from(REACH)).into());
-        let Ok(points) = self.0.get_or_insert_with(&(key, middle), make);
+        let Ok(points) = self
+            .0
+            .get_or_insert_with(&(key, middle, need.to_bits()), make);
         // Positions are multiples of a power of two, so this is exact.
         let shift = DVec2::from(from_middle.map(f64::from));
         let moved = points.iter().map(|&point| SamplePoint {

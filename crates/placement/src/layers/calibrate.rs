@@ -62,7 +62,6 @@ enum Pattern {
 
 impl CalibratedLayer {
     /// The pattern in the square of half edge `need` around a chunk's centre, before thinning.
-    /// `need` is always the same for a key.
     pub(crate) fn points_around(
         &self,
         key: Key,
