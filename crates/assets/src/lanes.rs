@@ -1,4 +1,4 @@
-//! Eight numbers side by side, and masks and vectors of them.
+//! Some numbers side by side, and masks and vectors of them.
 //!
 //! Arithmetic is that of f32 and u32 in each lane, in the order in which it is written, so lanes
 //! have the bits that one number after the other would have. They are plain arrays, which the
@@ -8,25 +8,29 @@ mod vectors;
 
 use std::ops::{Add, AddAssign, BitAnd, BitOr, BitXor, Div, Mul, Neg, Shr, Sub};
 
-pub(crate) use self::vectors::{Vec2x8, Vec3x8, rgb};
+pub(crate) use self::vectors::{Vec2s, Vec3s, rgb};
 
-/// How many numbers are side by side.
-pub(crate) const LANES: usize = 8;
-
-/// Eight numbers.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+/// Numbers.
+#[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C, align(32))]
-pub(crate) struct F32x8([f32; LANES]);
+pub(crate) struct Floats<const N: usize>([f32; N]);
 
-/// Eight hashes or lattice coordinates. Arithmetic wraps around.
+/// Hashes or lattice coordinates. Arithmetic wraps around.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(C, align(32))]
-pub(crate) struct U32x8([u32; LANES]);
+pub(crate) struct Words<const N: usize>([u32; N]);
 
-/// Eight answers: all bits of a lane are set, or none.
+/// Answers: all bits of a lane are set, or none.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(32))]
-pub(crate) struct Mask8([u32; LANES]);
+pub(crate) struct Mask<const N: usize>([u32; N]);
+
+pub(crate) type F32x8 = Floats<8>;
+pub(crate) type U32x8 = Words<8>;
+pub(crate) type F32x16 = Floats<16>;
+pub(crate) type U32x16 = Words<16>;
+pub(crate) type Vec2x16 = Vec2s<16>;
+pub(crate) type Vec3x16 = Vec3s<16>;
 
 /// Functions whose bodies are compiled for each set of vector instructions that `pulp` knows; a
 /// call runs the one for the widest registers that the processor has. What a body calls must be
@@ -61,8 +65,8 @@ pub(crate) use for_each_instruction_set;
 /// so `array::map`, cannot be told to be inlined.)
 macro_rules! each_lane {
     ($($array:ident),+ => $value:expr) => {{
-        let mut lanes = [Default::default(); LANES];
-        for lane in 0..LANES {
+        let mut lanes = [Default::default(); N];
+        for lane in 0..N {
             $(let $array = $array[lane];)+
             lanes[lane] = $value;
         }
@@ -75,7 +79,7 @@ macro_rules! operator {
     (
         $lanes:ident, $scalar:ident, $trait:ident::$method:ident, $a:ident, $b:ident => $value:expr
     ) => {
-        impl $trait for $lanes {
+        impl<const N: usize> $trait for $lanes<N> {
             type Output = Self;
             #[inline(always)]
             fn $method(self, other: Self) -> Self {
@@ -83,48 +87,51 @@ macro_rules! operator {
                 Self(each_lane!($a, $b => $value))
             }
         }
-        impl $trait<$scalar> for $lanes {
+        impl<const N: usize> $trait<$scalar> for $lanes<N> {
             type Output = Self;
             #[inline(always)]
             fn $method(self, other: $scalar) -> Self {
                 $trait::$method(self, Self::splat(other))
             }
         }
-        impl $trait<$lanes> for $scalar {
-            type Output = $lanes;
+        impl<const N: usize> $trait<$lanes<N>> for $scalar {
+            type Output = $lanes<N>;
             #[inline(always)]
-            fn $method(self, other: $lanes) -> $lanes {
+            fn $method(self, other: $lanes<N>) -> $lanes<N> {
                 $trait::$method($lanes::splat(self), other)
             }
         }
     };
 }
 
-operator!(F32x8, f32, Add::add, a, b => a + b);
-operator!(F32x8, f32, Sub::sub, a, b => a - b);
-operator!(F32x8, f32, Mul::mul, a, b => a * b);
-operator!(F32x8, f32, Div::div, a, b => a / b);
-operator!(U32x8, u32, Add::add, a, b => a.wrapping_add(b));
-operator!(U32x8, u32, Mul::mul, a, b => a.wrapping_mul(b));
-operator!(U32x8, u32, BitAnd::bitand, a, b => a & b);
-operator!(U32x8, u32, BitXor::bitxor, a, b => a ^ b);
+operator!(Floats, f32, Add::add, a, b => a + b);
+operator!(Floats, f32, Sub::sub, a, b => a - b);
+operator!(Floats, f32, Mul::mul, a, b => a * b);
+operator!(Floats, f32, Div::div, a, b => a / b);
+operator!(Words, u32, Add::add, a, b => a.wrapping_add(b));
+operator!(Words, u32, Mul::mul, a, b => a.wrapping_mul(b));
+operator!(Words, u32, BitAnd::bitand, a, b => a & b);
+operator!(Words, u32, BitXor::bitxor, a, b => a ^ b);
 
 /// Adding this to a number below 2²² in size leaves its nearest integer in the lowest bits.
 const INTEGER_BITS: f32 = 12_582_912.0;
 
-impl F32x8 {
+impl<const N: usize> Floats<N> {
+    /// How many numbers are side by side.
+    pub(crate) const LANES: usize = N;
+
     #[inline(always)]
     pub(crate) const fn splat(x: f32) -> Self {
-        Self([x; LANES])
+        Self([x; N])
     }
 
     #[inline(always)]
-    pub(crate) const fn new(lanes: [f32; LANES]) -> Self {
+    pub(crate) const fn new(lanes: [f32; N]) -> Self {
         Self(lanes)
     }
 
     #[inline(always)]
-    pub(crate) const fn to_array(self) -> [f32; LANES] {
+    pub(crate) const fn to_array(self) -> [f32; N] {
         self.0
     }
 
@@ -167,9 +174,9 @@ impl F32x8 {
 
     /// Integers of a size below 2²² as words; negative ones wrap around.
     #[inline(always)]
-    pub(crate) fn to_u32(self) -> U32x8 {
+    pub(crate) fn to_u32(self) -> Words<N> {
         let a = (self + INTEGER_BITS).0;
-        U32x8(each_lane!(a => a.to_bits().wrapping_sub(INTEGER_BITS.to_bits())))
+        Words(each_lane!(a => a.to_bits().wrapping_sub(INTEGER_BITS.to_bits())))
     }
 
     /// A function of each lane, one after the other.
@@ -178,25 +185,25 @@ impl F32x8 {
     }
 
     #[inline(always)]
-    pub(crate) fn lt(self, other: impl Into<Self>) -> Mask8 {
+    pub(crate) fn lt(self, other: impl Into<Self>) -> Mask<N> {
         let (a, b) = (self.0, other.into().0);
-        Mask8(each_lane!(a, b => if a < b { u32::MAX } else { 0 }))
+        Mask(each_lane!(a, b => if a < b { u32::MAX } else { 0 }))
     }
 
     #[inline(always)]
-    pub(crate) fn gt(self, other: impl Into<Self>) -> Mask8 {
+    pub(crate) fn gt(self, other: impl Into<Self>) -> Mask<N> {
         other.into().lt(self)
     }
 }
 
-impl From<f32> for F32x8 {
+impl<const N: usize> From<f32> for Floats<N> {
     #[inline(always)]
     fn from(x: f32) -> Self {
         Self::splat(x)
     }
 }
 
-impl Neg for F32x8 {
+impl<const N: usize> Neg for Floats<N> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
@@ -205,7 +212,7 @@ impl Neg for F32x8 {
     }
 }
 
-impl<T> AddAssign<T> for F32x8
+impl<T, const N: usize> AddAssign<T> for Floats<N>
 where
     Self: Add<T, Output = Self>,
 {
@@ -215,47 +222,47 @@ where
     }
 }
 
-impl U32x8 {
+impl<const N: usize> Words<N> {
     #[inline(always)]
-    pub(crate) const fn new(lanes: [u32; LANES]) -> Self {
+    pub(crate) const fn new(lanes: [u32; N]) -> Self {
         Self(lanes)
     }
 
     /// Where words below 2³¹ are below another one.
     #[inline(always)]
-    pub(crate) fn lt(self, other: u32) -> Mask8 {
+    pub(crate) fn lt(self, other: u32) -> Mask<N> {
         let a = self.0;
         // Processors compare signed words.
-        Mask8(each_lane!(a => if (a as i32) < (other as i32) { u32::MAX } else { 0 }))
+        Mask(each_lane!(a => if (a as i32) < (other as i32) { u32::MAX } else { 0 }))
     }
 
     /// Where the highest bit is set.
     #[inline(always)]
-    pub(crate) fn is_negative(self) -> Mask8 {
-        Mask8(self.has_bit(31).0)
+    pub(crate) fn is_negative(self) -> Mask<N> {
+        Mask(self.has_bit(31).0)
     }
 
     /// The words where the mask is set, 0 elsewhere.
     #[inline(always)]
-    pub(crate) fn only(self, mask: Mask8) -> Self {
+    pub(crate) fn only(self, mask: Mask<N>) -> Self {
         self & Self(mask.0)
     }
 
     /// Gathers the numbers at these places of a table.
     #[inline(always)]
-    pub(crate) fn gather(self, table: &[f32]) -> F32x8 {
+    pub(crate) fn gather(self, table: &[f32]) -> Floats<N> {
         // Without this the compiler would compute the places lane by lane, too.
         let a = std::hint::black_box(self).0;
-        F32x8(each_lane!(a => table[a as usize]))
+        Floats(each_lane!(a => table[a as usize]))
     }
 
     #[inline(always)]
     pub(crate) const fn splat(x: u32) -> Self {
-        Self([x; LANES])
+        Self([x; N])
     }
 
     #[inline(always)]
-    pub(crate) const fn to_array(self) -> [u32; LANES] {
+    pub(crate) const fn to_array(self) -> [u32; N] {
         self.0
     }
 
@@ -267,17 +274,17 @@ impl U32x8 {
 
     /// Words below 2³¹ as numbers.
     #[inline(always)]
-    pub(crate) fn to_f32(self) -> F32x8 {
+    pub(crate) fn to_f32(self) -> Floats<N> {
         let a = self.0;
         // Processors have an instruction for signed words.
-        F32x8(each_lane!(a => a as i32 as f32))
+        Floats(each_lane!(a => a as i32 as f32))
     }
 
     /// Words as the bits of numbers.
     #[inline(always)]
-    pub(crate) fn bits_to_f32(self) -> F32x8 {
+    pub(crate) fn bits_to_f32(self) -> Floats<N> {
         let a = self.0;
-        F32x8(each_lane!(a => f32::from_bits(a)))
+        Floats(each_lane!(a => f32::from_bits(a)))
     }
 
     /// All bits where bit `bit` is set, none where it is not.
@@ -288,7 +295,7 @@ impl U32x8 {
     }
 }
 
-impl Shr<u32> for U32x8 {
+impl<const N: usize> Shr<u32> for Words<N> {
     type Output = Self;
     #[inline(always)]
     fn shr(self, bits: u32) -> Self {
@@ -297,26 +304,26 @@ impl Shr<u32> for U32x8 {
     }
 }
 
-impl Mask8 {
+impl<const N: usize> Mask<N> {
     /// `yes` where the mask is set, `no` elsewhere.
     #[inline(always)]
-    pub(crate) fn select(self, yes: impl Into<F32x8>, no: impl Into<F32x8>) -> F32x8 {
+    pub(crate) fn select(self, yes: impl Into<Floats<N>>, no: impl Into<Floats<N>>) -> Floats<N> {
         let (mask, yes, no) = (self.0, yes.into().0, no.into().0);
-        F32x8(each_lane!(mask, yes, no => {
+        Floats(each_lane!(mask, yes, no => {
             f32::from_bits((yes.to_bits() & mask) | (no.to_bits() & !mask))
         }))
     }
 
     /// `yes` where the mask is set, `no` elsewhere.
     #[inline(always)]
-    pub(crate) fn select_word(self, yes: U32x8, no: U32x8) -> U32x8 {
+    pub(crate) fn select_word(self, yes: Words<N>, no: Words<N>) -> Words<N> {
         let (mask, yes, no) = (self.0, yes.0, no.0);
-        U32x8(each_lane!(mask, yes, no => (yes & mask) | (no & !mask)))
+        Words(each_lane!(mask, yes, no => (yes & mask) | (no & !mask)))
     }
 
     /// 1 where the mask is set, 0 elsewhere.
     #[inline(always)]
-    pub(crate) fn indicator(self) -> F32x8 {
+    pub(crate) fn indicator(self) -> Floats<N> {
         self.select(1.0, 0.0)
     }
 
@@ -326,7 +333,7 @@ impl Mask8 {
     }
 }
 
-impl BitAnd for Mask8 {
+impl<const N: usize> BitAnd for Mask<N> {
     type Output = Self;
     #[inline(always)]
     fn bitand(self, other: Self) -> Self {
@@ -335,7 +342,7 @@ impl BitAnd for Mask8 {
     }
 }
 
-impl BitOr for Mask8 {
+impl<const N: usize> BitOr for Mask<N> {
     type Output = Self;
     #[inline(always)]
     fn bitor(self, other: Self) -> Self {

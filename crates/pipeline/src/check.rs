@@ -23,7 +23,7 @@ pub fn check(
 ) -> Result<Vec<String>, Error> {
     header(sequences, &Backend::Cpu)?;
     let store = Store::unlimited().with_cache(cache);
-    let mut worlds = Worlds::new(sequences, &Backend::Cpu, &store, threads);
+    let worlds = Worlds::new(sequences, &Backend::Cpu, &store, threads);
     let mut notes = Vec::new();
     for number in 0..sequences.len() {
         let world = worlds.enter(number)?;

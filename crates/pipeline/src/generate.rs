@@ -122,7 +122,7 @@ pub fn generate(
     Writer::probe(&request.out, request.mode, &header)?;
     let store = Store::unlimited().with_cache(request.cache.clone());
     let (backend, threads) = (&request.backend, request.threads);
-    let mut worlds = Worlds::new(&request.sequences, backend, &store, threads);
+    let worlds = Worlds::new(&request.sequences, backend, &store, threads);
     let numbers: Vec<u32> = request.frames.sequences().collect();
     let mut spent = Spent::default();
     if numbers.len() > 1 {

@@ -1,9 +1,8 @@
 //! The worlds of a request's sequences.
 
 use crate::config::{SequenceConfig, Sequences};
-use crate::plan::{Fingerprint, Runner, Stage, Store};
+use crate::plan::{Runner, Store};
 use crate::prove::prove;
-use crate::stages::assets::LibraryStage;
 use crate::{Backend, Error, ForestPlan};
 
 /// The worlds of a request, one at a time, with the store that they share.
@@ -12,8 +11,6 @@ pub(crate) struct Worlds<'a> {
     backend: &'a Backend,
     store: &'a Store,
     threads: usize,
-    /// The key of the library that is in the store.
-    library: Option<Fingerprint>,
 }
 
 /// The world of a sequence.
@@ -34,24 +31,17 @@ impl<'a> Worlds<'a> {
             backend,
             store,
             threads,
-            library: None,
         }
     }
 
-    /// Leaves the world before, whose values are dropped, except grown plants that this world has,
-    /// too.
-    pub(crate) fn enter(&mut self, number: u32) -> Result<World, Error> {
+    /// Leaves the world before, whose values are dropped, except those that this world has, too:
+    /// grown plants, or all of them if it is the same world.
+    pub(crate) fn enter(&self, number: u32) -> Result<World, Error> {
         let sequence = self.sequences.get(number)?;
         let (config, inputs) = (&sequence.config, &sequence.inputs);
         let forest = ForestPlan::with_inputs(config, inputs, self.backend.clone());
         let forest = forest.map_err(|e| e.in_sequence(number, self.sequences.len()))?;
-        let library = forest.plan().key(forest.library, ());
-        if self.library != Some(library) {
-            self.store.retain(|_, _| false);
-        } else {
-            self.store.retain(|id, _| id == LibraryStage::ID);
-        }
-        self.library = Some(library);
+        self.store.retain_plan(forest.plan());
         Ok(World { sequence, forest })
     }
 
@@ -66,5 +56,35 @@ impl<'a> Worlds<'a> {
     pub(crate) fn prove(&self, world: &World) -> Result<Option<String>, Error> {
         let note = prove(&world.sequence.config, &world.forest, &self.runner(world));
         note.map_err(|e| e.in_sequence(world.sequence.number, self.sequences.len()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::Layers;
+    use crate::plan::Stage;
+    use crate::stages::assets::{AssetStage, LibraryStage};
+
+    #[test]
+    fn worlds_share_what_they_have_in_common() -> Result<(), Error> {
+        let layers = Layers {
+            preset: Some("demo".to_owned()),
+            settings: vec!["sequences=2".to_owned()],
+            ..Layers::default()
+        };
+        let (sequences, store) = (layers.sequences()?, Store::unlimited());
+        let worlds = Worlds::new(&sequences, &Backend::Cpu, &store, 2);
+        worlds.prove(&worlds.enter(0)?)?;
+        let computed = store.computed();
+        // The same world is entered again when its frames are made.
+        worlds.prove(&worlds.enter(0)?)?;
+        assert_eq!(store.computed(), computed);
+        // Another one has the same plants, and nothing else.
+        worlds.enter(1)?;
+        assert_eq!(store.count(LibraryStage::ID), 1);
+        assert_eq!(store.count(AssetStage::ID), 0);
+        assert_eq!(store.len(), 1);
+        Ok(())
     }
 }

@@ -227,24 +227,32 @@ impl BuildParams {
 /// The cost counts leaves, not items: a ray tests all items of a leaf at once, and full leaves are
 /// fewer to fetch.
 fn sah_cut(items: &mut [Item], centres: &Bounds, leaf: u32) -> Option<(usize, [Extent; 2])> {
-    let count_of_bins = if items.len() <= FEW { FEW_BINS } else { BINS };
+    if items.len() <= FEW {
+        binned_cut::<FEW_BINS>(items, centres, leaf)
+    } else {
+        binned_cut::<BINS>(items, centres, leaf)
+    }
+}
+
+fn binned_cut<const BINS: usize>(
+    items: &mut [Item],
+    centres: &Bounds,
+    leaf: u32,
+) -> Option<(usize, [Extent; 2])> {
     let size = centres.max - centres.min;
     let (scale, low) = (
-        Vec3A::splat(count_of_bins as f32) / Vec3A::from(size),
+        Vec3A::splat(BINS as f32) / Vec3A::from(size),
         Vec3A::from(centres.min),
     );
     // The scale of an axis without extent is infinite or NaN; whatever its bins are, it is not
-    // split.
-    let bins_of = |b: BoundsA| {
-        ((b.min + b.max - low) * scale)
-            .to_array()
-            .map(|x| (x as usize).min(count_of_bins - 1))
-    };
+    // split. `as` saturates.
+    let bin = |place: f32| (place as i32).clamp(0, BINS as i32 - 1) as usize;
     let mut bins = [[(BoundsA::NONE, 0_u32); BINS]; 3];
     for item in &*items {
         let b = BoundsA::of(&item.bounds);
-        for (bins, at) in bins.iter_mut().zip(bins_of(b)) {
-            let (bounds, count) = &mut bins[at];
+        let places = ((b.min + b.max - low) * scale).to_array();
+        for (bins, place) in bins.iter_mut().zip(places) {
+            let (bounds, count) = &mut bins[bin(place)];
             *bounds = bounds.union(b);
             *count += 1;
         }
@@ -256,7 +264,7 @@ fn sah_cut(items: &mut [Item], centres: &Bounds, leaf: u32) -> Option<(usize, [E
         // Sweep from the right, then from the left.
         let mut right = [0.0_f32; BINS];
         let (mut bounds, mut count) = (BoundsA::NONE, 0);
-        for k in (1..count_of_bins).rev() {
+        for k in (1..BINS).rev() {
             bounds = bounds.union(bins[k].0);
             count += bins[k].1;
             right[k] = if count == 0 {
@@ -266,7 +274,7 @@ fn sah_cut(items: &mut [Item], centres: &Bounds, leaf: u32) -> Option<(usize, [E
             };
         }
         (bounds, count) = (BoundsA::NONE, 0);
-        for k in 1..count_of_bins {
+        for k in 1..BINS {
             bounds = bounds.union(bins[k - 1].0);
             count += bins[k - 1].1;
             let cost = cost_of(&bounds, count) + right[k];
@@ -276,18 +284,17 @@ fn sah_cut(items: &mut [Item], centres: &Bounds, leaf: u32) -> Option<(usize, [E
         }
     }
     let (_, axis, at) = best?;
+    let (low, scale) = (low[axis], scale[axis]);
     let mut left = 0;
-    let mut extents = [Extent::NONE; 2];
     for i in 0..items.len() {
-        let bounds = items[i].bounds;
-        let is_left = bins_of(BoundsA::of(&bounds))[axis] < at;
-        extents[usize::from(!is_left)].join(&bounds);
-        if is_left {
+        let Bounds { min, max } = items[i].bounds;
+        if bin((min[axis] + max[axis] - low) * scale) < at {
             items.swap(left, i);
             left += 1;
         }
     }
-    Some((left, extents))
+    let (of_left, of_right) = items.split_at(left);
+    Some((left, [of_left, of_right].map(Extent::of)))
 }
 
 /// Where a subtree can be inserted (beside a node), and by how much that lessens the tree's area.

@@ -70,23 +70,19 @@ pub(crate) fn window_hull(mask: &AlphaMask, window: &TextureWindow) -> Vec<DVec2
 /// The corners, in uv, of the convex hull of the opaque texels, counter-clockwise; none if nothing
 /// is opaque. (Andrew's monotone chain.)
 pub(crate) fn opaque_hull(mask: &AlphaMask) -> Vec<DVec2> {
-    // The outermost texels of each column are enough; columns ascend, as the chain needs them.
+    // The outermost texels of each row are enough; rows ascend, as the chain needs them.
     let (width, height) = (mask.width(), mask.height());
+    let span = |row| mask.opaque_span(row, 0..=width - 1);
     let mut points = Vec::new();
-    for line in 0..=width {
-        let columns = [line.checked_sub(1), (line < width).then_some(line)];
-        let rows = columns.into_iter().flatten().flat_map(|column| {
-            let opaque = move |row: &usize| mask.texel(column, *row);
-            let first = (0..height).find(opaque);
-            let last = (0..height).rev().find(opaque).map(|row| row + 1);
-            [first, last].into_iter().flatten()
-        });
-        let rows: Vec<usize> = rows.collect();
-        let ends = [rows.iter().min(), rows.iter().max()];
+    for line in 0..=height {
+        let rows = [line.checked_sub(1), (line < height).then_some(line)];
+        let spans = rows.into_iter().flatten().filter_map(span);
+        let span = spans.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
+        let ends = span.map(|(first, last)| [first, last + 1]);
         points.extend(
-            ends.into_iter()
-                .flatten()
-                .map(|&row| DVec2::new(line as f64 / width as f64, row as f64 / height as f64)),
+            (ends.into_iter().flatten()).map(|column| {
+                DVec2::new(column as f64 / width as f64, line as f64 / height as f64)
+            }),
         );
     }
     let mut hull = chain(points.iter().copied());

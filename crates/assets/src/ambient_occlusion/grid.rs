@@ -4,7 +4,7 @@ use glam::{I64Vec3, U64Vec3, Vec3};
 use nemoral_scene::{Card, Mesh, Prototype};
 
 use super::{FROM_BELOW, MaskCoverage, PARTS};
-use crate::lanes::{F32x8, LANES, U32x8, for_each_instruction_set};
+use crate::lanes::{F32x8, U32x8, for_each_instruction_set};
 
 /// A direction that is followed, with a step of a cell's side in parts of cells.
 #[derive(Clone, Copy, Debug)]
@@ -91,11 +91,16 @@ impl AreaDensityGrid {
         }
     }
 
-    /// Adds a piece of one-sided area.
-    fn add(&mut self, at: Vec3, area_m2: f32) {
+    /// The optical depth that a one-sided area adds to its cell.
+    fn depth(&self, area_m2: f32) -> f32 {
+        0.5 * area_m2 / (self.cell_m * self.cell_m)
+    }
+
+    /// Adds optical depth to a cell, if it is one of the grid's.
+    fn add(&mut self, at: Vec3, depth: f32) {
         let cell = self.cell(fine(at, self.cell_m));
         if cell > 0 {
-            self.depths[cell] += 0.5 * area_m2 / (self.cell_m * self.cell_m);
+            self.depths[cell] += depth;
         }
     }
 
@@ -110,7 +115,7 @@ impl AreaDensityGrid {
             let opaque = masks.opaque(material, parts(i, nu), parts(j, nv));
             let middle = |i: usize, of: usize| (i as f32 + 0.5) / of as f32;
             let at = card.corner + card.edge_u * middle(i, nu) + card.edge_v * middle(j, nv);
-            self.add(at, area_m2 * opaque);
+            self.add(at, self.depth(area_m2 * opaque));
         }
     }
 
@@ -127,15 +132,15 @@ impl AreaDensityGrid {
             } else {
                 1.0
             };
-            let area_m2 = half * 0.25 * u.cross(v).length() / (n * n) as f32;
+            let depth = self.depth(half * 0.25 * u.cross(v).length() / (n * n) as f32);
             let step = 1.0 / (3 * n) as f32;
             for (i, j) in (0..n).flat_map(|j| (0..n - j).map(move |i| (i, j))) {
                 // The middles of the small triangles that stand on their base, and of those on
                 // their tip.
                 let (x, y) = ((3 * i) as f32 * step, (3 * j) as f32 * step);
-                self.add(a + u * (x + step) + v * (y + step), area_m2);
+                self.add(a + u * (x + step) + v * (y + step), depth);
                 if i + j + 1 < n {
-                    self.add(a + u * (x + 2.0 * step) + v * (y + 2.0 * step), area_m2);
+                    self.add(a + u * (x + 2.0 * step) + v * (y + 2.0 * step), depth);
                 }
             }
         }
@@ -180,6 +185,8 @@ impl AreaDensityGrid {
         fine(at, self.cell_m) - (self.low << FINE_BITS)
     }
 }
+
+const LANES: usize = F32x8::LANES;
 
 /// Directions that are followed side by side. Numbers are those of parts of cells from the grid's
 /// lowest corner, which wrap around.

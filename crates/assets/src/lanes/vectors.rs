@@ -1,29 +1,29 @@
-//! Eight points of the plane, and eight colours.
+//! Points of the plane, and colours, side by side.
 
 use std::ops::{Add, Div, Mul, MulAssign, Sub};
 
 use glam::{Vec2, Vec3};
 
-use super::{F32x8, Mask8};
+use super::{Floats, Mask};
 
-/// Eight points of the plane.
+/// Points of the plane.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Vec2x8 {
-    pub(crate) x: F32x8,
-    pub(crate) y: F32x8,
+pub(crate) struct Vec2s<const N: usize> {
+    pub(crate) x: Floats<N>,
+    pub(crate) y: Floats<N>,
 }
 
-/// Eight colours.
+/// Colours.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Vec3x8 {
-    pub(crate) x: F32x8,
-    pub(crate) y: F32x8,
-    pub(crate) z: F32x8,
+pub(crate) struct Vec3s<const N: usize> {
+    pub(crate) x: Floats<N>,
+    pub(crate) y: Floats<N>,
+    pub(crate) z: Floats<N>,
 }
 
-impl Vec2x8 {
+impl<const N: usize> Vec2s<N> {
     #[inline(always)]
-    pub(crate) fn new(x: impl Into<F32x8>, y: impl Into<F32x8>) -> Self {
+    pub(crate) fn new(x: impl Into<Floats<N>>, y: impl Into<Floats<N>>) -> Self {
         Self {
             x: x.into(),
             y: y.into(),
@@ -31,12 +31,12 @@ impl Vec2x8 {
     }
 
     #[inline(always)]
-    pub(crate) fn length(self) -> F32x8 {
+    pub(crate) fn length(self) -> Floats<N> {
         (self.x * self.x + self.y * self.y).sqrt()
     }
 }
 
-impl Add<Vec2> for Vec2x8 {
+impl<const N: usize> Add<Vec2> for Vec2s<N> {
     type Output = Self;
     #[inline(always)]
     fn add(self, other: Vec2) -> Self {
@@ -44,7 +44,7 @@ impl Add<Vec2> for Vec2x8 {
     }
 }
 
-impl Sub<Vec2> for Vec2x8 {
+impl<const N: usize> Sub<Vec2> for Vec2s<N> {
     type Output = Self;
     #[inline(always)]
     fn sub(self, other: Vec2) -> Self {
@@ -52,7 +52,7 @@ impl Sub<Vec2> for Vec2x8 {
     }
 }
 
-impl Mul<f32> for Vec2x8 {
+impl<const N: usize> Mul<f32> for Vec2s<N> {
     type Output = Self;
     #[inline(always)]
     fn mul(self, factor: f32) -> Self {
@@ -60,41 +60,41 @@ impl Mul<f32> for Vec2x8 {
     }
 }
 
-impl Div<F32x8> for Vec2x8 {
+impl<const N: usize> Div<Floats<N>> for Vec2s<N> {
     type Output = Self;
     #[inline(always)]
-    fn div(self, divisor: F32x8) -> Self {
+    fn div(self, divisor: Floats<N>) -> Self {
         Self::new(self.x / divisor, self.y / divisor)
     }
 }
 
 /// One colour in all lanes.
 #[inline(always)]
-pub(crate) const fn rgb(r: f32, g: f32, b: f32) -> Vec3x8 {
-    Vec3x8 {
-        x: F32x8::splat(r),
-        y: F32x8::splat(g),
-        z: F32x8::splat(b),
+pub(crate) const fn rgb<const N: usize>(r: f32, g: f32, b: f32) -> Vec3s<N> {
+    Vec3s {
+        x: Floats::splat(r),
+        y: Floats::splat(g),
+        z: Floats::splat(b),
     }
 }
 
-impl Vec3x8 {
+impl<const N: usize> Vec3s<N> {
     /// This colour where `t` is 0, `other` where it is 1.
     #[inline(always)]
-    pub(crate) fn lerp(self, other: Self, t: impl Into<F32x8>) -> Self {
+    pub(crate) fn lerp(self, other: Self, t: impl Into<Floats<N>>) -> Self {
         let t = t.into();
         self * (1.0 - t) + other * t
     }
 }
 
-impl From<Vec3> for Vec3x8 {
+impl<const N: usize> From<Vec3> for Vec3s<N> {
     #[inline(always)]
     fn from(c: Vec3) -> Self {
         rgb(c.x, c.y, c.z)
     }
 }
 
-impl Add for Vec3x8 {
+impl<const N: usize> Add for Vec3s<N> {
     type Output = Self;
     #[inline(always)]
     fn add(self, other: Self) -> Self {
@@ -106,7 +106,7 @@ impl Add for Vec3x8 {
     }
 }
 
-impl Mul for Vec3x8 {
+impl<const N: usize> Mul for Vec3s<N> {
     type Output = Self;
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
@@ -118,10 +118,10 @@ impl Mul for Vec3x8 {
     }
 }
 
-impl Mul<F32x8> for Vec3x8 {
+impl<const N: usize> Mul<Floats<N>> for Vec3s<N> {
     type Output = Self;
     #[inline(always)]
-    fn mul(self, factor: F32x8) -> Self {
+    fn mul(self, factor: Floats<N>) -> Self {
         Self {
             x: self.x * factor,
             y: self.y * factor,
@@ -130,15 +130,15 @@ impl Mul<F32x8> for Vec3x8 {
     }
 }
 
-impl Mul<f32> for Vec3x8 {
+impl<const N: usize> Mul<f32> for Vec3s<N> {
     type Output = Self;
     #[inline(always)]
     fn mul(self, factor: f32) -> Self {
-        self * F32x8::splat(factor)
+        self * Floats::splat(factor)
     }
 }
 
-impl<T> MulAssign<T> for Vec3x8
+impl<T, const N: usize> MulAssign<T> for Vec3s<N>
 where
     Self: Mul<T, Output = Self>,
 {
@@ -148,11 +148,11 @@ where
     }
 }
 
-impl Mask8 {
+impl<const N: usize> Mask<N> {
     /// `yes` where the mask is set, `no` elsewhere.
     #[inline(always)]
-    pub(crate) fn select_colour(self, yes: Vec3x8, no: Vec3x8) -> Vec3x8 {
-        Vec3x8 {
+    pub(crate) fn select_colour(self, yes: Vec3s<N>, no: Vec3s<N>) -> Vec3s<N> {
+        Vec3s {
             x: self.select(yes.x, no.x),
             y: self.select(yes.y, no.y),
             z: self.select(yes.z, no.z),

@@ -8,7 +8,7 @@ use nemoral_seed::{Draw, Key, Rng};
 use super::canvas::{Canvas, Leaf, Outline, Stroke};
 use super::noise::{fbm, gradient, ridged, smoothstep, unit, value, warp, worley};
 use super::tile::{Texels, Tile};
-use crate::lanes::{Vec2x8, rgb};
+use crate::lanes::{Vec2x16, rgb};
 
 /// Texels along a side of the floor's tiles.
 pub(crate) const FLOOR_TEXELS: usize = 1024;
@@ -156,7 +156,7 @@ fn scatter_needles(canvas: &mut Canvas, size_m: f32, count: u32, rng: &mut impl 
 }
 
 /// Dark forest soil: crumbs, fragments, damp patches.
-fn humus(p: Vec2x8, seed: u32) -> Texels {
+fn humus(p: Vec2x16, seed: u32) -> Texels {
     let broad = fbm(p, IVec2::splat(5), 4, 0.55, seed);
     let crumbs = fbm(p, IVec2::splat(90), 3, 0.6, seed ^ 0x10);
     let tone = 1.0 + 0.35 * broad + 0.45 * crumbs;

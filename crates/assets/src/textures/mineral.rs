@@ -4,7 +4,7 @@ use glam::{IVec2, Vec2, Vec3};
 
 use super::noise::{fbm, gradient, scramble, smoothstep, unit, value, warp, worley};
 use super::tile::{Texels, Tile};
-use crate::lanes::{F32x8, Vec2x8, rgb};
+use crate::lanes::{F32x16, Vec2x16, rgb};
 
 /// Side of the tile of cliffs, metres.
 pub(crate) const CLIFF_M: f32 = 3.2;
@@ -156,7 +156,7 @@ pub(crate) fn cut_wood(seed: u32, age: f32) -> Tile {
         let bark_tone = 1.0 + 0.4 * fbm(p, IVec2::splat(30), 2, 0.5, seed ^ 10);
         Texels {
             albedo: colour.lerp(rgb(0.085, 0.065, 0.05) * bark_tone, bark),
-            height: F32x8::splat(0.0),
+            height: F32x16::splat(0.0),
         }
     });
     let mean = Vec3::new(0.40, 0.28, 0.165).lerp(Vec3::new(0.150, 0.132, 0.108), age);
@@ -167,14 +167,14 @@ pub(crate) fn cut_wood(seed: u32, age: f32) -> Tile {
 pub(crate) fn fungus(seed: u32) -> Tile {
     Tile::bake(64, 64, |p| {
         let wavy = p.x + 0.03 * fbm(p, IVec2::splat(3), 2, 0.5, seed);
-        let zones = fbm(Vec2x8::new(wavy, 0.5), IVec2::new(7, 1), 3, 0.7, seed ^ 1);
+        let zones = fbm(Vec2x16::new(wavy, 0.5), IVec2::new(7, 1), 3, 0.7, seed ^ 1);
         let brown = rgb(0.125, 0.078, 0.046);
         let grey = rgb(0.205, 0.172, 0.135);
         let cream = rgb(0.46, 0.39, 0.28);
         let zone = brown.lerp(grey, smoothstep(-0.35, 0.35, zones));
         Texels {
             albedo: zone.lerp(cream, smoothstep(0.80, 0.95, wavy)),
-            height: F32x8::splat(0.0),
+            height: F32x16::splat(0.0),
         }
     })
 }

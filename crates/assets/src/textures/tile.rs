@@ -6,7 +6,9 @@ use glam::{Vec2, Vec3};
 use nemoral_scene::Texture;
 use rayon::prelude::*;
 
-use crate::lanes::{F32x8, LANES, Vec2x8, Vec3x8};
+use crate::lanes::{F32x16, Vec2x16, Vec3x16};
+
+const LANES: usize = F32x16::LANES;
 
 /// A colour and a height at one texel.
 #[derive(Clone, Copy, Debug, Default)]
@@ -17,20 +19,20 @@ pub(crate) struct Texel {
     pub(crate) height: f32,
 }
 
-/// Colours and heights of eight texels of a row.
+/// Colours and heights of sixteen texels of a row.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Texels {
     /// Linear albedo.
-    pub(crate) albedo: Vec3x8,
+    pub(crate) albedo: Vec3x16,
     /// Heights above the base.
-    pub(crate) height: F32x8,
+    pub(crate) height: F32x16,
 }
 
 impl Texels {
-    /// Puts the first ones into `texels`, which are at most eight.
+    /// Puts the first ones into `texels`, which are at most sixteen.
     fn write(self, texels: &mut [Texel]) {
-        let Vec3x8 { x, y, z } = self.albedo;
-        let [x, y, z, height] = [x, y, z, self.height].map(F32x8::to_array);
+        let Vec3x16 { x, y, z } = self.albedo;
+        let [x, y, z, height] = [x, y, z, self.height].map(F32x16::to_array);
         for (i, texel) in texels.iter_mut().enumerate() {
             *texel = Texel {
                 albedo: Vec3::new(x[i], y[i], z[i]),
@@ -39,17 +41,17 @@ impl Texels {
         }
     }
 
-    /// The at most eight `texels`; further lanes are 0.
+    /// The at most sixteen `texels`; further lanes are 0.
     fn read(texels: &[Texel]) -> Self {
         let lanes = |of: fn(&Texel) -> f32| {
             let mut lanes = [0.0; LANES];
             for (lane, texel) in lanes.iter_mut().zip(texels) {
                 *lane = of(texel);
             }
-            F32x8::new(lanes)
+            F32x16::new(lanes)
         };
         Self {
-            albedo: Vec3x8 {
+            albedo: Vec3x16 {
                 x: lanes(|t| t.albedo.x),
                 y: lanes(|t| t.albedo.y),
                 z: lanes(|t| t.albedo.z),
@@ -68,9 +70,9 @@ pub(crate) struct Tile {
 }
 
 impl Tile {
-    /// Evaluates `f` at every texel's centre, (u, v) in 0..1, eight of a row at once. Rows are
-    /// independent, so the number of threads cannot matter.
-    pub(crate) fn bake(width: usize, height: usize, f: impl Fn(Vec2x8) -> Texels + Sync) -> Self {
+    /// Evaluates `f` at every texel's centre, (u, v) in 0..1, sixteen of a row at once. Rows
+    /// are independent, so the number of threads cannot matter.
+    pub(crate) fn bake(width: usize, height: usize, f: impl Fn(Vec2x16) -> Texels + Sync) -> Self {
         let tile = Self {
             width,
             height,
@@ -80,7 +82,7 @@ impl Tile {
     }
 
     /// This tile with the texels that `f` makes of the centres, numbers and values of this one's.
-    fn changed(mut self, f: impl Fn(Vec2x8, Range<usize>, Texels) -> Texels + Sync) -> Self {
+    fn changed(mut self, f: impl Fn(Vec2x16, Range<usize>, Texels) -> Texels + Sync) -> Self {
         let (width, scale) = (
             self.width,
             Vec2::new(self.width as f32, self.height as f32).recip(),
@@ -90,7 +92,7 @@ impl Tile {
             let y = (row as f32 + 0.5) * scale.y;
             for (i, texels) in line.chunks_mut(LANES).enumerate() {
                 let columns = std::array::from_fn(|lane| (LANES * i + lane) as f32);
-                let p = Vec2x8::new((F32x8::new(columns) + 0.5) * scale.x, y);
+                let p = Vec2x16::new((F32x16::new(columns) + 0.5) * scale.x, y);
                 let first = row * width + LANES * i;
                 let numbers = first..first + texels.len();
                 f(p, numbers, Texels::read(texels)).write(texels);
@@ -123,17 +125,16 @@ impl Tile {
 
     /// The mean height of the square around each texel.
     fn blurred_heights(&self, radius: usize) -> Vec<f32> {
-        let (w, h) = (self.width, self.height);
-        let heights: Vec<f32> = self.texels.iter().map(|t| t.height).collect();
-        let mut rows = vec![0.0; w * h];
-        rows.par_chunks_exact_mut(w)
-            .zip(heights.par_chunks_exact(w))
-            .for_each(|(out, line)| running_mean(line, radius, out));
-        let columns = transposed(&rows, w);
-        rows.par_chunks_exact_mut(h)
-            .zip(columns.par_chunks_exact(h))
-            .for_each(|(out, line)| running_mean(line, radius, out));
-        transposed(&rows, h)
+        let width = self.width;
+        let mut rows = vec![0.0; self.texels.len()];
+        let lines = rows.par_chunks_exact_mut(width);
+        lines
+            .zip(self.texels.par_chunks_exact(width))
+            .for_each(|(out, line)| {
+                let heights: Vec<f32> = line.iter().map(|t| t.height).collect();
+                running_mean(&heights, radius, out);
+            });
+        running_mean_of_rows(&rows, width, radius)
     }
 
     /// Scales colours so that their mean has the luminance of `albedo`; hues do not change.
@@ -171,7 +172,7 @@ impl Tile {
     }
 
     /// This tile where `share` is 0, `other` where it is 1. Both have one size.
-    pub(crate) fn blend(&self, other: &Self, share: impl Fn(Vec2x8) -> F32x8 + Sync) -> Self {
+    pub(crate) fn blend(&self, other: &Self, share: impl Fn(Vec2x16) -> F32x16 + Sync) -> Self {
         self.clone().changed(|p, numbers, a| {
             let (b, t) = (Texels::read(&other.texels[numbers]), share(p));
             Texels {
@@ -182,7 +183,7 @@ impl Tile {
     }
 
     /// The same tile with every colour changed by its position and height.
-    pub(crate) fn recolour(&self, f: impl Fn(Vec2x8, Texels) -> Vec3x8 + Sync) -> Self {
+    pub(crate) fn recolour(&self, f: impl Fn(Vec2x16, Texels) -> Vec3x16 + Sync) -> Self {
         self.clone().changed(|p, _, texels| Texels {
             albedo: f(p, texels),
             ..texels
@@ -221,31 +222,61 @@ pub(crate) fn luminance(c: Vec3) -> f32 {
     c.dot(Vec3::new(0.2126, 0.7152, 0.0722))
 }
 
-/// Rows of `width` as columns.
-fn transposed(values: &[f32], width: usize) -> Vec<f32> {
-    let height = values.len() / width;
-    let mut out = vec![0.0; values.len()];
-    out.par_chunks_exact_mut(height)
-        .enumerate()
-        .for_each(|(x, column)| {
-            for (y, value) in column.iter_mut().enumerate() {
-                *value = values[y * width + x];
-            }
-        });
-    out
-}
-
 /// The mean of the 2 `radius` + 1 values around each, on a ring.
 fn running_mean(line: &[f32], radius: usize, out: &mut [f32]) {
     let n = line.len();
-    let at = |i: usize| f64::from(line[i % n]);
+    let around = 2 * radius + 1;
+    // The ring is unrolled: from `radius` before the first one to one beyond the last one's.
+    let first = (n - radius % n) % n;
+    let ring: Vec<f32> = line
+        .iter()
+        .cycle()
+        .skip(first)
+        .take(n + around)
+        .copied()
+        .collect();
     // Sums of f32 in f64 are exact enough that the ring closes without drift.
-    let mut sum: f64 = (0..=2 * radius).map(|i| at(i + n * radius - radius)).sum();
-    let share = 1.0 / (2 * radius + 1) as f64;
-    for (i, mean) in out.iter_mut().enumerate() {
+    let mut sum: f64 = ring[..around].iter().map(|&x| f64::from(x)).sum();
+    let share = 1.0 / around as f64;
+    for (mean, (&left, &entered)) in out.iter_mut().zip(ring.iter().zip(&ring[around..])) {
         *mean = (sum * share) as f32;
-        sum += at(i + radius + 1) - at(i + n * (radius + 1) - radius);
+        sum += f64::from(entered) - f64::from(left);
     }
+}
+
+/// As [`running_mean`], of the columns of rows of `width`, many columns at once.
+fn running_mean_of_rows(values: &[f32], width: usize, radius: usize) -> Vec<f32> {
+    /// So many rows are computed one after the other.
+    const STRIP: usize = 128;
+    let height = values.len() / width;
+    // The row that is `back` before another one, on the ring.
+    let row = |number: usize, back: usize| {
+        let number = (number + (back / height + 1) * height - back) % height;
+        &values[number * width..(number + 1) * width]
+    };
+    let share = 1.0 / (2 * radius + 1) as f64;
+    let mut means = vec![0.0; values.len()];
+    let strips = means.par_chunks_mut(STRIP * width).enumerate();
+    strips.for_each(|(strip, means)| {
+        let first = strip * STRIP;
+        let mut sums = vec![0.0_f64; width];
+        for offset in 0..=2 * radius {
+            let row = row(first + offset, radius);
+            sums.iter_mut()
+                .zip(row)
+                .for_each(|(s, &x)| *s += f64::from(x));
+        }
+        for (i, means) in (first..).zip(means.chunks_exact_mut(width)) {
+            let (left, entered) = (row(i, radius), row(i + radius + 1, 0));
+            for (mean, sum) in means.iter_mut().zip(&sums) {
+                *mean = (sum * share) as f32;
+            }
+            for ((sum, &left), &entered) in sums.iter_mut().zip(left).zip(entered) {
+                *sum += f64::from(entered) - f64::from(left);
+            }
+        }
+    });
+    means
 }
 
 #[cfg(test)]
@@ -264,6 +295,25 @@ mod tests {
                     .sum::<f32>()
                     / (2 * radius + 1) as f32;
                 assert!((got[i] - want).abs() < 1e-5, "{i} of {radius}");
+            }
+        }
+    }
+
+    #[test]
+    fn rows_have_the_running_mean_of_their_columns() {
+        let (width, height) = (3, 300);
+        let values: Vec<f32> = (0..width * height)
+            .map(|i| ((i * 37) % 101) as f32)
+            .collect();
+        for radius in [0, 5, 149, 200] {
+            let got = running_mean_of_rows(&values, width, radius);
+            for x in 0..width {
+                let of_column = |all: &[f32]| -> Vec<f32> {
+                    all.iter().skip(x).step_by(width).copied().collect()
+                };
+                let mut want = vec![0.0; height];
+                running_mean(&of_column(&values), radius, &mut want);
+                assert_eq!(of_column(&got), want);
             }
         }
     }

@@ -7,7 +7,7 @@ use nemoral_seed::Key;
 use super::ground::{Debris, strew};
 use super::noise::{fbm, gradient, ridged, scramble, smoothstep, unit, value, warp, worley};
 use super::tile::{Texels, Tile};
-use crate::lanes::{F32x8, U32x8, Vec2x8, Vec3x8, rgb};
+use crate::lanes::{F32x16, U32x16, Vec2x16, Vec3x16, rgb};
 use crate::materials::optics;
 
 /// Texels along a side.
@@ -84,7 +84,7 @@ fn debris(kind: Kind) -> Debris {
     }
 }
 
-fn base(kind: Kind, p: Vec2x8, seed: u32) -> Texels {
+fn base(kind: Kind, p: Vec2x16, seed: u32) -> Texels {
     match kind {
         Kind::Gravel => gravel(p, seed),
         Kind::DryEarth => earth(p, seed),
@@ -153,20 +153,20 @@ pub(crate) fn bake(kind: Kind, key: Key) -> TrailTiles {
 }
 
 /// Rounded stones of one size: (height of the dome, hash), 0 between them.
-fn stones(p: Vec2x8, per_side: i32, share: f32, seed: u32) -> (F32x8, U32x8) {
+fn stones(p: Vec2x16, per_side: i32, share: f32, seed: u32) -> (F32x16, U32x16) {
     let w = worley(p, IVec2::splat(per_side), 0.9, seed);
     let radius = 0.34 + 0.26 * unit(w.id ^ 0x3333);
     let flat = 0.75 * w.f1 + 0.25 * (w.offset.x.abs() + w.offset.y.abs());
     let inside = (1.0 - flat / radius.min(0.5 * w.f2 + 0.1)).max(0.0);
     let there = unit(w.id).lt(share) & inside.gt(0.0);
-    let none = U32x8::splat(0);
+    let none = U32x16::splat(0);
     (
         there.select(inside.sqrt(), 0.0),
         there.select_word(w.id, none),
     )
 }
 
-fn gravel(p: Vec2x8, seed: u32) -> Texels {
+fn gravel(p: Vec2x16, seed: u32) -> Texels {
     let q = warp(p, IVec2::splat(12), (0.008, 0.008), seed);
     let mut fines = earth(p, seed ^ 0x100);
     fines.albedo *= 0.85;
@@ -191,10 +191,10 @@ fn gravel(p: Vec2x8, seed: u32) -> Texels {
 }
 
 /// Dry, trodden soil.
-const EARTH: Vec3x8 = rgb(0.225, 0.165, 0.115);
+const EARTH: Vec3x16 = rgb(0.225, 0.165, 0.115);
 
 /// Trodden soil with crumbs and small stones.
-fn earth(p: Vec2x8, seed: u32) -> Texels {
+fn earth(p: Vec2x16, seed: u32) -> Texels {
     let broad = fbm(p, IVec2::splat(4), 4, 0.55, seed);
     let crumbs = fbm(p, IVec2::splat(60), 3, 0.65, seed ^ 0x10);
     let cracks = smoothstep(0.90, 0.99, ridged(p, IVec2::splat(11), 2, 0.5, seed ^ 0x20));
@@ -207,7 +207,7 @@ fn earth(p: Vec2x8, seed: u32) -> Texels {
     }
 }
 
-fn mud(p: Vec2x8, seed: u32) -> Texels {
+fn mud(p: Vec2x16, seed: u32) -> Texels {
     let q = warp(p, IVec2::splat(5), (0.05, 0.05), seed);
     let relief = fbm(q, IVec2::splat(5), 5, 0.52, seed ^ 0x10);
     let clods = worley(q, IVec2::splat(26), 1.0, seed ^ 0x20);
@@ -224,7 +224,7 @@ fn mud(p: Vec2x8, seed: u32) -> Texels {
     }
 }
 
-fn sand(p: Vec2x8, seed: u32) -> Texels {
+fn sand(p: Vec2x16, seed: u32) -> Texels {
     let q = warp(p, IVec2::splat(3), (0.06, 0.06), seed);
     let dunes = fbm(q, IVec2::splat(6), 3, 0.5, seed ^ 0x10);
     let ripples = fbm(q, IVec2::new(10, 22), 2, 0.5, seed ^ 0x20);
@@ -239,7 +239,7 @@ fn sand(p: Vec2x8, seed: u32) -> Texels {
 }
 
 /// Worn rock: humps and steps, a few joints, soil in the hollows.
-fn bedrock(p: Vec2x8, seed: u32) -> Texels {
+fn bedrock(p: Vec2x16, seed: u32) -> Texels {
     let q = warp(p, IVec2::splat(3), (0.10, 0.10), seed);
     let relief = fbm(q, IVec2::new(4, 6), 6, 0.55, seed ^ 0x20);
     // Steps where beds have broken away.

@@ -249,7 +249,7 @@ impl WorldAssets {
             brash: plants(&library.deadwood.brash),
             climbers: {
                 let of = &library.climbers;
-                let trees = of.trees.iter().chain(&of.snags);
+                let trees = of.trees.par_iter().chain(&of.snags);
                 let shapes = |shapes: &[Arc<Prototype>]| build(shapes.iter().collect());
                 trees
                     .map(|t| ClimberShapes {

@@ -3,7 +3,7 @@
 use glam::IVec2;
 
 use super::{HEIGHT, WIDTH, with_lichen};
-use crate::lanes::{F32x8, rgb};
+use crate::lanes::{F32x16, rgb};
 use crate::textures::noise::{fbm, gradient, ridged, smoothstep, unit, value, warp, worley};
 use crate::textures::tile::{Texels, Tile};
 
@@ -12,9 +12,9 @@ pub(super) fn flakes(seed: u32) -> Tile {
     let mut tile = Tile::bake(WIDTH, HEIGHT, |p| {
         let q = warp(p, IVec2::new(8, 10), (0.03, 0.02), seed);
         let q = warp(q, IVec2::new(50, 70), (0.006, 0.004), seed ^ 0x11);
-        let mut height = F32x8::splat(0.0);
-        let mut edge = F32x8::splat(0.0);
-        let mut tone = F32x8::splat(0.5);
+        let mut height = F32x16::splat(0.0);
+        let mut edge = F32x16::splat(0.0);
+        let mut tone = F32x16::splat(0.5);
         // Sheets over sheets: each covers a random part, and curls at its edge.
         for layer in 1..4_u32 {
             let cells = worley(

@@ -10,18 +10,18 @@ use nemoral_scene::DecayStage;
 use super::super::noise::{fbm, gradient, ridged, smoothstep, value, worley};
 use super::super::tile::{Texels, Tile};
 use super::{HEIGHT, WIDTH};
-use crate::lanes::{F32x8, Vec2x8, Vec3x8, rgb};
+use crate::lanes::{F32x16, Vec2x16, Vec3x16, rgb};
 
 /// Moss in cushions, as at the feet of stems.
-const MOSS: Vec3x8 = rgb(0.052, 0.068, 0.024);
+const MOSS: Vec3x16 = rgb(0.052, 0.068, 0.024);
 
 /// How far up a place on the side is: -1 below, 1 above.
-fn upwards(p: Vec2x8) -> F32x8 {
+fn upwards(p: Vec2x16) -> F32x16 {
     -(TAU * p.x).map(libm::cosf)
 }
 
 /// The colour under moss that covers about `cover` of the upper half.
-fn mossy(p: Vec2x8, albedo: Vec3x8, cover: f32, seed: u32) -> Vec3x8 {
+fn mossy(p: Vec2x16, albedo: Vec3x16, cover: f32, seed: u32) -> Vec3x16 {
     let field = 0.34 * upwards(p)
         + 0.62 * fbm(p, IVec2::new(5, 10), 4, 0.55, seed)
         + 0.10 * gradient(p, IVec2::new(50, 100), seed ^ 1);
@@ -31,7 +31,7 @@ fn mossy(p: Vec2x8, albedo: Vec3x8, cover: f32, seed: u32) -> Vec3x8 {
 }
 
 /// Bare wood, silver where it is dry: its colour and its height.
-fn wood(p: Vec2x8, grey: Vec3x8, seed: u32) -> (Vec3x8, F32x8) {
+fn wood(p: Vec2x16, grey: Vec3x16, seed: u32) -> (Vec3x16, F32x16) {
     let fibre = fbm(p, IVec2::new(56, 4), 3, 0.6, seed);
     let crack = ridged(p, IVec2::new(14, 2), 2, 0.5, seed ^ 1);
     let crack = smoothstep(0.84, 0.97, crack);

@@ -12,7 +12,7 @@ pub(crate) use rough::{dead, twig};
 
 use super::noise::{fbm, gradient, smoothstep, value};
 use super::tile::Tile;
-use crate::lanes::{Vec2x8, Vec3x8, rgb};
+use crate::lanes::{Vec2x16, Vec3x16, rgb};
 use crate::tree::{BarkKind, BarkLayer, linear};
 
 const WIDTH: usize = 512;
@@ -50,7 +50,7 @@ pub(crate) fn between(lower: &Tile, upper: &Tile, soft: f32, seed: u32) -> Tile 
 }
 
 /// Lichen: blotches with crisp edges, pale grey-green.
-fn with_lichen(p: Vec2x8, albedo: Vec3x8, cover: f32, seed: u32) -> Vec3x8 {
+fn with_lichen(p: Vec2x16, albedo: Vec3x16, cover: f32, seed: u32) -> Vec3x16 {
     let field =
         fbm(p, IVec2::new(9, 18), 4, 0.6, seed) + 0.25 * gradient(p, IVec2::new(70, 140), seed ^ 5);
     let there = smoothstep(0.62 - cover, 0.70 - cover, field);

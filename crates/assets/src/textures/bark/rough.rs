@@ -3,7 +3,7 @@
 use glam::{IVec2, Vec3};
 
 use super::{HEIGHT, WIDTH, with_lichen};
-use crate::lanes::{F32x8, Vec3x8, rgb};
+use crate::lanes::{F32x16, Vec3x16, rgb};
 use crate::textures::noise::{fbm, gradient, ridged, scramble, smoothstep, unit, warp, worley};
 use crate::textures::tile::{Texels, Tile};
 
@@ -60,8 +60,8 @@ pub(super) fn patches(seed: u32) -> Tile {
         let streak = fbm(p, IVec2::new(40, 5), 3, 0.55, seed ^ 0x12);
         let fine = gradient(p, IVec2::new(150, 60), seed ^ 0x13);
         let mut colour = skins[0];
-        let mut height = F32x8::splat(0.0);
-        let mut rim = F32x8::splat(0.0);
+        let mut height = F32x16::splat(0.0);
+        let mut rim = F32x16::splat(0.0);
         for (layer, &skin) in skins.iter().enumerate().skip(1) {
             let salt = seed ^ (0x100 * layer as u32);
             // Long patches: wide noise, stretched along the stem, with torn edges.
@@ -136,7 +136,9 @@ pub(crate) fn twig(seed: u32, mean: Vec3) -> Tile {
         let scar = 1.0 - smoothstep(0.10, 0.24, scars.f1);
         let crack = smoothstep(0.80, 0.97, crack);
         Texels {
-            albedo: Vec3x8::from(mean) * (1.0 + 0.35 * streak + 0.35 * scar) * (1.0 - 0.45 * crack),
+            albedo: Vec3x16::from(mean)
+                * (1.0 + 0.35 * streak + 0.35 * scar)
+                * (1.0 - 0.45 * crack),
             height: 0.3 * streak - 0.7 * crack + 0.3 * scar,
         }
     });

@@ -3,7 +3,7 @@
 use glam::IVec2;
 
 use super::{HEIGHT, WIDTH};
-use crate::lanes::{F32x8, Vec2x8, rgb};
+use crate::lanes::{F32x16, Vec2x16, rgb};
 use crate::textures::noise::{
     Worley, fbm, gradient, ridged, smoothstep, unit, value, warp, worley,
 };
@@ -38,7 +38,7 @@ pub(super) fn beech(seed: u32) -> Tile {
 
 /// Scars over the places where branches were: thin dark arcs. The result is 1 where a scar is
 /// deepest.
-fn scars(p: Vec2x8, frequency: IVec2, share: f32, seed: u32) -> F32x8 {
+fn scars(p: Vec2x16, frequency: IVec2, share: f32, seed: u32) -> F32x16 {
     let Worley { offset, id, .. } = worley(p, frequency, 0.7, seed);
     let size = 0.10 + 0.12 * unit(id.rotate_left(7));
     // An arch open below: its line falls away on both sides.
@@ -80,7 +80,7 @@ pub(super) fn birch(seed: u32) -> Tile {
 }
 
 /// Where the paper has burst: ragged black diamonds of different shapes, most of them small.
-fn rents(p: Vec2x8, seed: u32) -> F32x8 {
+fn rents(p: Vec2x16, seed: u32) -> F32x16 {
     let torn = fbm(p, IVec2::new(26, 52), 4, 0.62, seed ^ 0x11);
     let bent = warp(p, IVec2::new(9, 14), (0.018, 0.012), seed ^ 0x22);
     let of = |frequency: IVec2, share: f32, largest: f32, seed: u32| {

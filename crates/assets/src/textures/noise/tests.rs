@@ -2,7 +2,8 @@ use glam::Vec2;
 use proptest::prelude::*;
 
 use super::*;
-use crate::lanes::LANES;
+
+const LANES: usize = F32x16::LANES;
 
 const F: IVec2 = IVec2::new(5, 7);
 
@@ -92,29 +93,29 @@ mod reference {
     }
 }
 
-/// Eight points in a row from `p`, and each of them.
-fn eight(p: Vec2) -> (Vec2x8, [Vec2; LANES]) {
+/// Points in a row from `p`, and each of them.
+fn side_by_side(p: Vec2) -> (Vec2x16, [Vec2; LANES]) {
     let points = std::array::from_fn(|i| p + i as f32 * Vec2::new(0.113, 0.071));
-    let lanes = |of: fn(Vec2) -> f32| F32x8::new(points.map(of));
-    (Vec2x8::new(lanes(|p| p.x), lanes(|p| p.y)), points)
+    let lanes = |of: fn(Vec2) -> f32| F32x16::new(points.map(of));
+    (Vec2x16::new(lanes(|p| p.x), lanes(|p| p.y)), points)
 }
 
 proptest! {
     /// Bit for bit: instruction sets, bits of directions and masks change nothing.
     #[test]
-    fn eight_points_have_the_noise_of_each(
+    fn points_side_by_side_have_the_noise_of_each(
         x in -3.0_f32..3.0,
         y in -3.0_f32..3.0,
         (fx, fy) in (1_i32..300, 1_i32..300),
         seed: u32,
     ) {
-        let (eight, points) = eight(Vec2::new(x, y));
+        let (lanes, points) = side_by_side(Vec2::new(x, y));
         let f = IVec2::new(fx, fy);
-        let got = value(eight, f, seed).to_array();
+        let got = value(lanes, f, seed).to_array();
         prop_assert_eq!(got, points.map(|p| reference::value(p, f, seed)));
-        let got = gradient(eight, f, seed).to_array();
+        let got = gradient(lanes, f, seed).to_array();
         prop_assert_eq!(got, points.map(|p| reference::gradient(p, f, seed)));
-        let got = worley(eight, f, 1.0, seed);
+        let got = worley(lanes, f, 1.0, seed);
         let want = points.map(|p| reference::worley(p, f, seed));
         prop_assert_eq!(got.f1.to_array(), want.map(|w| w.0));
         prop_assert_eq!(got.f2.to_array(), want.map(|w| w.1));
@@ -130,7 +131,7 @@ proptest! {
         y in -3.0_f32..3.0,
         seed: u32,
     ) {
-        let (p, _) = eight(Vec2::new(x, y));
+        let (p, _) = side_by_side(Vec2::new(x, y));
         prop_assert_eq!(inline_gradient(p, F, seed), gradient(p, F, seed));
         prop_assert_eq!(octave_sum::<false>(p, F, 4, 0.6, seed), fbm(p, F, 4, 0.6, seed));
         prop_assert_eq!(octave_sum::<true>(p, F, 3, 0.6, seed), ridged(p, F, 3, 0.6, seed));
@@ -148,7 +149,7 @@ proptest! {
         prop_assert!((at::fbm(p, F, 3, 0.5, seed) - want).abs() < 1e-6);
         let ridge = |o: u32| (1.0 - octave(o).abs().min(1.0)).powi(2);
         let want = (ridge(0) + 0.5 * ridge(1)) / 1.5;
-        let got = ridged(Vec2x8::new(x, y), F, 2, 0.5, seed).to_array()[0];
+        let got = ridged(Vec2x16::new(x, y), F, 2, 0.5, seed).to_array()[0];
         prop_assert!((got - want).abs() < 1e-6);
     }
 
@@ -160,9 +161,9 @@ proptest! {
         j in -2_i32..3,
         seed: u32,
     ) {
-        let p = Vec2x8::new(x, y);
-        let q = Vec2x8::new(x + i as f32, y + j as f32);
-        let differ = |noise: fn(Vec2x8, u32) -> F32x8| {
+        let p = Vec2x16::new(x, y);
+        let q = Vec2x16::new(x + i as f32, y + j as f32);
+        let differ = |noise: fn(Vec2x16, u32) -> F32x16| {
             (noise(p, seed) - noise(q, seed)).to_array()[0].abs()
         };
         prop_assert!(differ(|p, seed| value(p, F, seed)) < 1e-3);
@@ -173,8 +174,8 @@ proptest! {
 
     #[test]
     fn ranges_hold(x in -3.0_f32..3.0, y in -3.0_f32..3.0, seed: u32) {
-        let p = Vec2x8::new(x, y);
-        let first = |lanes: F32x8| lanes.to_array()[0];
+        let p = Vec2x16::new(x, y);
+        let first = |lanes: F32x16| lanes.to_array()[0];
         prop_assert!((0.0..=1.0).contains(&first(value(p, F, seed))));
         prop_assert!(first(gradient(p, F, seed)).abs() <= 1.1);
         prop_assert!((0.0..=1.0).contains(&first(ridged(p, F, 4, 0.5, seed))));
@@ -193,14 +194,14 @@ proptest! {
         for cy in -2..9_i32 {
             for cx in -2..8_i32 {
                 let lattice = (cx.rem_euclid(F.x) as u32, cy.rem_euclid(F.y) as u32);
-                let (mx, my) = (U32x8::splat(lattice.0), U32x8::splat(lattice.1));
+                let (mx, my) = (U32x16::splat(lattice.0), U32x16::splat(lattice.1));
                 let h = scramble(mix_x(mx) + mix_y(my, seed)).to_array()[0];
                 let j = Vec2::new((h & 0xFFFF) as f32, (h >> 16) as f32) / 65536.0;
                 d.push(p.distance(Vec2::new(cx as f32, cy as f32) + 0.5 + 0.5 * (j - 0.5)));
             }
         }
         d.sort_by(f32::total_cmp);
-        let got = worley(Vec2x8::new(x, y), F, 0.5, seed).f1.to_array()[0];
+        let got = worley(Vec2x16::new(x, y), F, 0.5, seed).f1.to_array()[0];
         prop_assert!((got - d[0]).abs() < 1e-4);
     }
 }
@@ -214,13 +215,13 @@ fn noise_has_no_drift_and_the_lattice_shows() {
         .sum();
     let mean = sum / (n * n) as f32;
     assert!(mean.abs() < 0.03, "{mean}");
-    let corner = Vec2x8::new(0.25, 0.75);
-    assert_eq!(gradient(corner, IVec2::splat(4), 3), F32x8::splat(0.0));
+    let corner = Vec2x16::new(0.25, 0.75);
+    assert_eq!(gradient(corner, IVec2::splat(4), 3), F32x16::splat(0.0));
 }
 
 #[test]
 fn value_stability() {
-    let p = Vec2x8::new(0.37, 0.81);
+    let p = Vec2x16::new(0.37, 0.81);
     let got = [
         value(p, F, 7),
         fbm(p, F, 4, 0.5, 7),
