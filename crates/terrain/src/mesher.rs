@@ -313,11 +313,15 @@ struct Cutter<'a> {
 
 impl Cutter<'_> {
     fn triangle(&mut self, work: &mut Work<'_>, corners: [Vertex; 3]) {
-        let e = corners.map(|v| work.edge(v));
-        let v = corners.map(|v| work.vertex(v));
-        for k in 0..3 {
-            self.look(work, v[k], e[k]);
-        }
+        // Everything is asked of one corner before the next, so that a ground can keep what it
+        // found out about the last place.
+        let all = corners.map(|corner| {
+            let edge_m = work.edge(corner);
+            let vertex = work.vertex(corner);
+            self.look(work, vertex, edge_m);
+            (edge_m, vertex)
+        });
+        let (e, v) = (all.map(|corner| corner.0), all.map(|corner| corner.1));
         let positive = e.iter().filter(|e| **e > 0.0).count();
         let negative = e.iter().filter(|e| **e < 0.0).count();
         if positive == 0 || negative == 0 {

@@ -364,7 +364,7 @@ fn zones_meet_where_the_border_says() {
             if za != zb {
                 borders += 1;
                 // On whichever side rounding puts a piece of the mesh, its part is one of the two.
-                let sides = [true, false].map(|n| flat(p.ground.zone_on_side(a, n)));
+                let sides = [true, false].map(|n| flat(p.ground.place(a).zone_on_side(n)));
                 assert!(sides.contains(&za) && sides.contains(&zb), "{sides:?}");
             }
         }

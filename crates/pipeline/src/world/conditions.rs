@@ -92,10 +92,14 @@ impl Conditions {
     }
 
     /// Whether the ground there is bare mud, if it is this wet: `wave`, −1..=1, makes its border
-    /// ragged.
-    pub(crate) fn is_mud(&self, wetness: f64, wave: f64) -> bool {
+    /// ragged. It is asked for near that border alone.
+    pub(crate) fn is_mud(&self, wetness: f64, wave: impl FnOnce() -> f64) -> bool {
+        const RAGGED: f64 = 0.12;
         let mud = self.effects.0.mud;
-        mud > 0.0 && wetness + 0.12 * wave > 1.0 - 0.35 * mud
+        let border = 1.0 - 0.35 * mud;
+        // A little more than the wave can bring, so that rounding does not matter.
+        let is_near = wetness + 1.01 * RAGGED > border;
+        mud > 0.0 && is_near && wetness + RAGGED * wave() > border
     }
 
     /// How many more puddles a place has than others.
@@ -189,7 +193,7 @@ mod tests {
         let here = Conditions::new(&none, square(0.0, 0.0));
         let found = here.at(&base, DVec2::new(3.0, 4.0), 0.1);
         assert_eq!(found, GroundConditions::NEUTRAL);
-        assert!(!here.is_mud(1.0, 1.0));
+        assert!(!here.is_mud(1.0, || 1.0));
         assert_eq!(Conditions::puddles(&none, &base, DVec2::ZERO), 1.0);
     }
 }

@@ -11,10 +11,10 @@ use nemoral_stand::{
     settle,
 };
 use nemoral_terrain::{
-    Eroded, ErosionParams, GroundZones, HeightField, HeightPosts, PerlinTerrain, ReliefParams,
-    Terrain, TerrainParams, ZoneSample,
+    Eroded, ErosionParams, HeightField, HeightPosts, PerlinTerrain, ReliefParams, Terrain,
+    TerrainParams, ZoneSample,
 };
-use nemoral_trails::{TrailGround, TrailSurfaceKind, TrailZone, Trails};
+use nemoral_trails::{TrailGround, TrailPlace, TrailSurfaceKind, TrailZone, Trails};
 use nemoral_water::{Puddle, Water, WaterKind, WaterNear, WaterParams, puddle_sheets};
 use rayon::prelude::*;
 
@@ -414,9 +414,60 @@ impl ChunkGround {
     /// the break-lines.
     #[must_use]
     pub fn trail_zone(&self, world_m: DVec2, inside: bool) -> TrailZone {
-        self.carved
-            .as_ref()
-            .map_or(TrailZone::Off, |g| g.zone_on_side(world_m, inside))
+        let place = self.trail_place(world_m);
+        place.map_or(TrailZone::Off, |trails| trails.zone_on_side(inside))
+    }
+
+    /// What trails make of a place; `None` if there are none near the chunk.
+    pub(crate) fn trail_place(&self, world_m: DVec2) -> Option<TrailPlace<'_>> {
+        self.carved.as_ref().map(|ground| ground.place(world_m))
+    }
+
+    /// Height and gradient at a place of which trails make this.
+    pub(crate) fn sample_at(
+        &self,
+        world_m: DVec2,
+        trails: Option<&TrailPlace<'_>>,
+    ) -> SurfaceSample {
+        let mut sample = match trails {
+            Some(trails) => trails.sample(),
+            None => self.base.sample(world_m),
+        };
+        if let Some(water) = &self.water
+            && water.concerns(world_m)
+        {
+            sample = match trails {
+                Some(trails) => water.carve_beside(world_m, sample, trails.edge()),
+                None => water.carve(world_m, sample),
+            };
+        }
+        for tree in &self.thrown {
+            tree.dig(world_m, &mut sample);
+        }
+        for puddle in &self.puddles {
+            puddle.carve(world_m, &mut sample);
+        }
+        sample
+    }
+
+    /// The break-lines near a place of which trails make this.
+    pub(crate) fn zones_at(&self, world_m: DVec2, trails: Option<&TrailPlace<'_>>) -> ZoneSample {
+        let edge_m = trails.map_or(f64::INFINITY, TrailPlace::border_m);
+        // The slopes that a trail cuts and fills are meshed as finely as its surface.
+        let near_trail = self.carved.as_ref().is_some_and(|g| edge_m < g.fine_m());
+        // So are pits.
+        let in_pit = self.thrown.iter().any(|t| t.pit_border_m(world_m) < 0.2);
+        // And the beds and banks of waters.
+        let in_bed = self.water.as_ref().is_some_and(|w| w.is_steep(world_m))
+            || self.puddle_edge_m(world_m) < 0.3;
+        let near_face = self.has_cliffs
+            && self.base.sample(world_m).gradient.length() > FACE_SLOPE - FACE_MARGIN;
+        let detail_m = if near_trail || in_pit || in_bed || near_face {
+            0.0
+        } else {
+            f64::INFINITY
+        };
+        ZoneSample { edge_m, detail_m }
     }
 
     /// Whether a disk on the map keeps clear of thrown trees, their root plates and pits.
@@ -503,7 +554,7 @@ impl ChunkGround {
     }
 
     /// Whether the ground of a place is bare mud; see [`Conditions::is_mud`].
-    pub(crate) fn is_mud(&self, wetness: f64, wave: f64) -> bool {
+    pub(crate) fn is_mud(&self, wetness: f64, wave: impl FnOnce() -> f64) -> bool {
         self.conditions.is_mud(wetness, wave)
     }
 
@@ -564,49 +615,7 @@ impl ChunkGround {
 
 impl Surface for ChunkGround {
     fn sample(&self, world_m: DVec2) -> SurfaceSample {
-        let mut sample = match &self.carved {
-            Some(ground) => ground.sample(world_m),
-            None => self.base.sample(world_m),
-        };
-        if let Some(water) = &self.water
-            && water.concerns(world_m)
-        {
-            sample = match &self.carved {
-                Some(ground) => water.carve_beside(world_m, sample, ground.edge(world_m)),
-                None => water.carve(world_m, sample),
-            };
-        }
-        for tree in &self.thrown {
-            tree.dig(world_m, &mut sample);
-        }
-        for puddle in &self.puddles {
-            puddle.carve(world_m, &mut sample);
-        }
-        sample
-    }
-}
-
-impl GroundZones for ChunkGround {
-    fn sample(&self, world_m: DVec2) -> ZoneSample {
-        let edge_m = self
-            .carved
-            .as_ref()
-            .map_or(f64::INFINITY, |g| g.border_m(world_m));
-        // The slopes that a trail cuts and fills are meshed as finely as its surface.
-        let near_trail = self.carved.as_ref().is_some_and(|g| edge_m < g.fine_m());
-        // So are pits.
-        let in_pit = self.thrown.iter().any(|t| t.pit_border_m(world_m) < 0.2);
-        // And the beds and banks of waters.
-        let in_bed = self.water.as_ref().is_some_and(|w| w.is_steep(world_m))
-            || self.puddle_edge_m(world_m) < 0.3;
-        let near_face = self.has_cliffs
-            && self.base.sample(world_m).gradient.length() > FACE_SLOPE - FACE_MARGIN;
-        let detail_m = if near_trail || in_pit || in_bed || near_face {
-            0.0
-        } else {
-            f64::INFINITY
-        };
-        ZoneSample { edge_m, detail_m }
+        self.sample_at(world_m, self.trail_place(world_m).as_ref())
     }
 }
 

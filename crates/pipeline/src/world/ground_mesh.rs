@@ -1,15 +1,15 @@
 //! The mesh of a chunk's ground.
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use nemoral_assets::GroundMaterials;
 use nemoral_raycast::Blas;
 use nemoral_scene::glam::{DVec2, Vec3};
-use nemoral_scene::{ChunkCoord, InstancePlace, MaterialId, Prototype};
+use nemoral_scene::{ChunkCoord, InstancePlace, MaterialId, Prototype, Surface, SurfaceSample};
 use nemoral_seed::{Domain, Key};
 use nemoral_stand::{FLOOR_FIELD, Field, FloorComposition};
-use nemoral_terrain::{GroundMesher, MeshParams};
-use nemoral_trails::{TrailSurfaceKind, TrailZone};
+use nemoral_terrain::{GroundMesher, GroundZones, MeshParams, ZoneSample};
+use nemoral_trails::{TrailPlace, TrailSurfaceKind, TrailZone};
 
 use super::assets::WorldAssets;
 use super::ground::{ChunkGround, TerrainField};
@@ -61,11 +61,15 @@ impl GroundMeshRecipe {
         let floor = floor_composition(self.floor, world)?;
         let beds = assets.water.as_ref();
         let mud = beds.map_or(library.ground.bare_soil, |beds| beds.mud);
+        let looked_at = LookedAtGround::new(ground);
         let material = |p: DVec2, inside: bool| {
-            bed_material(beds, ground, p)
-                .unwrap_or_else(|| ground_material(&library.ground, mud, &floor, ground, p, inside))
+            bed_material(beds, ground, p).unwrap_or_else(|| {
+                looked_at.at(p, |trails| {
+                    ground_material(&library.ground, mud, &floor, (ground, trails), p, inside)
+                })
+            })
         };
-        let mesh = self.mesher.mesh(at, ground, ground, &material);
+        let mesh = self.mesher.mesh(at, &looked_at, &looked_at, &material);
         let prototype = Prototype::new("ground", mesh, Vec::new(), &library.materials)
             .map_err(Error::of_stage)?;
         let blas = Arc::new(Blas::build(Arc::new(prototype), &library.materials));
@@ -95,6 +99,43 @@ impl Encode for GroundMeshRecipe {
     }
 }
 
+/// The ground for its mesher, which asks several things of a place one after the other: the trails
+/// around the last one are kept.
+struct LookedAtGround<'a> {
+    ground: &'a ChunkGround,
+    last: Mutex<Option<TrailPlace<'a>>>,
+}
+
+impl<'a> LookedAtGround<'a> {
+    fn new(ground: &'a ChunkGround) -> Self {
+        Self {
+            ground,
+            last: Mutex::new(None),
+        }
+    }
+
+    /// What `look` finds out of a place by the trails there.
+    fn at<T>(&self, p: DVec2, look: impl FnOnce(Option<&TrailPlace<'_>>) -> T) -> T {
+        let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
+        if last.as_ref().is_none_or(|last| last.world_m() != p) {
+            *last = self.ground.trail_place(p);
+        }
+        look(last.as_ref())
+    }
+}
+
+impl Surface for LookedAtGround<'_> {
+    fn sample(&self, p: DVec2) -> SurfaceSample {
+        self.at(p, |trails| self.ground.sample_at(p, trails))
+    }
+}
+
+impl GroundZones for LookedAtGround<'_> {
+    fn sample(&self, p: DVec2) -> ZoneSample {
+        self.at(p, |trails| self.ground.zones_at(p, trails))
+    }
+}
+
 /// The covers of a world's forest floor with these shares, in the order of the library's floors.
 pub(crate) fn floor_composition(
     shares: [f64; 3],
@@ -115,7 +156,7 @@ fn bed_material(
 ) -> Option<MaterialId> {
     let (beds, water) = (beds?, ground.water()?);
     let bank_m = ground.bank_m(p);
-    if bank_m > BARE_M * (0.45 + 0.55 * wave(p)) {
+    if bank_m > BARE_M || bank_m > BARE_M * (0.45 + 0.55 * wave(p)) {
         return None;
     }
     let of_pond = water.ponds().any(|pond| pond.edge_m(p) < BARE_M);
@@ -133,15 +174,15 @@ fn ground_material<F: Field>(
     materials: &GroundMaterials,
     mud: MaterialId,
     floor: &FloorComposition<F>,
-    ground: &ChunkGround,
+    (ground, trails): (&ChunkGround, Option<&TrailPlace<'_>>),
     p: DVec2,
     inside: bool,
 ) -> MaterialId {
     let trail = || {
-        let kind = ground.trail_kind(p).unwrap_or(TrailSurfaceKind::Gravel);
-        materials.trail(kind)
+        let kind = trails.and_then(TrailPlace::kind);
+        materials.trail(kind.unwrap_or(TrailSurfaceKind::Gravel))
     };
-    match ground.trail_zone(p, inside) {
+    match trails.map_or(TrailZone::Off, |trails| trails.zone_on_side(inside)) {
         TrailZone::Surface => trail().surface,
         TrailZone::Rut => trail().rut,
         TrailZone::Strip => trail().strip,
@@ -150,7 +191,7 @@ fn ground_material<F: Field>(
         TrailZone::Off if ground.is_rock_face(p) => materials.rock_face.unwrap_or(mud),
         TrailZone::Off => {
             let wetness = ground.conditions(p).wetness;
-            if ground.is_mud(wetness, wave(p)) {
+            if ground.is_mud(wetness, || wave(p)) {
                 mud
             } else {
                 materials.floor[floor.cover(p, wetness).index()]
