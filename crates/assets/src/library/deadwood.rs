@@ -98,19 +98,25 @@ impl PlantGrower<'_> {
                 self.log(index, of, &plan, key.item(1))
             });
             all.logs.extend(logs.collect::<Vec<_>>());
-            let key = self.key.domain(THROWN).domain(own);
-            for (i, stage) in THROWN_STAGES.into_iter().enumerate() {
-                let key = key.item(i as u64);
-                let plan = thrown(stage, species.dbh_mean_m, key);
-                all.thrown.push(self.log(index, of, &plan, key.item(1)));
+        }
+        let thrown: Vec<(LogAsset, PlantAsset)> = (0..stand.len() * THROWN_STAGES.len())
+            .into_par_iter()
+            .map(|number| {
+                let (index, i) = (number / THROWN_STAGES.len(), number % THROWN_STAGES.len());
+                let species = &stand[index];
+                let own = Domain::new(&species.species.name);
+                let key = self.key.domain(THROWN).domain(own).item(i as u64);
+                let plan = thrown(THROWN_STAGES[i], species.dbh_mean_m, key);
                 // Plates are some three times as wide as the flare of the stem.
                 let radius_m = (3.4 * plan.radius_m[0] * 1.6).clamp(0.65, 1.35);
-                let shape = root_plate(radius_m, &of.root_plate, key.item(2));
-                let number = all.root_plates.len() as u32;
-                let shape = prototype("root_plate", number, shape, &self.materials.library);
-                all.root_plates.push(asset("root_plate", shape, radius_m));
-            }
-        }
+                let plate = root_plate(radius_m, &of.root_plate, key.item(2));
+                let library = &self.materials.library;
+                let plate = prototype("root_plate", number as u32, plate, library);
+                let log = self.log(index, of, &plan, key.item(1));
+                (log, asset("root_plate", plate, radius_m))
+            })
+            .collect();
+        (all.thrown, all.root_plates) = thrown.into_iter().unzip();
         all
     }
 

@@ -178,40 +178,40 @@ impl WorldMaterials {
         let baker = &TextureBaker::new(is_textured);
         let textures = key.domain(TEXTURES);
         let cards = key.domain(CARDS);
-        let (trails, (floors, (solids, (images, leaves)))) = rayon::join(
-            || bake_trails(baker, trail_surfaces, textures.item(100)),
-            || {
-                rayon::join(
-                    || bake_floors(baker, textures.item(200)),
-                    || {
-                        rayon::join(
-                            || {
-                                let key = textures.item(300);
-                                SolidTextures::bake(baker, species, deadwood, key)
-                            },
-                            || {
-                                let kinds = KINDS.par_iter().map(|kind| kind.images(cards));
-                                let trees = species.par_iter().map(|s| {
-                                    let key = cards.domain(Domain::new(&s.name));
-                                    leaf_images(&s.shoot(), key)
-                                });
-                                (kinds.collect::<Vec<_>>(), trees.collect::<Vec<_>>())
-                            },
-                        )
-                    },
-                )
-            },
+        let ground = || {
+            rayon::join(
+                || bake_trails(baker, trail_surfaces, textures.item(100)),
+                || bake_floors(baker, textures.item(200)),
+            )
+        };
+        let solids = || SolidTextures::bake(baker, species, deadwood, textures.item(300));
+        let foliage = || -> (Vec<_>, Vec<_>) {
+            let kinds = KINDS.par_iter().map(|kind| kind.images(cards));
+            let trees = species.par_iter().map(|s| {
+                let key = cards.domain(Domain::new(&s.name));
+                leaf_images(&s.shoot(), key)
+            });
+            rayon::join(|| kinds.collect(), || trees.collect())
+        };
+        let rare = || {
+            let young = species.par_iter().filter(|_| seedlings);
+            let young = young.map(|s| {
+                let key = cards.domain(Domain::new(&s.name));
+                seedling::images(&s.leaves, key)
+            });
+            let dead = || deadwood.then(|| DeadwoodTextures::bake(baker, textures.item(400)));
+            let climbing = || climbers.then(|| self::climbers::images(cards));
+            let closed = || self::communities::images(communities, cards);
+            let ((young, dead), (climbing, closed)) = rayon::join(
+                || rayon::join(|| young.collect(), dead),
+                || rayon::join(climbing, closed),
+            );
+            (young, dead, climbing, closed)
+        };
+        let ((ground, solids), ((images, leaves), rare)) = rayon::join(
+            || rayon::join(ground, solids),
+            || rayon::join(foliage, rare),
         );
-        let young: Vec<_> = species
-            .par_iter()
-            .filter(|_| seedlings)
-            .map(|s| seedling::images(&s.leaves, cards.domain(Domain::new(&s.name))))
-            .collect();
-        let dead = deadwood.then(|| DeadwoodTextures::bake(baker, textures.item(400)));
-        let climbing = climbers.then(|| self::climbers::images(cards));
-        let closed = self::communities::images(communities, cards);
-        let rare = (young, dead, climbing, closed);
-        let ground = (trails, floors);
         let mut all = Self::register(species, ground, solids, images, leaves, rare);
         if wayside {
             all.wayside();
@@ -242,10 +242,9 @@ impl WorldMaterials {
             all.shed(species, cards);
         }
         if surface_roots {
-            for tree in &all.trees {
-                let root = solid::surface_root(all.library.get(tree.stem));
-                all.surface_roots.push(all.library.add(root));
-            }
+            let root = |tree: &TreeMaterials| solid::surface_root(all.library.get(tree.stem));
+            let roots: Vec<Material> = all.trees.par_iter().map(root).collect();
+            all.surface_roots = roots.into_iter().map(|of| all.library.add(of)).collect();
         }
         if lianas {
             let (images, wood) = (self::lianas::liana_images(cards), all.shrub_wood);
