@@ -12,9 +12,11 @@
 mod grid;
 
 use glam::Vec3;
-use nemoral_scene::{AlphaMask, AmbientOcclusion, MaterialId, MaterialLibrary, Mesh, Prototype};
+use nemoral_scene::{
+    AlphaMask, AmbientOcclusion, Card, MaterialId, MaterialLibrary, Mesh, Prototype,
+};
 
-use self::grid::{AreaDensityGrid, directions};
+use self::grid::{AreaDensityGrid, SurfacePoint, directions};
 
 /// How far occluders are looked for, and how finely.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -165,21 +167,25 @@ pub(crate) fn bake(
     let (mesh, cards) = (prototype.mesh(), prototype.cards());
     let cut_out = cut_out(mesh, masks);
     let of_mesh = mesh.positions.iter().zip(&mesh.normals).zip(&cut_out);
-    let mut vertices: Vec<f32> = of_mesh
-        .map(|((&at, &normal), &both)| grid.light(at, normal, both, &directions, steps))
-        .collect();
-    let mut leaves: Vec<[f32; 4]> = cards
-        .iter()
-        .map(|card| {
-            let normal = card.edge_u.cross(card.edge_v).normalize_or(Vec3::Z);
-            (card.corners()).map(|at| grid.light(at, normal, true, &directions, steps))
+    let point =
+        |((&at, &normal), &both): ((&Vec3, &Vec3), &bool)| SurfacePoint { at, normal, both };
+    let points: Vec<SurfacePoint> = of_mesh.map(point).collect();
+    let mut vertices = grid.lights(&points, &directions, steps);
+    let corners = |card: &Card| {
+        let normal = card.edge_u.cross(card.edge_v).normalize_or(Vec3::Z);
+        card.corners().map(|at| SurfacePoint {
+            at,
+            normal,
+            both: true,
         })
-        .collect();
+    };
+    let points: Vec<SurfacePoint> = cards.iter().flat_map(corners).collect();
+    let mut leaves = grid.lights(&points, &directions, steps);
     let of_mesh =
         || (vertices.iter().zip(&cut_out)).filter_map(|(v, &is_leaf)| is_leaf.then_some(v));
-    let of_leaves = 4 * leaves.len() + of_mesh().count();
+    let of_leaves = leaves.len() + of_mesh().count();
     if let (Some(among), true) = (near.among_leaves, of_leaves > 0) {
-        let sum = leaves.iter().flatten().chain(of_mesh()).sum::<f32>();
+        let sum = leaves.iter().chain(of_mesh()).sum::<f32>();
         let mean = sum / of_leaves as f32;
         // The leaves hide as much of the sky from the wood as from each other, and the light of the
         // place accounts for that already.
@@ -190,16 +196,12 @@ pub(crate) fn bake(
                 *share /= mean;
             }
         }
-        leaves
-            .iter_mut()
-            .flatten()
-            .for_each(|share| *share *= among / mean);
+        leaves.iter_mut().for_each(|share| *share *= among / mean);
     }
     AmbientOcclusion {
         vertices: vertices.into_iter().map(AmbientOcclusion::encode).collect(),
-        cards: leaves
-            .into_iter()
-            .map(|c| c.map(AmbientOcclusion::encode))
+        cards: (leaves.as_chunks().0.iter())
+            .map(|corners| corners.map(AmbientOcclusion::encode))
             .collect(),
     }
 }
@@ -222,7 +224,7 @@ mod tests {
     use std::sync::Arc;
 
     use glam::Vec2;
-    use nemoral_scene::{Card, Material, MaterialId, Semantic, Triangle};
+    use nemoral_scene::{Material, MaterialId, Semantic, Triangle};
     use nemoral_seed::{Draw, Key};
 
     use super::*;

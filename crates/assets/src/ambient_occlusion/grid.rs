@@ -32,7 +32,7 @@ const FINE_BITS: u32 = 16;
 
 /// A place in parts of cells, whatever the bounds of the shape: where a part of a shape is removed,
 /// the rest stays in the same cells.
-#[inline]
+#[inline(always)]
 fn fine(at: Vec3, cell_m: f32) -> I64Vec3 {
     (at * ((1_u32 << FINE_BITS) as f32 / cell_m)).as_i64vec3()
 }
@@ -146,16 +146,20 @@ impl AreaDensityGrid {
         }
     }
 
-    /// The share of light that reaches a point of a surface, followed over `steps` cells: weighted
-    /// by the cosine, on the side of the normal or on both sides.
-    pub(super) fn light(
+    /// The shares of light that reach points, followed over `steps` cells in these directions.
+    pub(super) fn lights(
         &self,
-        at: Vec3,
-        normal: Vec3,
-        both: bool,
+        points: &[SurfacePoint],
         directions: &[Direction],
         steps: u32,
-    ) -> f32 {
+    ) -> Vec<f32> {
+        lights(self, points, directions, steps)
+    }
+
+    /// The share of light that reaches a point, weighted by the cosine.
+    #[inline(always)]
+    fn light(&self, point: &SurfacePoint, directions: &[Direction], steps: u32) -> f32 {
+        let &SurfacePoint { at, normal, both } = point;
         // At this distance from a plane, no cell contains a point of the plane.
         let off = normal * (1.01 * self.cell_m * normal.abs().element_sum());
         let mut light = WeightedLight::default();
@@ -180,10 +184,19 @@ impl AreaDensityGrid {
     }
 
     /// A place in parts of cells from the grid's lowest corner.
-    #[inline]
+    #[inline(always)]
     fn relative(&self, at: Vec3) -> I64Vec3 {
         fine(at, self.cell_m) - (self.low << FINE_BITS)
     }
+}
+
+/// A point of a surface.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SurfacePoint {
+    pub(super) at: Vec3,
+    pub(super) normal: Vec3,
+    /// Whether light reaches both sides, not the side of the normal alone.
+    pub(super) both: bool,
 }
 
 const LANES: usize = F32x8::LANES;
@@ -199,7 +212,7 @@ struct Bundle {
 }
 
 impl Bundle {
-    #[inline]
+    #[inline(always)]
     fn push(&mut self, at: I64Vec3, step: I64Vec3, weight: f32) {
         for axis in 0..3 {
             self.at[axis][self.len] = at[axis] as u32;
@@ -210,6 +223,7 @@ impl Bundle {
     }
 
     /// Fills lanes that have no direction with the first one.
+    #[inline(always)]
     fn repeat_first(&mut self) {
         for lanes in self.at.iter_mut().chain(&mut self.step) {
             let first = lanes[0];
@@ -226,7 +240,7 @@ struct WeightedLight {
 }
 
 impl WeightedLight {
-    #[inline]
+    #[inline(always)]
     fn add(&mut self, grid: &AreaDensityGrid, bundle: &Bundle, steps: u32) {
         if bundle.len == 0 {
             return;
@@ -242,6 +256,7 @@ impl WeightedLight {
         }
     }
 
+    #[inline(always)]
     fn share(self) -> f32 {
         if self.all > 0.0 {
             self.sum / self.all
@@ -251,30 +266,44 @@ impl WeightedLight {
     }
 }
 
-for_each_instruction_set! {
-    /// The optical depths along `steps` steps of eight directions. It stops where all have left the
-    /// grid, a box, to which steps in one direction never come back.
-    fn optical_depths<'a>(grid: &'a AreaDensityGrid, bundle: &'a Bundle, steps: u32) -> F32x8 {
-        let [mut x, mut y, mut z] = bundle.at.map(U32x8::new);
-        let [dx, dy, dz] = bundle.step.map(U32x8::new);
-        let [nx, ny, nz] = grid.cells.to_array().map(|n| n as u32);
-        let mut depth = F32x8::splat(0.0);
-        for _ in 0..steps {
-            // Negative coordinates become large ones.
-            let (cx, cy, cz) = (x >> FINE_BITS, y >> FINE_BITS, z >> FINE_BITS);
-            let inside = cx.lt(nx) & cy.lt(ny) & cz.lt(nz);
-            let cell = (((cz * ny + cy) * nx + cx) + 1).only(inside);
-            depth += cell.gather(&grid.depths);
-            // Whatever is outside on an axis, and goes away from the grid or along it, has left it.
-            let comes = (cx.lt(nx) | (x ^ dx).is_negative())
-                & (cy.lt(ny) | (y ^ dy).is_negative())
-                & (cz.lt(nz) | (z ^ dz).is_negative());
-            if !comes.any() {
-                break;
-            }
-            (x, y, z) = (x + dx, y + dy, z + dz);
+/// The optical depths along `steps` steps of eight directions. It stops where all have left the
+/// grid, a box, to which steps in one direction never come back.
+#[inline(always)]
+fn optical_depths(grid: &AreaDensityGrid, bundle: &Bundle, steps: u32) -> F32x8 {
+    let [mut x, mut y, mut z] = bundle.at.map(U32x8::new);
+    let [dx, dy, dz] = bundle.step.map(U32x8::new);
+    let [nx, ny, nz] = grid.cells.to_array().map(|n| n as u32);
+    let mut depth = F32x8::splat(0.0);
+    for _ in 0..steps {
+        // Negative coordinates become large ones.
+        let (cx, cy, cz) = (x >> FINE_BITS, y >> FINE_BITS, z >> FINE_BITS);
+        let inside = cx.lt(nx) & cy.lt(ny) & cz.lt(nz);
+        let cell = (((cz * ny + cy) * nx + cx) + 1).only(inside);
+        depth += cell.gather(&grid.depths);
+        // Whatever is outside on an axis, and goes away from the grid or along it, has left it.
+        let comes = (cx.lt(nx) | (x ^ dx).is_negative())
+            & (cy.lt(ny) | (y ^ dy).is_negative())
+            & (cz.lt(nz) | (z ^ dz).is_negative());
+        if !comes.any() {
+            break;
         }
-        depth
+        (x, y, z) = (x + dx, y + dy, z + dz);
+    }
+    depth
+}
+
+for_each_instruction_set! {
+    fn lights<'a>(
+        grid: &'a AreaDensityGrid,
+        points: &'a [SurfacePoint],
+        directions: &'a [Direction],
+        steps: u32,
+    ) -> Vec<f32> {
+        let mut shares = Vec::with_capacity(points.len());
+        for point in points {
+            shares.push(grid.light(point, directions, steps));
+        }
+        shares
     }
 }
 
