@@ -54,7 +54,11 @@ impl<'a, P: PlanTypes> Wanted<'a, P> {
             places.iter().map(move |&at| (node, at)).collect::<Vec<_>>()
         };
         let all: Vec<(usize, P::At)> = self.of_demands.iter().flat_map(of_demand).collect();
-        let workers = self.runner.threads().min(all.len()).max(1);
+        // One more than the threads that compute at once, as one or the other waits for a neighbour
+        // or for a pool.
+        let threads = self.runner.threads();
+        let spare = usize::from(threads > 1);
+        let workers = (threads + spare).min(all.len()).max(1);
         let shares = self.shares(workers);
         // A worker that is done with its share helps the next ones, from their ends.
         let next = |worker: usize| {

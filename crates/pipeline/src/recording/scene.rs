@@ -70,7 +70,7 @@ impl FrameScene {
 
     /// The scene that is visible from a place, around the corner of a chunk; of that, what is in an
     /// area, if one is given. Without the sky view factors of chunks, or if it is not lit, the
-    /// factor is 1 everywhere.
+    /// factor is 1 everywhere; it is 1 where nothing of the area shows.
     pub(crate) fn gather(
         reach: &VisibleReach,
         (around, place_m): (ChunkCoord, DVec2),
@@ -89,8 +89,11 @@ impl FrameScene {
         let sky_view = sky_view.filter(|_| reach.is_lit);
         let mut wanted = objects.wanted(&chunks).and(undergrowth.wanted(&low));
         wanted = wanted.and(litter.wanted(&littered));
+        // What only casts shadows is not looked at, so that its own light does not matter.
+        let mut looked_at = chunks.clone();
+        looked_at.retain(|chunk| seen.is_none_or(|area| area.shows(*chunk)));
         if let Some(sky_view) = sky_view {
-            wanted = wanted.and(sky_view.wanted(&chunks));
+            wanted = wanted.and(sky_view.wanted(&looked_at));
         }
         wanted.compute()?;
         let solid = chunks.iter().zip(objects.all(&chunks)?);
@@ -101,7 +104,8 @@ impl FrameScene {
         groups.extend(shed.filter_map(|(at, g)| Some((*at, Arc::clone(g.0.as_ref()?)))));
         let mut light = BTreeMap::new();
         if let Some(sky_view) = sky_view {
-            light.extend(chunks.iter().copied().zip(sky_view.all(&chunks)?));
+            let of_chunks = sky_view.all(&looked_at)?;
+            light.extend(looked_at.into_iter().zip(of_chunks));
         }
         let place = (around, reach.chunk_size_m);
         Ok(in_pool(|| {

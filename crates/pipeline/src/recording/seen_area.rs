@@ -172,11 +172,22 @@ impl SeenArea {
         poses.iter().map(seen).collect()
     }
 
-    /// Whether a chunk is seen, or casts shadows on what is.
+    /// Whether what belongs to a chunk is seen, or casts shadows on what is.
     pub(crate) fn includes(&self, chunk: ChunkCoord) -> bool {
         self.sectors
             .iter()
             .any(|sector| sector.includes(chunk, self.chunk_size_m, self.spare_m))
+    }
+
+    /// Whether anything is seen that is in the square of a chunk, whatever it belongs to.
+    pub(crate) fn shows(&self, chunk: ChunkCoord) -> bool {
+        self.sectors.iter().any(|sector| {
+            let seen = Sector {
+                shadow_m: DVec2::ZERO,
+                ..*sector
+            };
+            seen.includes(chunk, self.chunk_size_m, SPARE_M)
+        })
     }
 }
 
