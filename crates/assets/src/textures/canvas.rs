@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use glam::{Vec2, Vec3};
+use glam::{IVec2, Vec2, Vec3};
 
 use super::noise::at::{scramble, unit};
 use super::tile::{Texel, Tile};
@@ -212,28 +212,26 @@ impl Canvas {
         (low, high): (Vec2, Vec2),
         mut paint: impl FnMut(Vec2, &mut Texel, u32) -> bool,
     ) {
-        let first = ((low - self.origin) / self.texel_m).floor().as_ivec2();
-        let last = ((high - self.origin) / self.texel_m).ceil().as_ivec2();
+        let mut first = ((low - self.origin) / self.texel_m).floor().as_ivec2();
+        let mut last = ((high - self.origin) / self.texel_m).ceil().as_ivec2();
+        let (width, height) = (self.width as i32, self.height as i32);
+        if !self.repeats {
+            first = first.max(IVec2::ZERO);
+            last = last.min(IVec2::new(width, height));
+        }
         for y in first.y..last.y {
+            let line = (y.rem_euclid(height) * width) as usize;
+            let mut column = first.x.rem_euclid(width) as usize;
             for x in first.x..last.x {
-                let (column, row) = if self.repeats {
-                    (
-                        x.rem_euclid(self.width as i32) as usize,
-                        y.rem_euclid(self.height as i32) as usize,
-                    )
-                } else {
-                    let inside =
-                        (0..self.width as i32).contains(&x) && (0..self.height as i32).contains(&y);
-                    if !inside {
-                        continue;
-                    }
-                    (x as usize, y as usize)
-                };
-                let i = row * self.width + column;
+                let i = line + column;
                 let centre =
                     self.origin + (Vec2::new(x as f32, y as f32) + Vec2::splat(0.5)) * self.texel_m;
                 if paint(centre, &mut self.texels[i], i as u32) {
                     self.painted[i] = true;
+                }
+                column += 1;
+                if column == self.width {
+                    column = 0;
                 }
             }
         }
