@@ -25,7 +25,7 @@ use crate::recording::annotations::AnnotationRecipe;
 use crate::recording::moment::Moment;
 use crate::recording::pose::{FramePose, pictures_s};
 use crate::recording::scene::FrameScene;
-use crate::stages::assets::LibraryStage;
+use crate::stages::assets::{AssetStage, LibraryStage};
 use crate::world::thrown::LOG_REACH_M;
 use crate::world::trajectory::obstacles;
 use crate::{Backend, Error, ForestPlan};
@@ -155,7 +155,9 @@ impl Recorder {
     /// The same recorder, with the plants that another one has grown, if they are its own.
     #[must_use]
     pub fn with_plants_of(self, other: &Self) -> Self {
-        self.store.adopt(&other.store, LibraryStage::ID);
+        for stage in [LibraryStage::ID, AssetStage::ID] {
+            self.store.adopt(&other.store, stage);
+        }
         self
     }
 

@@ -83,8 +83,8 @@ mod tests {
         // Another one has the same plants, and nothing else.
         worlds.enter(1)?;
         assert_eq!(store.count(LibraryStage::ID), 1);
-        assert_eq!(store.count(AssetStage::ID), 0);
-        assert_eq!(store.len(), 1);
+        assert_eq!(store.count(AssetStage::ID), 1);
+        assert_eq!(store.len(), 2);
         Ok(())
     }
 }

@@ -64,7 +64,12 @@ impl Stage<Forest> for AssetStage {
         self.models.fingerprint(hasher);
     }
 
-    fn run(&self, (): (), world: Key, (library,): Values<'_, Self>) -> Result<WorldAssets, Error> {
-        in_pool(|| WorldAssets::new(library, &self.recipe, &self.models, world))
+    fn run(&self, (): (), key: Key, (library,): Values<'_, Self>) -> Result<WorldAssets, Error> {
+        in_pool(|| WorldAssets::new(library, &self.recipe, &self.models, key))
+    }
+
+    /// Worlds that share a library share what is made of it.
+    fn context(&self, world: &Key) -> Key {
+        self.recipe.seed().map_or(*world, Key::world)
     }
 }

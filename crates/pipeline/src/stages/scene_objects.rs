@@ -3,7 +3,7 @@
 use nemoral_placement::Site;
 use nemoral_scene::ChunkCoord;
 use nemoral_seed::Key;
-use nemoral_stand::{FallenStem, SceneObjects};
+use nemoral_stand::{FallenStem, InstanceVariation, SceneObjects};
 
 use crate::Error;
 use crate::plan::{Forest, Hasher, Node, OfWorld, Stage, Values};
@@ -38,6 +38,7 @@ impl Stage<Forest> for SceneObjectStage {
         (assets, model, ground, rocks, woody, logs): Values<'_, Self>,
     ) -> Result<SceneObjects, Error> {
         let sites = object_sites(at, world, (&rocks, &woody, &logs), &ground, &assets, &model);
-        SceneObjects::stand(at, &sites, &*ground, &assets.variation).map_err(Error::of_stage)
+        let variation = InstanceVariation::new(world);
+        SceneObjects::stand(at, &sites, &*ground, &variation).map_err(Error::of_stage)
     }
 }

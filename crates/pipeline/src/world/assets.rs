@@ -8,7 +8,7 @@ use nemoral_scene::{
     ChunkCoord, DeadwoodRecord, InstancePlace, ObjectKind, ObjectRecord, Prototype, TreeRecord,
 };
 use nemoral_seed::Key;
-use nemoral_stand::{InstanceVariation, MeasuredSize, SceneObject};
+use nemoral_stand::{MeasuredSize, SceneObject};
 use rayon::prelude::*;
 
 use super::models::{ModelRecipe, WorldModels};
@@ -89,8 +89,6 @@ pub struct WorldAssets {
     pub shares: Vec<(String, f64)>,
     /// Mean diameter of the stand's trees at breast height, metres.
     pub dbh_mean_m: f64,
-    /// The turns and sizes of copies of trees.
-    pub variation: InstanceVariation,
     /// The trees of the stem map, in its order.
     pub(crate) measured: Vec<MeasuredObject>,
     /// What the stem map calls each of them.
@@ -138,12 +136,13 @@ pub struct Standing {
 }
 
 impl WorldAssets {
-    /// The library of a recipe with the models of another, prepared for ray casting.
+    /// The library of a recipe, which grew from this key, with the models of another, prepared for
+    /// ray casting.
     pub(crate) fn new(
         library: Arc<Library>,
         recipe: &Recipe,
         models: &ModelRecipe,
-        world: Key,
+        key: Key,
     ) -> Result<Self, Error> {
         let (mut library, models) = models.add_to(library)?;
         let water = recipe
@@ -152,7 +151,7 @@ impl WorldAssets {
         let species = recipe.species()?;
         let params = recipe.params(&species);
         let snags = recipe.snag_share();
-        let mut stems = recipe.measured(&species, recipe.seed().map_or(world, Key::world))?;
+        let mut stems = recipe.measured(&species, key)?;
         let field_ids = std::mem::take(&mut stems.ids);
         // The trees and snags of the stand come before those of its edge and of the stem map.
         let of_stand = [params.individuals_per_species, params.snags_per_species]
@@ -267,7 +266,6 @@ impl WorldAssets {
             ivy_carpets: plants(&library.climbers.carpets),
             shares: species.iter().map(|(s, n)| (s.name.clone(), *n)).collect(),
             dbh_mean_m: recipe.dbh_mean_m(),
-            variation: InstanceVariation::new(world),
             measured,
             field_ids,
             models,
