@@ -9,7 +9,7 @@ use nemoral_seed::Key;
 use quick_cache::sync::Cache;
 
 use crate::sampler::fill::SamplePoint;
-use crate::sampler::tile::from_centre;
+use crate::sampler::tile::Square;
 
 /// How many chunks a block reaches in each direction from its middle one. A pattern is computed on
 /// more of the plane than is asked for, which is shared by a block's chunks.
@@ -54,7 +54,8 @@ impl Blocks {
             p: point.p - shift,
             ..point
         });
-        moved.filter(|point| from_centre(point.p) <= need).collect()
+        let needed = Square::around_tile(need);
+        moved.filter(|point| needed.contains(point.p)).collect()
     }
 }
 
@@ -75,7 +76,8 @@ mod tests {
         };
         let sizes = DiskSizes::new(&[variety], vec![0.02], 50.0, 1.0);
         let key = Key::world(3).domain(Domain::new("placement.test"));
-        let make = |chunk: ChunkCoord, need| fill(&sizes, 2, key, chunk.into(), need);
+        let make =
+            |chunk: ChunkCoord, need| fill(&sizes, 2, key, chunk.into(), Square::around_tile(need));
         let sorted = |mut points: Vec<SamplePoint<Key>>| {
             points.sort_unstable_by_key(|p| p.key);
             let bits = points.iter().map(|p| (p.key, p.p, p.radius));

@@ -18,7 +18,7 @@ use crate::error::PlacementError;
 use crate::sampler::fill::{SamplePoint, fill, halo};
 use crate::sampler::quadtree::{QuadTree, is_free};
 use crate::sampler::sizes::DiskSizes;
-use crate::sampler::tile::from_centre;
+use crate::sampler::tile::Square;
 use crate::variety::mean_over_radius;
 
 const THINNING: Domain = Domain::new("placement.thinning");
@@ -61,29 +61,49 @@ enum Pattern {
 }
 
 impl CalibratedLayer {
-    /// The pattern in the square of half edge `need` around a chunk's centre, before thinning.
+    /// The pattern in the square of half edge `need` around a chunk's centre, before thinning; of a
+    /// layer with `clusters`, all that they have of it, and some more.
     pub(crate) fn points_around(
         &self,
         key: Key,
         chunk: ChunkCoord,
         need: f64,
+        clusters: Option<&PatchMap>,
     ) -> Vec<SamplePoint<Key>> {
-        match self.pattern {
-            // Where it is narrow, blocks would be computed for chunks that nobody asks for.
-            Pattern::Fill(rounds) if halo(&self.sizes, rounds) > WIDE_HALO => {
-                let make = |chunk, need| self.pattern_around(key, chunk, need);
-                self.blocks.points_around(key, chunk, need, &make)
-            }
-            _ => self.pattern_around(key, chunk, need),
+        let whole = Square::around_tile(need);
+        let Pattern::Fill(rounds) = self.pattern else {
+            return self.pattern_in(key, chunk, whole);
+        };
+        let halo = halo(&self.sizes, rounds);
+        // Where it is narrow, blocks would be computed for chunks that nobody asks for.
+        if halo > WIDE_HALO {
+            let make = |chunk, need| self.pattern_in(key, chunk, Square::around_tile(need));
+            return self.blocks.points_around(key, chunk, need, &make);
         }
+        if let Some(clusters) = clusters {
+            // Clusters are dense, and most of the plane is not in one.
+            let cost = |square: Square| {
+                let edge = 2.0 * (square.half_edge + halo);
+                edge * edge
+            };
+            let squares: Vec<Square> = clusters.squares(need).collect();
+            if squares.iter().copied().map(cost).sum::<f64>() < cost(whole) {
+                let points = (squares.into_iter()).flat_map(|s| self.pattern_in(key, chunk, s));
+                let mut points: Vec<_> = points.collect();
+                points.sort_unstable_by_key(|point| point.key);
+                points.dedup_by_key(|point| point.key);
+                return points;
+            }
+        }
+        self.pattern_in(key, chunk, whole)
     }
 
-    /// The same, computed anew.
-    fn pattern_around(&self, key: Key, chunk: ChunkCoord, need: f64) -> Vec<SamplePoint<Key>> {
+    /// The pattern in a square, computed anew; that of rows in one around the chunk's centre.
+    fn pattern_in(&self, key: Key, chunk: ChunkCoord, square: Square) -> Vec<SamplePoint<Key>> {
         let (sizes, size_m) = (&self.sizes, self.chunk_size_m);
         match self.pattern {
-            Pattern::Fill(rounds) => fill(sizes, rounds, key, chunk.into(), need),
-            Pattern::Rows(rows) => rows.plant(sizes, key, chunk, size_m, need),
+            Pattern::Fill(rounds) => fill(sizes, rounds, key, chunk.into(), square),
+            Pattern::Rows(rows) => rows.plant(sizes, key, chunk, size_m, square.half_edge),
         }
     }
 
@@ -212,7 +232,8 @@ pub(crate) fn calibrate(
                 clusters: layer.clusters,
                 at_edges: layer.at_edges.clone(),
             };
-            let points = made.pattern_around(key, ChunkCoord::default(), half);
+            let square = Square::around_tile(half);
+            let points = made.pattern_in(key, ChunkCoord::default(), square);
             let (filled, bias) = match pattern {
                 Pattern::Fill(_) => (
                     points.len() as f64 / (4.0 * half * half),
@@ -267,13 +288,14 @@ impl EarlierLayers {
     ) {
         let half = half.min(self.half);
         let index = self.index();
+        let square = Square::around_tile(half);
         points.retain(|p| {
-            from_centre(p.p) <= half
+            square.contains(p.p)
                 && layer.keeps_share(p, share)
                 && is_free(&index, p.p, self.factor * p.radius)
         });
         self.half = half;
-        self.points.retain(|p| from_centre(p.p) <= half);
+        self.points.retain(|p| square.contains(p.p));
         self.points.append(&mut points);
     }
 

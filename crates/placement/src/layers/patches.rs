@@ -8,7 +8,7 @@ use nemoral_scene::ChunkCoord;
 use nemoral_seed::{Domain, Draw, Key};
 
 use crate::sampler::quadtree::QuadTree;
-use crate::sampler::tile::snap;
+use crate::sampler::tile::{Square, snap};
 use nemoral_scene::ParamError;
 
 const PATCHES: Domain = Domain::new("placement.patches");
@@ -141,6 +141,18 @@ struct Outline {
 }
 
 impl PatchMap {
+    /// Squares that together cover what the patches have of the square of half edge `need` around
+    /// the chunk's centre. They may overlap.
+    pub(crate) fn squares(&self, need: f64) -> impl Iterator<Item = Square> {
+        let whole = Square::around_tile(need);
+        let discs = (0..self.outlines.len()).filter_map(|i| self.index.get(i));
+        discs.filter_map(move |(centre, radius)| {
+            let low = (centre - radius).max(whole.low());
+            let high = (centre + radius).min(whole.high());
+            low.cmple(high).all().then(|| Square::covering(low, high))
+        })
+    }
+
     /// Whether a point, relative to the chunk's corner, is in a patch. The result is the same from
     /// any chunk, as differences of positions are exact.
     pub(crate) fn contain(&self, p: DVec2) -> bool {

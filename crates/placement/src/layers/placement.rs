@@ -188,7 +188,7 @@ impl Placement {
             let need = 0.5 + self.reach * (self.layers.len() - 1 - number) as f64;
             let key = self.layer_key(number);
             let clusters = layer.clusters(key, coord, need);
-            let mut points = layer.points_around(key, coord, need);
+            let mut points = layer.points_around(key, coord, need, clusters.as_ref());
             let at_edge = |p: DVec2| match &self.open_land {
                 Some(land) => layer.at_edge(|| land.depth_m(self.world_m(coord, p))),
                 None => 1.0,

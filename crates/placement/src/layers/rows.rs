@@ -6,7 +6,7 @@ use nemoral_seed::{Domain, Draw, Key};
 
 use crate::sampler::fill::SamplePoint;
 use crate::sampler::sizes::DiskSizes;
-use crate::sampler::tile::from_centre;
+use crate::sampler::tile::Square;
 use nemoral_scene::ParamError;
 
 const ROWS: Domain = Domain::new("placement.rows");
@@ -126,7 +126,7 @@ impl Rows {
                     (j as f64 + phase.y) * row + stray(),
                 );
                 let p = round(along * place.x + across * place.y) - origin;
-                if from_centre(p) <= need {
+                if Square::around_tile(need).contains(p) {
                     points.push(SamplePoint {
                         p,
                         core,

@@ -10,7 +10,7 @@ use super::index::overlap;
 use super::key::SampleKey;
 use super::quadtree::QuadTree;
 use super::sizes::{DiskSizes, unit};
-use super::tile::{from_centre, snap};
+use super::tile::{Square, snap};
 
 /// The darts around each point (Bridson 2007: k, "typically 30").
 const DARTS_PER_POINT: u32 = 30;
@@ -31,8 +31,7 @@ pub(crate) struct SamplePoint<K> {
     pub(crate) key: K,
 }
 
-/// All points of the endless plane's sample in the square of half edge `need` around a tile's
-/// centre, exactly.
+/// All points of the endless plane's sample in a square, exactly; positions are relative to a tile.
 ///
 /// Bridson's algorithm starts from one sample, keeps a list of active ones and throws k darts into
 /// the annulus r..2r of one after the other. An endless plane has no first sample and no "one after
@@ -54,11 +53,11 @@ pub(crate) fn fill<K: SampleKey>(
     rounds: u32,
     key: K,
     tile: [i32; 2],
-    need: f64,
+    need: Square,
 ) -> Vec<SamplePoint<K>> {
     let mut halo = halo(sizes, rounds);
     loop {
-        if let Some(points) = fill_window(sizes, rounds, key, tile, need, need + halo) {
+        if let Some(points) = fill_window(sizes, rounds, (key, tile), need, need.grown(halo)) {
             return points;
         }
         halo *= 1.25;
@@ -74,50 +73,47 @@ pub(crate) fn halo(sizes: &DiskSizes, rounds: u32) -> f64 {
 fn fill_window<K: SampleKey>(
     sizes: &DiskSizes,
     rounds: u32,
-    key: K,
-    tile: [i32; 2],
-    need: f64,
-    half: f64,
+    (key, tile): (K, [i32; 2]),
+    need: Square,
+    window: Square,
 ) -> Option<Vec<SamplePoint<K>>> {
-    let low = DVec2::splat(0.5 - half);
-    let mut window = ResolvedWindow {
+    let mut resolved = ResolvedWindow {
         sizes,
         points: Vec::new(),
-        index: QuadTree::new(low, 2.0 * half),
-        half,
+        index: QuadTree::new(window.low(), 2.0 * window.half_edge),
+        window,
     };
-    window.resolve_round(&seeds(sizes, key, tile, half));
+    resolved.resolve_round(&seeds(sizes, key, tile, window));
     let mut active = 0;
     for _ in 0..rounds {
         // A thrower reaches as far as twice the sum of two hard cores. Nearer to the border of the
         // resolved window, darts of unknown throwers would be missed.
-        window.half -= 4.0 * sizes.max_core + SLACK;
-        if window.half < need {
+        resolved.window = resolved.window.grown(-4.0 * sizes.max_core - SLACK);
+        if !resolved.window.covers(&need) {
             return None;
         }
-        let newest = active..window.points.len();
-        active = window.points.len();
+        let newest = active..resolved.points.len();
+        active = resolved.points.len();
         let mut darts = Vec::new();
         for thrower in newest {
-            window.throw(&window.points[thrower], &mut darts);
+            resolved.throw(&resolved.points[thrower], &mut darts);
         }
-        window.resolve_round(&darts);
+        resolved.resolve_round(&darts);
     }
-    if window.half < need {
+    if !resolved.window.covers(&need) {
         return None;
     }
-    let mut points = window.points;
-    points.retain(|point| from_centre(point.p) <= need);
+    let mut points = resolved.points;
+    points.retain(|point| need.contains(point.p));
     Some(points)
 }
 
-/// The points of the rounds so far, complete inside the square of half edge `half` around the
-/// tile's centre.
+/// The points of the rounds so far, complete inside a window.
 struct ResolvedWindow<'a, K> {
     sizes: &'a DiskSizes,
     points: Vec<SamplePoint<K>>,
     index: QuadTree,
-    half: f64,
+    window: Square,
 }
 
 impl<K: SampleKey> ResolvedWindow<'_, K> {
@@ -125,7 +121,7 @@ impl<K: SampleKey> ResolvedWindow<'_, K> {
     fn throw(&self, thrower: &SamplePoint<K>, darts: &mut Vec<SamplePoint<K>>) {
         let largest = self.sizes.max_core;
         let reach = 2.0 * (thrower.core + largest);
-        if from_centre(thrower.p) > self.half + reach {
+        if !self.window.grown(reach).contains(thrower.p) {
             return;
         }
         // One search for all the darts: the points that any of them could overlap.
@@ -139,7 +135,7 @@ impl<K: SampleKey> ResolvedWindow<'_, K> {
             let (variety, radius, core) = self.sizes.draw(&mut rng);
             // r is the least distance by the two hard cores.
             let p = thrower.p + annulus(&mut rng, thrower.core + core);
-            if from_centre(p) > self.half {
+            if !self.window.contains(p) {
                 continue;
             }
             let blocked = near.iter().any(|&(q, r)| overlap(p, core, q, r));
@@ -155,8 +151,8 @@ impl<K: SampleKey> ResolvedWindow<'_, K> {
         }
     }
 
-    /// Resolves one round of darts, which are all those in the square of half edge `half` that
-    /// overlap no earlier point. Shrinks `half` to the part without unknown darts.
+    /// Resolves one round of darts, which are all those in the window that overlap no earlier point.
+    /// Shrinks the window to the part without unknown darts.
     fn resolve_round(&mut self, darts: &[SamplePoint<K>]) {
         let of_dart = |(i, dart): (usize, &SamplePoint<K>)| (dart.key.priority(), i);
         let mut order: Vec<(u64, usize)> = darts.iter().enumerate().map(of_dart).collect();
@@ -166,13 +162,13 @@ impl<K: SampleKey> ResolvedWindow<'_, K> {
         });
         let first = self.points.len();
         // Darts that are points, and unknown ones: `certain` tells them apart.
-        let mut index = QuadTree::new(DVec2::splat(0.5 - self.half), 2.0 * self.half);
+        let window = self.window;
+        let mut index = QuadTree::new(window.low(), 2.0 * window.half_edge);
         let mut certain = Vec::new();
-        let mut half = self.half;
         for (_, dart) in order {
             let point = darts[dart];
-            let away = from_centre(point.p);
-            let mut sure = away + point.core + self.sizes.max_core <= self.half;
+            let away = window.away(point.p);
+            let mut sure = away + point.core + self.sizes.max_core <= window.half_edge;
             let verdict = index.search(point.p, point.core, &mut |i| {
                 if certain[i] {
                     return ControlFlow::Break(());
@@ -188,10 +184,9 @@ impl<K: SampleKey> ResolvedWindow<'_, K> {
             if sure {
                 self.points.push(point);
             } else {
-                half = half.min(away);
+                self.window.half_edge = self.window.half_edge.min(away);
             }
         }
-        self.half = half;
         for point in &self.points[first..] {
             self.index.insert(point.p, point.core);
         }
@@ -203,7 +198,7 @@ fn seeds<K: SampleKey>(
     sizes: &DiskSizes,
     key: K,
     tile: [i32; 2],
-    window: f64,
+    window: Square,
 ) -> Vec<SamplePoint<K>> {
     // Cells are blocks of 2^level tiles, large enough for some samples each: the wide window of
     // large disks then has no more cells than the window of small ones.
@@ -214,14 +209,14 @@ fn seeds<K: SampleKey>(
     }
     let edge = f64::from(1 << level);
     let mean = SEED_DENSITY * (edge / spacing) * (edge / spacing);
-    let cells = |at: i32| {
-        let low = (f64::from(at) + 0.5 - window).floor() as i64 >> level;
-        let high = (f64::from(at) + 0.5 + window).floor() as i64 >> level;
-        low..=high
+    let (low, high) = (window.low(), window.high());
+    let cells = |axis: usize| {
+        let cell = |at: f64| (f64::from(tile[axis]) + at).floor() as i64 >> level;
+        cell(low[axis])..=cell(high[axis])
     };
     let mut darts = Vec::new();
-    for cy in cells(tile[1]) {
-        for cx in cells(tile[0]) {
+    for cy in cells(1) {
+        for cx in cells(0) {
             let corner = DVec2::new(
                 ((cx << level) - i64::from(tile[0])) as f64,
                 ((cy << level) - i64::from(tile[1])) as f64,
@@ -235,7 +230,7 @@ fn seeds<K: SampleKey>(
             while arrival < mean {
                 let (variety, radius, core) = sizes.draw(&mut rng);
                 let p = corner + snap(DVec2::new(rng.unit_f64(), rng.unit_f64()) * edge);
-                if from_centre(p) <= window {
+                if window.contains(p) {
                     darts.push(SamplePoint {
                         p,
                         core,
@@ -296,11 +291,11 @@ mod tests {
         sizes: &DiskSizes,
         rounds: u32,
         chunk: ChunkCoord,
-        need: f64,
+        need: Square,
     ) -> Vec<SamplePoint<Key>> {
         let mut index = LinearScan::default();
         let mut points: Vec<SamplePoint<Key>> = Vec::new();
-        let mut darts = seeds(sizes, key(), chunk.into(), need + 0.8);
+        let mut darts = seeds(sizes, key(), chunk.into(), need.grown(0.8));
         for round in 0..=rounds {
             darts.sort_by_key(|d| (d.key.to_u64(), d.key));
             let first = points.len();
@@ -328,7 +323,7 @@ mod tests {
             }
             assert!(round == rounds || !darts.is_empty());
         }
-        points.retain(|p| from_centre(p.p) <= need);
+        points.retain(|p| need.contains(p.p));
         points
     }
 
@@ -336,13 +331,16 @@ mod tests {
     fn the_fill_is_what_its_definition_says() {
         let chunk = ChunkCoord::new(-7, 3);
         for rounds in 0..3 {
-            let points = fill(&sizes(), rounds, key(), chunk.into(), 0.5);
-            assert!(points.len() > 50);
-            assert_eq!(
-                sorted(points),
-                sorted(oracle(&sizes(), rounds, chunk, 0.5)),
-                "{rounds} rounds"
-            );
+            let aside = Square::covering(DVec2::new(-0.3, 0.6), DVec2::new(0.1, 1.4));
+            for need in [Square::around_tile(0.5), aside] {
+                let points = fill(&sizes(), rounds, key(), chunk.into(), need);
+                assert!(points.len() > 30);
+                assert_eq!(
+                    sorted(points),
+                    sorted(oracle(&sizes(), rounds, chunk, need)),
+                    "{rounds} rounds"
+                );
+            }
         }
     }
 
@@ -350,10 +348,15 @@ mod tests {
     fn the_size_of_the_window_does_not_show() {
         for i in 0..20 {
             let chunk = ChunkCoord::new(i, 1 - i);
-            let small = sorted(fill(&sizes(), 2, key(), chunk.into(), 0.5));
-            let large =
-                fill_window(&sizes(), 2, key(), chunk.into(), 0.5, 2.0).expect("wide enough");
-            assert_eq!(small, sorted(large));
+            let need = Square::around_tile(0.5);
+            let small = sorted(fill(&sizes(), 2, key(), chunk.into(), need));
+            for window in [
+                Square::around_tile(2.0),
+                Square::covering(DVec2::splat(-1.1), DVec2::splat(2.9)),
+            ] {
+                let large = fill_window(&sizes(), 2, (key(), chunk.into()), need, window);
+                assert_eq!(small, sorted(large.expect("wide enough")));
+            }
         }
     }
 
@@ -367,12 +370,13 @@ mod tests {
             (i32::MAX - 9, i32::MIN + 9),
         ] {
             let chunk = ChunkCoord::new(x, y);
-            let own = fill(&sizes(), 1, key(), chunk.into(), 0.5);
-            let mut seen = fill(&sizes(), 1, key(), chunk.offset(1, -1).into(), 1.5);
+            let [here, around] = [0.5, 1.5].map(Square::around_tile);
+            let own = fill(&sizes(), 1, key(), chunk.into(), here);
+            let mut seen = fill(&sizes(), 1, key(), chunk.offset(1, -1).into(), around);
             for point in &mut seen {
                 point.p += DVec2::new(1.0, -1.0);
             }
-            seen.retain(|p| from_centre(p.p) <= 0.5);
+            seen.retain(|p| here.contains(p.p));
             assert_eq!(sorted(own), sorted(seen), "chunk {chunk}");
         }
     }
@@ -394,7 +398,8 @@ mod tests {
                 radius_m: (0.1, 0.2),
             };
             let sizes = DiskSizes::new(&[variety], vec![core], 50.0, 1.0);
-            let thrown = seeds(&sizes, key(), [-5, 9], 0.5 + 13.0 * core);
+            let window = Square::around_tile(0.5 + 13.0 * core);
+            let thrown = seeds(&sizes, key(), [-5, 9], window);
             assert!((1..2000).contains(&thrown.len()), "{}", thrown.len());
         }
     }

@@ -12,6 +12,7 @@ use glam::DVec2;
 use self::fill::{SamplePoint, fill};
 use self::key::SampleKey;
 use self::sizes::DiskSizes;
+use self::tile::Square;
 use crate::variety::{Variety, check_varieties};
 use nemoral_scene::ParamError;
 
@@ -132,7 +133,8 @@ impl<K: SampleKey> PoissonDisks<K> {
     /// by key. Tiles are half open, so each disk is in one tile.
     #[must_use]
     pub fn in_tile(&self, tile: [i32; 2]) -> Vec<Disk<K>> {
-        let points = fill(&self.sizes, self.rounds, self.key, tile, 0.5);
+        let need = Square::around_tile(0.5);
+        let points = fill(&self.sizes, self.rounds, self.key, tile, need);
         let inside = |p: &SamplePoint<K>| p.p.min_element() >= 0.0 && p.p.max_element() < 1.0;
         self.disks(tile, points.into_iter().filter(inside))
     }
@@ -156,15 +158,14 @@ impl<K: SampleKey> PoissonDisks<K> {
         }
         let middle = (0.5 * (low_m + high_m) / self.tile_m).floor();
         let tile = [middle.x as i32, middle.y as i32];
-        let centre_m = (middle + DVec2::splat(0.5)) * self.tile_m;
-        let farthest_m = (low_m - centre_m).abs().max((high_m - centre_m).abs());
+        let in_tile = |p_m: DVec2| p_m / self.tile_m - middle;
         // Slightly more than needed, so that rounding loses no disk at the border.
-        let half = farthest_m.max_element() / self.tile_m + 1e-6;
+        let need = Square::covering(in_tile(low_m), in_tile(high_m)).grown(1e-6);
         assert!(
-            half < f64::from(1 << 18),
+            need.half_edge < f64::from(1 << 18),
             "{low_m} to {high_m} is too large"
         );
-        let points = fill(&self.sizes, self.rounds, self.key, tile, half);
+        let points = fill(&self.sizes, self.rounds, self.key, tile, need);
         let mut disks = self.disks(tile, points.into_iter());
         disks.retain(|d| d.position_m.cmpge(low_m).all() && d.position_m.cmplt(high_m).all());
         disks

@@ -6,9 +6,59 @@
 
 use glam::DVec2;
 
-/// The distance from a tile's centre in the maximum norm.
-pub(crate) fn from_centre(p: DVec2) -> f64 {
-    (p - DVec2::splat(0.5)).abs().max_element()
+/// A square of the plane, relative to a tile's corner.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Square {
+    middle: DVec2,
+    pub(crate) half_edge: f64,
+}
+
+impl Square {
+    /// The square with a tile's centre.
+    pub(crate) fn around_tile(half_edge: f64) -> Self {
+        Self {
+            middle: DVec2::splat(0.5),
+            half_edge,
+        }
+    }
+
+    /// The least square that covers a rectangle.
+    pub(crate) fn covering(low: DVec2, high: DVec2) -> Self {
+        let middle = snap(0.5 * (low + high));
+        Self {
+            middle,
+            half_edge: (middle - low).max(high - middle).max_element(),
+        }
+    }
+
+    pub(crate) fn low(&self) -> DVec2 {
+        self.middle - self.half_edge
+    }
+
+    pub(crate) fn high(&self) -> DVec2 {
+        self.middle + self.half_edge
+    }
+
+    /// The distance from its middle in the maximum norm.
+    pub(crate) fn away(&self, p: DVec2) -> f64 {
+        (p - self.middle).abs().max_element()
+    }
+
+    pub(crate) fn contains(&self, p: DVec2) -> bool {
+        self.away(p) <= self.half_edge
+    }
+
+    pub(crate) fn covers(&self, other: &Self) -> bool {
+        self.away(other.middle) + other.half_edge <= self.half_edge
+    }
+
+    /// The same, `margin` wider on all sides.
+    pub(crate) fn grown(self, margin: f64) -> Self {
+        Self {
+            half_edge: self.half_edge + margin,
+            ..self
+        }
+    }
 }
 
 /// Rounds to the nearest multiple of 2⁻³⁰, for magnitudes below 2²¹.
