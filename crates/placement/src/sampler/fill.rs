@@ -94,9 +94,9 @@ fn fill_window<K: SampleKey>(
         }
         let newest = active..resolved.points.len();
         active = resolved.points.len();
-        let mut darts = Vec::new();
+        let (mut darts, mut near) = (Vec::new(), Vec::new());
         for thrower in newest {
-            resolved.throw(&resolved.points[thrower], &mut darts);
+            resolved.throw(&resolved.points[thrower], &mut near, &mut darts);
         }
         resolved.resolve_round(&darts);
     }
@@ -117,15 +117,20 @@ struct ResolvedWindow<'a, K> {
 }
 
 impl<K: SampleKey> ResolvedWindow<'_, K> {
-    /// Bridson 2007, step 2: k darts, uniform in the annulus r..2r.
-    fn throw(&self, thrower: &SamplePoint<K>, darts: &mut Vec<SamplePoint<K>>) {
+    /// Bridson 2007, step 2: k darts, uniform in the annulus r..2r. `near` is overwritten.
+    fn throw(
+        &self,
+        thrower: &SamplePoint<K>,
+        near: &mut Vec<(DVec2, f64)>,
+        darts: &mut Vec<SamplePoint<K>>,
+    ) {
         let largest = self.sizes.max_core;
         let reach = 2.0 * (thrower.core + largest);
         if !self.window.grown(reach).contains(thrower.p) {
             return;
         }
         // One search for all the darts: the points that any of them could overlap.
-        let mut near = Vec::new();
+        near.clear();
         let _ = self.index.search(thrower.p, reach + largest, &mut |i| {
             near.push((self.points[i].p, self.points[i].core));
             ControlFlow::Continue(())
@@ -154,10 +159,12 @@ impl<K: SampleKey> ResolvedWindow<'_, K> {
     /// Resolves one round of darts, which are all those in the window that overlap no earlier point.
     /// Shrinks the window to the part without unknown darts.
     fn resolve_round(&mut self, darts: &[SamplePoint<K>]) {
-        let of_dart = |(i, dart): (usize, &SamplePoint<K>)| (dart.key.priority(), i);
-        let mut order: Vec<(u64, usize)> = darts.iter().enumerate().map(of_dart).collect();
+        // Places and hard cores are sorted with the darts, which lie far apart in memory.
+        let of_dart =
+            |(i, dart): (usize, &SamplePoint<K>)| (dart.key.priority(), i, dart.p, dart.core);
+        let mut order: Vec<_> = darts.iter().enumerate().map(of_dart).collect();
         // Priorities are pseudo-random; the key itself breaks ties.
-        order.sort_unstable_by(|(a, i), (b, j)| {
+        order.sort_unstable_by(|(a, i, ..), (b, j, ..)| {
             (a.cmp(b)).then_with(|| darts[*i].key.cmp(&darts[*j].key))
         });
         let first = self.points.len();
@@ -165,11 +172,10 @@ impl<K: SampleKey> ResolvedWindow<'_, K> {
         let window = self.window;
         let mut index = QuadTree::new(window.low(), 2.0 * window.half_edge);
         let mut certain = Vec::new();
-        for (_, dart) in order {
-            let point = darts[dart];
-            let away = window.away(point.p);
-            let mut sure = away + point.core + self.sizes.max_core <= window.half_edge;
-            let verdict = index.search(point.p, point.core, &mut |i| {
+        for (_, dart, p, core) in order {
+            let away = window.away(p);
+            let mut sure = away + core + self.sizes.max_core <= window.half_edge;
+            let verdict = index.search(p, core, &mut |i| {
                 if certain[i] {
                     return ControlFlow::Break(());
                 }
@@ -179,10 +185,10 @@ impl<K: SampleKey> ResolvedWindow<'_, K> {
             if verdict.is_break() {
                 continue;
             }
-            index.insert(point.p, point.core);
+            index.insert(p, core);
             certain.push(sure);
             if sure {
-                self.points.push(point);
+                self.points.push(darts[dart]);
             } else {
                 self.window.half_edge = self.window.half_edge.min(away);
             }
