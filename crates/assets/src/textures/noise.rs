@@ -7,8 +7,8 @@
 //!
 //! Sixteen points are computed side by side ([`crate::lanes`]) by code that is compiled several
 //! times, for the vector registers of older and of newer processors; the bits are the same. (Eight
-//! would fill a register, but would wait for each other's results, and calls would cost more.) [`at`]
-//! has the noise of single points.
+//! would fill a register, but would wait for each other's results, and calls would cost more.)
+//! [`at`] has the noise of single points.
 
 use glam::IVec2;
 

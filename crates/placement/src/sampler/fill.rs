@@ -156,8 +156,8 @@ impl<K: SampleKey> ResolvedWindow<'_, K> {
         }
     }
 
-    /// Resolves one round of darts, which are all those in the window that overlap no earlier point.
-    /// Shrinks the window to the part without unknown darts.
+    /// Resolves one round of darts, which are all those in the window that overlap no earlier
+    /// point. Shrinks the window to the part without unknown darts.
     fn resolve_round(&mut self, darts: &[SamplePoint<K>]) {
         // Places and hard cores are sorted with the darts, which lie far apart in memory.
         let of_dart =
