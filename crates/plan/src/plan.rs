@@ -102,7 +102,8 @@ impl<P: PlanTypes> fmt::Debug for Runner<'_, P> {
 }
 
 impl<'a, P: PlanTypes> Runner<'a, P> {
-    /// A runner; `threads` is how many nodes [`Demand::all`](crate::Demand::all) computes at once.
+    /// A runner whose [`Demand::all`](crate::Demand::all) computes on so many threads. If they are
+    /// several it has one in addition, as one or the other waits.
     #[must_use]
     pub fn new(plan: &'a Plan<P>, store: &'a Store<P>, threads: usize) -> Self {
         Self {
@@ -118,7 +119,7 @@ impl<'a, P: PlanTypes> Runner<'a, P> {
         self.plan
     }
 
-    /// How many nodes are computed at once.
+    /// How many threads compute nodes; see [`new`](Self::new).
     #[must_use]
     pub fn threads(&self) -> usize {
         self.threads

@@ -89,7 +89,7 @@ impl CalibratedLayer {
             let squares: Vec<Square> = clusters.squares(need).collect();
             if squares.iter().copied().map(cost).sum::<f64>() < cost(whole) {
                 let points = (squares.into_iter()).flat_map(|s| self.pattern_in(key, chunk, s));
-                let mut points: Vec<_> = points.collect();
+                let mut points: Vec<_> = points.filter(|p| whole.contains(p.p)).collect();
                 points.sort_unstable_by_key(|point| point.key);
                 points.dedup_by_key(|point| point.key);
                 return points;
@@ -485,5 +485,56 @@ impl Clearances {
         }
         let blocked = self.0.partition_point(|c| *c < radius);
         1.0 - blocked as f64 / self.0.len() as f64
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::variety::Variety;
+
+    #[test]
+    fn clusters_have_the_pattern_that_is_there_without_them() {
+        let variety = Variety {
+            weight: 1.0,
+            radius_m: (0.05, 0.1),
+        };
+        let clusters = Patches {
+            share: 0.08,
+            radius_m: (2.0, 5.0),
+        };
+        let layer = CalibratedLayer {
+            sizes: DiskSizes::new(&[variety], vec![0.006], 50.0, 1.0),
+            pattern: Pattern::Fill(1),
+            blocks: Arc::default(),
+            chunk_size_m: 50.0,
+            max_radius: 0.002,
+            keep: vec![1.0],
+            in_gaps: 1.0,
+            clusters: Some(clusters),
+            at_edges: None,
+        };
+        let (key, need) = (Key::world(8), 0.55);
+        let (mut found, mut of_plane) = (0, 0);
+        for (x, y) in [(0, 0), (-7, 3), (40, -1), (1_000_000, -1_000_000)] {
+            let chunk = ChunkCoord::new(x, y);
+            let map = layer.clusters(key, chunk, need).expect("it has clusters");
+            let in_clusters = |mut points: Vec<SamplePoint<Key>>| {
+                points.retain(|p| map.contain(p.p));
+                points.sort_unstable_by_key(|p| p.key);
+                let bits = points.iter().map(|p| (p.key, p.p, p.radius));
+                bits.collect::<Vec<_>>()
+            };
+            let whole = layer.points_around(key, chunk, need, None);
+            let of_clusters = layer.points_around(key, chunk, need, Some(&map));
+            found += of_clusters.len();
+            of_plane += whole.len();
+            assert!(in_clusters(of_clusters) == in_clusters(whole), "{chunk}");
+        }
+        // Most of the plane is not looked at.
+        assert!(
+            3 * found < 2 * of_plane && found > 100,
+            "{found} of {of_plane}"
+        );
     }
 }
