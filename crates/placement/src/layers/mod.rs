@@ -9,3 +9,4 @@ pub(crate) mod patches;
 pub(crate) mod placement;
 pub(crate) mod rows;
 pub(crate) mod site;
+mod size_bias;
