@@ -70,7 +70,7 @@ impl FrameScene {
 
     /// The scene that is visible from a place, around the corner of a chunk; of that, what is in an
     /// area, if one is given. Without the sky view factors of chunks, or if it is not lit, the
-    /// factor is 1 everywhere; it is 1 where nothing of the area shows.
+    /// factor is 1 everywhere. In chunks of which nothing is looked at it is always 1.
     pub(crate) fn gather(
         reach: &VisibleReach,
         (around, place_m): (ChunkCoord, DVec2),
@@ -90,8 +90,8 @@ impl FrameScene {
         let mut wanted = objects.wanted(&chunks).and(undergrowth.wanted(&low));
         wanted = wanted.and(litter.wanted(&littered));
         // What only casts shadows is not looked at, so that its own light does not matter.
-        let mut looked_at = chunks.clone();
-        looked_at.retain(|chunk| seen.is_none_or(|area| area.shows(*chunk)));
+        let is_looked_at = |chunk: &ChunkCoord| seen.is_none_or(|area| area.shows(*chunk));
+        let looked_at: Vec<_> = chunks.iter().copied().filter(is_looked_at).collect();
         if let Some(sky_view) = sky_view {
             wanted = wanted.and(sky_view.wanted(&looked_at));
         }

@@ -14,6 +14,9 @@ use crate::world::object_reach::ObjectReach;
 /// chunk that they belong to: rippled water mirrors a little sideways, and roots, climbers and
 /// patches of low plants are wide, too.
 const SPARE_M: f64 = 25.0;
+/// How far beyond its sides the light is known, metres. It is as far as things are mirrored, and as
+/// wide as the cells in which a GPU looks it up, 27 m across corners at the widest view.
+const LIGHT_SPARE_M: f64 = 30.0;
 /// How much wider than its field of view a sensor sees, radians: divergent beams, the sun's disc.
 const SPARE_RAD: f64 = 0.02;
 /// From this angle to the horizon on, a cone of directions is taken to go all around.
@@ -186,7 +189,7 @@ impl SeenArea {
                 shadow_m: DVec2::ZERO,
                 ..*sector
             };
-            seen.includes(chunk, self.chunk_size_m, SPARE_M)
+            seen.includes(chunk, self.chunk_size_m, LIGHT_SPARE_M)
         })
     }
 }

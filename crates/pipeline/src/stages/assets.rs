@@ -40,7 +40,7 @@ impl Stage<Forest> for LibraryStage {
     }
 
     fn context(&self, world: &Key) -> Key {
-        self.0.seed().map_or(*world, Key::world)
+        self.0.key(world)
     }
 
     fn kept() -> Option<Kept<Library>> {
@@ -70,6 +70,6 @@ impl Stage<Forest> for AssetStage {
 
     /// Worlds that share a library share what is made of it.
     fn context(&self, world: &Key) -> Key {
-        self.recipe.seed().map_or(*world, Key::world)
+        self.recipe.key(world)
     }
 }

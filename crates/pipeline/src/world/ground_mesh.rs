@@ -61,15 +61,15 @@ impl GroundMeshRecipe {
         let floor = floor_composition(self.floor, world)?;
         let beds = assets.water.as_ref();
         let mud = beds.map_or(library.ground.bare_soil, |beds| beds.mud);
-        let looked_at = LookedAtGround::new(ground);
+        let memoized = MemoizedGround::new(ground);
         let material = |p: DVec2, inside: bool| {
             bed_material(beds, ground, p).unwrap_or_else(|| {
-                looked_at.at(p, |trails| {
+                memoized.at(p, |trails| {
                     ground_material(&library.ground, mud, &floor, (ground, trails), p, inside)
                 })
             })
         };
-        let mesh = self.mesher.mesh(at, &looked_at, &looked_at, &material);
+        let mesh = self.mesher.mesh(at, &memoized, &memoized, &material);
         let prototype = Prototype::new("ground", mesh, Vec::new(), &library.materials)
             .map_err(Error::of_stage)?;
         let blas = Arc::new(Blas::build(Arc::new(prototype), &library.materials));
@@ -101,12 +101,12 @@ impl Encode for GroundMeshRecipe {
 
 /// The ground for its mesher, which asks several things of a place one after the other: the trails
 /// around the last one are kept.
-struct LookedAtGround<'a> {
+struct MemoizedGround<'a> {
     ground: &'a ChunkGround,
     last: Mutex<Option<TrailPlace<'a>>>,
 }
 
-impl<'a> LookedAtGround<'a> {
+impl<'a> MemoizedGround<'a> {
     fn new(ground: &'a ChunkGround) -> Self {
         Self {
             ground,
@@ -124,13 +124,13 @@ impl<'a> LookedAtGround<'a> {
     }
 }
 
-impl Surface for LookedAtGround<'_> {
+impl Surface for MemoizedGround<'_> {
     fn sample(&self, p: DVec2) -> SurfaceSample {
         self.at(p, |trails| self.ground.sample_at(p, trails))
     }
 }
 
-impl GroundZones for LookedAtGround<'_> {
+impl GroundZones for MemoizedGround<'_> {
     fn sample(&self, p: DVec2) -> ZoneSample {
         self.at(p, |trails| self.ground.zones_at(p, trails))
     }
@@ -156,6 +156,7 @@ fn bed_material(
 ) -> Option<MaterialId> {
     let (beds, water) = (beds?, ground.water()?);
     let bank_m = ground.bank_m(p);
+    // Far from water the waves, which are slow to compute, do not matter.
     if bank_m > BARE_M || bank_m > BARE_M * (0.45 + 0.55 * wave(p)) {
         return None;
     }

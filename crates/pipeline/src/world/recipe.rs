@@ -229,9 +229,9 @@ impl Recipe {
         self.water
     }
 
-    /// The seed of the plants, if it is not the world's.
-    pub(crate) fn seed(&self) -> Option<u64> {
-        self.assets.own_seed()
+    /// The key that the plants of a world grow from: its own, unless they have a seed.
+    pub(crate) fn key(&self, world: &Key) -> Key {
+        self.assets.own_seed().map_or(*world, Key::world)
     }
 
     /// As [`SiteSpecies::all`].

@@ -33,7 +33,7 @@ impl Default for Blocks {
 }
 
 impl Blocks {
-    /// The pattern in the square of half edge `need` around a chunk's centre, of that of blocks,
+    /// The pattern in the square of half width `need` around a chunk's centre, of that of blocks,
     /// which `make` computes.
     pub(crate) fn points_around(
         &self,

@@ -62,8 +62,8 @@ enum Pattern {
 }
 
 impl CalibratedLayer {
-    /// The pattern in the square of half edge `need` around a chunk's centre, before thinning; of a
-    /// layer with `clusters`, all that they have of it, and some more.
+    /// The pattern in the square of half width `need` around a chunk's centre, before thinning; of
+    /// a layer with `clusters`, all that they have of it, and some more.
     pub(crate) fn points_around(
         &self,
         key: Key,
@@ -84,7 +84,7 @@ impl CalibratedLayer {
         if let Some(clusters) = clusters {
             // Clusters are dense, and most of the plane is not in one.
             let cost = |square: Square| {
-                let edge = 2.0 * (square.half_edge + halo);
+                let edge = 2.0 * (square.half_width + halo);
                 edge * edge
             };
             let squares: Vec<Square> = clusters.squares(need).collect();
@@ -104,7 +104,7 @@ impl CalibratedLayer {
         let (sizes, size_m) = (&self.sizes, self.chunk_size_m);
         match self.pattern {
             Pattern::Fill(rounds) => fill(sizes, rounds, key, chunk.into(), square),
-            Pattern::Rows(rows) => rows.plant(sizes, key, chunk, size_m, square.half_edge),
+            Pattern::Rows(rows) => rows.plant(sizes, key, chunk, size_m, square.half_width),
         }
     }
 

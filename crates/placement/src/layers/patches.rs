@@ -51,7 +51,7 @@ impl Patches {
         -libm::log(1.0 - self.share) / (PI * mean_square * (1.0 + waves))
     }
 
-    /// The patches that reach into the square of half edge `window` (chunk edges) around a chunk's
+    /// The patches that reach into the square of half width `window` (chunk edges) around a chunk's
     /// centre.
     pub(crate) fn around(
         &self,
@@ -141,7 +141,7 @@ struct Outline {
 }
 
 impl PatchMap {
-    /// Squares that together cover what the patches have of the square of half edge `need` around
+    /// Squares that together cover what the patches have of the square of half width `need` around
     /// the chunk's centre. They may overlap.
     pub(crate) fn squares(&self, need: f64) -> impl Iterator<Item = Square> {
         let whole = Square::around_tile(need);

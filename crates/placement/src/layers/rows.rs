@@ -79,7 +79,7 @@ impl Rows {
         chunk_size_m * chunk_size_m / (self.row_m * self.in_row_m)
     }
 
-    /// All planted trees in the square of half edge `need` (chunk edges) around a chunk's centre.
+    /// All planted trees in the square of half width `need` (chunk edges) around a chunk's centre.
     ///
     /// The tree of a place is a function of its two integers, computed and rounded in the
     /// coordinates of the plane, so that chunks with different origins see the same bits.

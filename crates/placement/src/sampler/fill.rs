@@ -80,7 +80,7 @@ fn fill_window<K: SampleKey>(
     let mut resolved = ResolvedWindow {
         sizes,
         points: Vec::new(),
-        index: QuadTree::new(window.low(), 2.0 * window.half_edge),
+        index: QuadTree::new(window.low(), 2.0 * window.half_width),
         window,
     };
     resolved.resolve_round(&seeds(sizes, key, tile, window));
@@ -170,11 +170,11 @@ impl<K: SampleKey> ResolvedWindow<'_, K> {
         let first = self.points.len();
         // Darts that are points, and unknown ones: `certain` tells them apart.
         let window = self.window;
-        let mut index = QuadTree::new(window.low(), 2.0 * window.half_edge);
+        let mut index = QuadTree::new(window.low(), 2.0 * window.half_width);
         let mut certain = Vec::new();
         for (_, dart, p, core) in order {
             let away = window.away(p);
-            let mut sure = away + core + self.sizes.max_core <= window.half_edge;
+            let mut sure = away + core + self.sizes.max_core <= window.half_width;
             let verdict = index.search(p, core, &mut |i| {
                 if certain[i] {
                     return ControlFlow::Break(());
@@ -190,7 +190,7 @@ impl<K: SampleKey> ResolvedWindow<'_, K> {
             if sure {
                 self.points.push(darts[dart]);
             } else {
-                self.window.half_edge = self.window.half_edge.min(away);
+                self.window.half_width = self.window.half_width.min(away);
             }
         }
         for point in &self.points[first..] {

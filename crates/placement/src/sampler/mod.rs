@@ -162,7 +162,7 @@ impl<K: SampleKey> PoissonDisks<K> {
         // Slightly more than needed, so that rounding loses no disk at the border.
         let need = Square::covering(in_tile(low_m), in_tile(high_m)).grown(1e-6);
         assert!(
-            need.half_edge < f64::from(1 << 18),
+            need.half_width < f64::from(1 << 18),
             "{low_m} to {high_m} is too large"
         );
         let points = fill(&self.sizes, self.rounds, self.key, tile, need);

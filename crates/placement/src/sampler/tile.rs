@@ -10,15 +10,15 @@ use glam::DVec2;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Square {
     middle: DVec2,
-    pub(crate) half_edge: f64,
+    pub(crate) half_width: f64,
 }
 
 impl Square {
     /// The square with a tile's centre.
-    pub(crate) fn around_tile(half_edge: f64) -> Self {
+    pub(crate) fn around_tile(half_width: f64) -> Self {
         Self {
             middle: DVec2::splat(0.5),
-            half_edge,
+            half_width,
         }
     }
 
@@ -27,16 +27,16 @@ impl Square {
         let middle = snap(0.5 * (low + high));
         Self {
             middle,
-            half_edge: (middle - low).max(high - middle).max_element(),
+            half_width: (middle - low).max(high - middle).max_element(),
         }
     }
 
     pub(crate) fn low(&self) -> DVec2 {
-        self.middle - self.half_edge
+        self.middle - self.half_width
     }
 
     pub(crate) fn high(&self) -> DVec2 {
-        self.middle + self.half_edge
+        self.middle + self.half_width
     }
 
     /// The distance from its middle in the maximum norm.
@@ -45,17 +45,17 @@ impl Square {
     }
 
     pub(crate) fn contains(&self, p: DVec2) -> bool {
-        self.away(p) <= self.half_edge
+        self.away(p) <= self.half_width
     }
 
     pub(crate) fn covers(&self, other: &Self) -> bool {
-        self.away(other.middle) + other.half_edge <= self.half_edge
+        self.away(other.middle) + other.half_width <= self.half_width
     }
 
     /// The same, `margin` wider on all sides.
     pub(crate) fn grown(self, margin: f64) -> Self {
         Self {
-            half_edge: self.half_edge + margin,
+            half_width: self.half_width + margin,
             ..self
         }
     }
