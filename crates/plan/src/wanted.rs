@@ -58,7 +58,7 @@ impl<'a, P: PlanTypes> Wanted<'a, P> {
         // or for a pool.
         let threads = self.runner.threads();
         let spare = usize::from(threads > 1);
-        let workers = (threads + spare).min(all.len()).max(1);
+        let workers = threads.saturating_add(spare).min(all.len()).max(1);
         let shares = self.shares(workers);
         // A worker that is done with its share helps the next ones, from their ends.
         let next = |worker: usize| {
