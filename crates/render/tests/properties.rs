@@ -322,7 +322,12 @@ fn a_grey_card_in_the_sun_has_its_radiance_and_code_value() {
     // The light meter reads the card, which must become middle grey.
     let ev100 = f64::from(global.dot(luminance) * 0.18 / std::f32::consts::PI / 0.125).log2();
     view.exposure = Exposure::Fixed { ev100 };
-    for (tone, code) in [(ToneCurve::Linear, 118), (ToneCurve::Filmic, 125)] {
+    let codes = [
+        (ToneCurve::Linear, 118),
+        (ToneCurve::Standard, 119),
+        (ToneCurve::Filmic, 125),
+    ];
+    for (tone, code) in codes {
         view.tone = tone;
         let images = renderer(plain(), lighting.clone())
             .render(&world.view(), &view, KEY)

@@ -27,7 +27,7 @@ fn mean_albedo(kind: Kind) -> Vec3 {
     match kind {
         Kind::Gravel => Vec3::new(0.222, 0.206, 0.184),
         Kind::DryEarth => Vec3::new(0.222, 0.165, 0.118),
-        Kind::Mud => Vec3::new(0.068, 0.053, 0.041),
+        Kind::Mud => Vec3::new(0.096, 0.075, 0.056),
         Kind::Grassy => Vec3::new(0.082, 0.106, 0.038),
         Kind::LeafLitter => Vec3::new(0.125, 0.084, 0.058),
         Kind::Needles => Vec3::new(0.150, 0.088, 0.054),
@@ -41,7 +41,7 @@ fn rut_albedo(kind: Kind) -> Vec3 {
     match kind {
         Kind::Gravel => Vec3::new(0.180, 0.163, 0.140),
         Kind::DryEarth => Vec3::new(0.185, 0.135, 0.095),
-        Kind::Mud => Vec3::new(0.052, 0.041, 0.032),
+        Kind::Mud => Vec3::new(0.073, 0.057, 0.043),
         Kind::Grassy => Vec3::new(0.110, 0.092, 0.055),
         Kind::LeafLitter => Vec3::new(0.092, 0.065, 0.046),
         Kind::Needles => Vec3::new(0.110, 0.072, 0.048),
@@ -55,7 +55,8 @@ pub(crate) fn surface_optics(kind: Kind) -> (f32, Optics) {
     match kind {
         Kind::Gravel => (0.85, optics::ROCK),
         Kind::DryEarth => (0.95, optics::DRY_SOIL),
-        Kind::Mud => (0.30, optics::WET_SOIL),
+        // Moist and churned: what shines are the puddles.
+        Kind::Mud => (0.6, optics::WET_SOIL),
         Kind::Grassy => (0.80, optics::GRASS_GROUND),
         Kind::LeafLitter | Kind::Needles => (0.92, optics::LITTER),
         Kind::Sand => (0.95, optics::SAND),
@@ -107,9 +108,10 @@ pub(crate) fn bake(kind: Kind, key: Key) -> TrailTiles {
     surface.darken_hollows(4, 0.010, 0.9);
     let surface = surface.with_luminance_of(mean_albedo(kind));
     // Ruts: what lay on top is pressed into fine soil.
+    let pressed_in = if kind == Kind::Mud { WET_EARTH } else { EARTH };
     let mut rut = surface.recolour(|p, t| {
         let pressed = smoothstep(-0.35, 0.25, fbm(p, IVec2::splat(9), 4, 0.55, seed ^ 0x301));
-        let soil = EARTH * (0.80 + 0.20 * gradient(p, IVec2::splat(110), seed ^ 0x302));
+        let soil = pressed_in * (0.80 + 0.20 * gradient(p, IVec2::splat(110), seed ^ 0x302));
         // The print of tyre blocks, half worn away.
         t.albedo.lerp(soil, 0.65 * pressed)
             * (1.0 + 0.05 * gradient(p, IVec2::splat(30), seed ^ 0x303))
@@ -192,6 +194,8 @@ fn gravel(p: Vec2x16, seed: u32) -> Texels {
 
 /// Dry, trodden soil.
 const EARTH: Vec3x16 = rgb(0.225, 0.165, 0.115);
+/// The same, wet.
+const WET_EARTH: Vec3x16 = rgb(0.100, 0.077, 0.057);
 
 /// Trodden soil with crumbs and small stones.
 fn earth(p: Vec2x16, seed: u32) -> Texels {
@@ -213,12 +217,14 @@ fn mud(p: Vec2x16, seed: u32) -> Texels {
     let clods = worley(q, IVec2::splat(26), 1.0, seed ^ 0x20);
     let fine = gradient(p, IVec2::splat(120), seed ^ 0x30);
     let water = smoothstep(-0.20, -0.30, relief);
-    let wet =
-        rgb(0.074, 0.057, 0.043) * (1.0 + 0.35 * relief + 0.10 * fine + 0.25 * (0.5 - clods.f1));
+    let wet = WET_EARTH * (1.0 + 0.35 * relief + 0.10 * fine + 0.25 * (0.5 - clods.f1));
+    // What stands highest dries first.
+    let crust = rgb(0.165, 0.130, 0.098) * (1.0 + 0.15 * fine);
+    let dry = 0.8 * smoothstep(0.08, 0.38, relief + 0.12 * fine);
     // A film of turbid water: smooth and a little greyer.
-    let film = rgb(0.060, 0.050, 0.040);
+    let film = rgb(0.080, 0.066, 0.053);
     Texels {
-        albedo: wet.lerp(film, water),
+        albedo: wet.lerp(crust, dry).lerp(film, water),
         height: (0.03 * relief + 0.008 * (0.6 - clods.f1)).max(-0.008)
             + 0.001 * fine * (1.0 - water),
     }

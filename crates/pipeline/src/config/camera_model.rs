@@ -127,10 +127,11 @@ impl Camera {
             Look::Cinema => (ToneCurve::Filmic, 0.01, 0.02, 0.2),
             Look::Flat => (ToneCurve::Linear, 0.01, 0.0, 0.0),
             // A small plastic lens on a small sensor.
-            Look::Robot => (ToneCurve::Linear, 0.02, 0.06, 0.5),
+            Look::Robot => (ToneCurve::Standard, 0.02, 0.06, 0.5),
         };
         let tone = match self.tone.curve {
             ToneChoice::Look => tone,
+            ToneChoice::Standard => ToneCurve::Standard,
             ToneChoice::Linear => ToneCurve::Linear,
             ToneChoice::Filmic => ToneCurve::Filmic,
         };

@@ -90,6 +90,8 @@ choices! {
     ToneChoice {
         /// As the look says.
         Look = "look",
+        /// A camera's standard picture.
+        Standard = "standard",
         /// Proportional to light.
         Linear = "linear",
         /// With a soft toe and shoulder.

@@ -79,13 +79,26 @@ pub(crate) fn scale_of(ev100: f64) -> f32 {
 /// The curve from exposed light to brightness on the screen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ToneCurve {
-    /// A camera's curve: a soft toe and a long shoulder (Hable 2010, "Uncharted 2", with his
-    /// constants, white at 5.6), channel by channel, so that highlights lose their colour before
-    /// they clip.
+    /// A camera's standard picture: contrast about middle grey, dark shadows, a shoulder that clips
+    /// four stops above. It is the filmic curve behind a contrast of 1.25 and 0.9 of the light,
+    /// which shows the greys from five stops below middle grey to one above with the codes of
+    /// Adobe's default curve (DNG SDK 1.7, `dng_tone_curve_acr3_default`), within 3 of 255.
     #[default]
+    Standard,
+    /// Softer: a toe and a long shoulder (Hable 2010, "Uncharted 2", with his constants, white at
+    /// 5.6), channel by channel, so that highlights lose their colour before they clip.
     Filmic,
     /// Light clipped at 1: brightness stays proportional to radiance.
     Linear,
+}
+
+/// What the standard curve does to the light before the filmic one.
+const STANDARD_CONTRAST: f64 = 1.25;
+const STANDARD_EXPOSURE: f64 = 0.9;
+
+/// Light whose distance from middle grey, in stops, is multiplied.
+fn with_contrast(x: f64, contrast: f64) -> f64 {
+    MIDDLE_GREY * libm::pow(x / MIDDLE_GREY, contrast)
 }
 
 impl ToneCurve {
@@ -94,6 +107,10 @@ impl ToneCurve {
         match self {
             Self::Linear => 1.0,
             Self::Filmic => 5.6,
+            Self::Standard => {
+                let filmic = Self::Filmic.white();
+                with_contrast(filmic / STANDARD_EXPOSURE, 1.0 / STANDARD_CONTRAST)
+            }
         }
     }
 
@@ -108,6 +125,9 @@ impl ToneCurve {
                 };
                 // The factor is Hable's exposure bias.
                 (hable((2.0 * x).min(WHITE)) / hable(WHITE)).clamp(0.0, 1.0)
+            }
+            Self::Standard => {
+                Self::Filmic.apply(STANDARD_EXPOSURE * with_contrast(x, STANDARD_CONTRAST))
             }
         }
     }
@@ -128,14 +148,14 @@ impl Curve {
         if self.contrast == 1.0 {
             return white;
         }
-        MIDDLE_GREY * libm::pow(white / MIDDLE_GREY, 1.0 / self.contrast)
+        with_contrast(white, 1.0 / self.contrast)
     }
 
     fn apply(self, x: f64) -> f64 {
         if self.contrast == 1.0 {
             return self.tone.apply(x);
         }
-        (self.tone).apply(MIDDLE_GREY * libm::pow(x / MIDDLE_GREY, self.contrast))
+        self.tone.apply(with_contrast(x, self.contrast))
     }
 }
 
@@ -251,13 +271,19 @@ mod tests {
         )
     }
 
+    const TONES: [ToneCurve; 3] = [ToneCurve::Standard, ToneCurve::Filmic, ToneCurve::Linear];
+
     fn curve(tone: ToneCurve, contrast: f64) -> Curve {
         Curve { tone, contrast }
     }
 
+    fn any_tone() -> impl Strategy<Value = ToneCurve> {
+        proptest::sample::select(TONES.to_vec())
+    }
+
     #[test]
     fn white_is_where_the_curve_ends() {
-        for tone in [ToneCurve::Linear, ToneCurve::Filmic] {
+        for tone in TONES {
             for contrast in [0.6, 1.0, 1.7] {
                 let curve = curve(tone, contrast);
                 let (at, below) = (
@@ -272,8 +298,9 @@ mod tests {
 
     proptest! {
         #[test]
-        fn the_table_is_the_formula(exponent in -16.0_f32..4.0, filmic: bool, lift in 0.0..1.0) {
-            let tone = if filmic { ToneCurve::Filmic } else { ToneCurve::Linear };
+        fn the_table_is_the_formula(
+            exponent in -16.0_f32..4.0, tone in any_tone(), lift in 0.0..1.0,
+        ) {
             let x = exponent.exp2();
             let contrast = if lift < 0.3 { 1.0 } else { 0.6 + 1.4 * lift };
             let curve = curve(tone, contrast);
@@ -303,8 +330,9 @@ mod tests {
         }
 
         #[test]
-        fn more_light_is_never_darker(x in 0.0_f32..20.0, more in 0.0_f32..2.0, filmic: bool) {
-            let tone = if filmic { ToneCurve::Filmic } else { ToneCurve::Linear };
+        fn more_light_is_never_darker(
+            x in 0.0_f32..20.0, more in 0.0_f32..2.0, tone in any_tone(),
+        ) {
             let e = Encoder::new(curve(tone, 1.0));
             prop_assert!(e.encode(Vec3::splat(x + more))[0] >= e.encode(Vec3::splat(x))[0]);
         }
@@ -315,7 +343,7 @@ mod tests {
             let dim: Vec<Vec3> = pixels.iter().map(|&p| p * scale).collect();
             let shot = |p: Vec<Vec3>| {
                 let ev = Exposure::default().ev100(log_mean_luminance(&p));
-                shown(&Image::new(p.len(), 1, p), ev, ToneCurve::Filmic)
+                shown(&Image::new(p.len(), 1, p), ev, ToneCurve::Standard)
             };
             for (a, b) in shot(pixels).pixels().iter().zip(shot(dim).pixels()) {
                 for i in 0..3 { prop_assert!(a[i].abs_diff(b[i]) <= 1); }
@@ -325,7 +353,7 @@ mod tests {
 
     #[test]
     fn ends_and_order() {
-        for tone in [ToneCurve::Filmic, ToneCurve::Linear] {
+        for tone in TONES {
             let e = Encoder::new(curve(tone, 1.0));
             assert_eq!(e.encode(Vec3::ZERO), [0; 3]);
             assert_eq!(e.encode(Vec3::splat(6.0)), [255; 3]);
@@ -348,8 +376,30 @@ mod tests {
         let shot = |tone| *shown(&Image::new(1, 1, vec![grey]), ev, tone).at(0, 0);
         assert_eq!(shot(ToneCurve::Linear), [118; 3]);
         assert_eq!(shot(ToneCurve::Filmic), [125; 3]);
+        assert_eq!(shot(ToneCurve::Standard), [119; 3]);
         let auto = Exposure::default().ev100(log_mean_luminance(&[grey; 9]));
         assert!((auto - ev).abs() < 1e-5, "{auto}");
+    }
+
+    #[test]
+    fn the_standard_curve_is_that_of_a_camera() {
+        // What Adobe's default curve shows of greys, in stops from the one it shows as 18 %.
+        let of_adobe = [
+            (-5.0, 8.0),
+            (-4.0, 15.0),
+            (-3.0, 26.0),
+            (-2.0, 45.0),
+            (-1.0, 75.0),
+            (0.0, 118.0),
+            (1.0, 171.0),
+        ];
+        for (stops, code) in of_adobe {
+            let x = MIDDLE_GREY * libm::exp2(stops);
+            let got = 255.0 * srgb_oetf(ToneCurve::Standard.apply(x));
+            assert!((got - code).abs() <= 3.0, "{got} at {stops} stops");
+        }
+        let stops = libm::log2(ToneCurve::Standard.white() / MIDDLE_GREY);
+        assert!((stops - 4.1).abs() < 0.02, "{stops}");
     }
 
     #[test]

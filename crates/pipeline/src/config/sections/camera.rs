@@ -46,13 +46,13 @@ section! {
         /// recorded.
         exposure_error_ev: f64 = 0.0, Real(-8.0, 8.0), "none";
         /// How light becomes a picture: `robot` is what a small camera records in a forest, with
-        /// harsh contrast, clipped skies, glare at edges and dark corners; `cinema` is a soft curve
-        /// that keeps highlights; `flat` is proportional to light, with a clean lens, for those who
-        /// augment pictures themselves.
+        /// the contrast of a camera's standard picture, glare at edges and dark corners; `cinema`
+        /// is a soft curve that keeps highlights; `flat` is proportional to light, with a clean
+        /// lens, for those who augment pictures themselves.
         look: Look = Look::Robot, OneOf(Look::WORDS), "what the data is for";
         /// Brightens (positive) or darkens the automatic exposure, stops.
-        exposure_bias_ev: f64 = -0.6, Real(-8.0, 8.0),
-            "as cameras meter: for bright gaps, so that leaves are dark";
+        exposure_bias_ev: f64 = -0.3, Real(-8.0, 8.0),
+            "our choice: leaves are dark, gaps keep their colours";
         /// Write `radiance`, the light behind the lens, before exposure and sensor: OpenEXR, linear
         /// sRGB in cd/m², 32-bit floats.
         radiance: bool = false, Flag, "at most 11 MB for a picture of 1280 x 720";

@@ -24,8 +24,8 @@ section! {
 section! {
     /// The camera's tone and colour.
     CameraTone at "camera.tone" {
-        /// The curve from light to brightness: that of `camera.look`, proportional to light, or a
-        /// film's with a soft toe and shoulder.
+        /// The curve from light to brightness: that of `camera.look`, a camera's standard picture,
+        /// proportional to light, or a film's with a soft toe and shoulder.
         curve: ToneChoice = ToneChoice::Look, OneOf(ToneChoice::WORDS), "as the look says";
         /// Slope of logarithmic brightness about middle grey, before that curve.
         contrast: f64 = 1.0, Real(0.6, 2.0), "the curve's own";
