@@ -27,7 +27,7 @@ fn mean_albedo(kind: Kind) -> Vec3 {
     match kind {
         Kind::Gravel => Vec3::new(0.222, 0.206, 0.184),
         Kind::DryEarth => Vec3::new(0.222, 0.165, 0.118),
-        Kind::Mud => Vec3::new(0.096, 0.075, 0.056),
+        Kind::Mud => Vec3::new(0.078, 0.062, 0.048),
         Kind::Grassy => Vec3::new(0.082, 0.106, 0.038),
         Kind::LeafLitter => Vec3::new(0.125, 0.084, 0.058),
         Kind::Needles => Vec3::new(0.150, 0.088, 0.054),
@@ -41,7 +41,7 @@ fn rut_albedo(kind: Kind) -> Vec3 {
     match kind {
         Kind::Gravel => Vec3::new(0.180, 0.163, 0.140),
         Kind::DryEarth => Vec3::new(0.185, 0.135, 0.095),
-        Kind::Mud => Vec3::new(0.073, 0.057, 0.043),
+        Kind::Mud => Vec3::new(0.064, 0.051, 0.040),
         Kind::Grassy => Vec3::new(0.110, 0.092, 0.055),
         Kind::LeafLitter => Vec3::new(0.092, 0.065, 0.046),
         Kind::Needles => Vec3::new(0.110, 0.072, 0.048),
@@ -56,7 +56,7 @@ pub(crate) fn surface_optics(kind: Kind) -> (f32, Optics) {
         Kind::Gravel => (0.85, optics::ROCK),
         Kind::DryEarth => (0.95, optics::DRY_SOIL),
         // Moist and churned: what shines are the puddles.
-        Kind::Mud => (0.6, optics::WET_SOIL),
+        Kind::Mud => (0.65, optics::WET_SOIL),
         Kind::Grassy => (0.80, optics::GRASS_GROUND),
         Kind::LeafLitter | Kind::Needles => (0.92, optics::LITTER),
         Kind::Sand => (0.95, optics::SAND),

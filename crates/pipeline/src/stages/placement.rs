@@ -126,7 +126,7 @@ impl Stage<Forest> for WoodyStage {
     );
     type Output = Vec<Site>;
     const ID: &'static str = "chunk.woody";
-    const VERSION: u32 = 4;
+    const VERSION: u32 = 5;
 
     fn fingerprint(&self, _: &mut Hasher) {}
 

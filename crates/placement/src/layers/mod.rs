@@ -3,6 +3,8 @@
 
 mod blocks;
 mod calibrate;
+mod calibrated_layer;
+mod gap_part;
 pub(crate) mod open_land;
 pub(crate) mod params;
 pub(crate) mod patches;

@@ -33,7 +33,8 @@ pub struct LayerParams {
     /// Density inside [`PlacementParams::gaps`] relative to outside, 0 to 20: 0 for a canopy, 1 for
     /// plants that are indifferent, more for those that need light. The mean over the plane is
     /// still the target. Where there is more both in gaps and [at edges](Self::at_edges), the
-    /// greater one counts.
+    /// greater one counts. A layer that is denser in gaps, but not at edges, has one pattern there
+    /// and another outside.
     pub in_gaps: f64,
     /// Patches to which the layer is restricted, each layer to its own; `None` for everywhere.
     pub clusters: Option<Patches>,

@@ -6,7 +6,9 @@ use glam::DVec2;
 use nemoral_scene::ChunkCoord;
 use nemoral_seed::{Domain, Draw, Key};
 
-use super::calibrate::{CalibratedLayer, calibrate};
+use super::calibrate::calibrate;
+use super::calibrated_layer::{CalibratedLayer, LayerPatches};
+use super::gap_part::GapPart;
 use super::open_land::OpenLand;
 use super::params::PlacementParams;
 use super::patches::Clusters;
@@ -18,6 +20,7 @@ use crate::sampler::tile::snap;
 const ROCKS: Domain = Domain::new("placement.rocks");
 const LAYERS: Domain = Domain::new("placement.layers");
 const GAPS: Domain = Domain::new("placement.gaps");
+const IN_GAPS: Domain = Domain::new("placement.in_gaps");
 
 /// How many places are tried for a rock before the chunk gets one less.
 const ROCK_TRIES: u64 = 500;
@@ -30,7 +33,8 @@ const ROCK_TRIES: u64 = 500;
 pub struct Placement {
     params: PlacementParams,
     key: Key,
-    layers: Vec<Option<CalibratedLayer>>,
+    /// The parts of the layers, in the order in which they are placed.
+    parts: Vec<CalibratedLayer>,
     open_land: Option<Arc<dyn OpenLand>>,
     /// The greatest distance, in chunk edges, at which a site of one layer excludes one of another
     /// layer.
@@ -45,17 +49,13 @@ impl Placement {
     /// room.
     pub fn new(params: PlacementParams, key: Key) -> Result<Self, PlacementError> {
         params.check()?;
-        let layers = calibrate(&params)?;
-        let largest = layers
-            .iter()
-            .flatten()
-            .map(|l| l.max_radius)
-            .fold(0.0, f64::max);
+        let parts = calibrate(&params)?;
+        let largest = parts.iter().map(|p| p.max_radius).fold(0.0, f64::max);
         Ok(Self {
             reach: 2.0 * params.factor() * largest,
             params,
             key,
-            layers,
+            parts,
             open_land: None,
         })
     }
@@ -165,13 +165,9 @@ impl Placement {
         }
         let factor = self.params.factor();
         let mut standing = QuadTree::new(DVec2::splat(-self.reach), 1.0 + 2.0 * self.reach);
-        let minds = self
-            .layers
-            .iter()
-            .flatten()
-            .any(CalibratedLayer::minds_gaps);
+        let minds = self.parts.iter().any(CalibratedLayer::minds_gaps);
         let gaps = self.params.gaps.filter(|_| minds).map(|gaps| {
-            let window = 0.5 + self.reach * self.layers.len() as f64;
+            let window = 0.5 + self.reach * self.parts.len() as f64;
             gaps.around(
                 self.key.domain(GAPS),
                 coord,
@@ -180,24 +176,27 @@ impl Placement {
             )
         });
         let mut sites = Vec::new();
-        for (number, layer) in self.layers.iter().enumerate() {
-            let Some(layer) = layer else {
-                continue;
+        for (place, part) in self.parts.iter().enumerate() {
+            // Later parts give way to this one and to each other, so each of them adds one reach.
+            let need = 0.5 + self.reach * (self.parts.len() - 1 - place) as f64;
+            let layer_key = self.layer_key(part.number);
+            let clusters = part.clusters(layer_key, coord, need);
+            let patches = LayerPatches {
+                gaps: gaps.as_ref(),
+                clusters: clusters.as_ref(),
             };
-            // Later layers give way to this one and to each other, so each of them adds one reach.
-            let need = 0.5 + self.reach * (self.layers.len() - 1 - number) as f64;
-            let key = self.layer_key(number);
-            let clusters = layer.clusters(key, coord, need);
-            let mut points = layer.points_around(key, coord, need, clusters.as_ref());
+            let key = match part.part {
+                GapPart::Inside => layer_key.domain(IN_GAPS),
+                GapPart::Both | GapPart::Outside => layer_key,
+            };
+            let mut points = part.points_around(key, coord, need, &patches);
             let at_edge = |p: DVec2| match &self.open_land {
-                Some(land) => layer.at_edge(|| land.depth_m(self.world_m(coord, p))),
+                Some(land) => part.at_edge(|| land.depth_m(self.world_m(coord, p))),
                 None => 1.0,
             };
             points.retain(|p| {
-                layer.keeps(p, gaps.as_ref(), clusters.as_ref(), at_edge(p.p))
-                    && is_free(&standing, p.p, factor * p.radius)
+                part.keeps(p, &patches, at_edge(p.p)) && is_free(&standing, p.p, factor * p.radius)
             });
-            points.sort_unstable_by_key(|p| p.key);
             for p in &points {
                 standing.insert(p.p, factor * p.radius);
             }
@@ -207,7 +206,7 @@ impl Placement {
                 let site = Site {
                     position_m: self.world_m(coord, point.p),
                     radius_m: point.radius * self.params.chunk_size_m,
-                    layer: number as u8,
+                    layer: part.number as u8,
                     variety: point.variety,
                     key: point.key,
                 };
@@ -220,6 +219,7 @@ impl Placement {
                 }
             }
         }
+        sites.sort_unstable_by_key(|site| (site.layer, site.key));
         sites
     }
 

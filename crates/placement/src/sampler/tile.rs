@@ -31,6 +31,18 @@ impl Square {
         }
     }
 
+    /// The least square that covers what this one has in common with others; `None` if that is
+    /// nothing.
+    pub(crate) fn bounding_common(&self, others: &[Self]) -> Option<Self> {
+        let common = others.iter().filter_map(|other| {
+            let (low, high) = (self.low().max(other.low()), self.high().min(other.high()));
+            low.cmple(high).all().then_some((low, high))
+        });
+        common
+            .reduce(|(low, high), (l, h)| (low.min(l), high.max(h)))
+            .map(|(low, high)| Self::covering(low, high))
+    }
+
     pub(crate) fn low(&self) -> DVec2 {
         self.middle - self.half_width
     }
