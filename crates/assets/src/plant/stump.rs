@@ -12,8 +12,10 @@ use crate::materials::StumpMaterials;
 const SIDES: u32 = 28;
 /// Rings of the cut face.
 const RINGS: u32 = 5;
-/// How far a stump reaches into the ground, metres.
-const ROOT_M: f32 = 0.25;
+/// How far a stump reaches into the ground: as far as on a slope of 45 degrees none of its foot
+/// hangs in the air. Metres, and for each metre of its radius, of which a root's lobe is two.
+const ROOT_M: f32 = 0.15;
+const ROOT_PER_RADIUS: f32 = 2.2;
 
 /// A stump of a felled tree: `radius_m` at its cut, `height_m` above the ground.
 pub(crate) fn stump(
@@ -57,7 +59,8 @@ pub(crate) fn stump(
         let face = (q.dot(fell) / radius_m - 0.55).clamp(0.0, 0.08) / 0.08;
         height_m + askew.dot(q) - step * face
     };
-    let levels = [-ROOT_M, -0.10, 0.0, 0.05, 0.11, 0.20, 0.32, 0.45];
+    let root_m = ROOT_M + ROOT_PER_RADIUS * radius_m;
+    let levels = [-root_m, -0.10, 0.0, 0.05, 0.11, 0.20, 0.32, 0.45];
     let levels: Vec<f32> = levels
         .iter()
         .copied()

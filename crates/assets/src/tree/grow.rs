@@ -147,9 +147,10 @@ pub fn grow_with_structure(
     Ok((finish(species, size, materials, &flare, parts), structure))
 }
 
-/// Depth of a stem's foot, metres: deep enough for the lobes' ends on a slope of 20 degrees.
+/// Depth of a stem's foot, metres: deep enough for the lobes' ends on a slope of 40 degrees, as
+/// banks along roads have.
 pub(super) fn sunk_m(size: &TreeSize) -> f64 {
-    (0.3 + 0.25 * size.dbh_m).min(0.5)
+    0.3 + 0.6 * size.dbh_m
 }
 
 /// Checks the arguments of [`grow`].

@@ -62,15 +62,15 @@ fn value_stability() {
 
 const INDIVIDUALS: &str = "0.138010800348 0.475840711052";
 const FINGERPRINTS: [&str; 9] = [
-    "2e8639f93a4df807",
-    "cb8cb0b955743daf",
-    "c276999f80a60fd7",
-    "6d7f9e2652818ca3",
-    "43ce3ffacc1acf37",
-    "6cc56bd843f69782",
-    "eb2b0e4d370b44cc",
-    "a54fb369d78f4ab0",
-    "72449523e1d9282a",
+    "bed71d8174f660e4",
+    "9f1f6a886617615c",
+    "33ce765909b58179",
+    "c63a711e9db4f7ab",
+    "9466ddeef76845bb",
+    "f54bf332722f4719",
+    "43fa6b898b23166d",
+    "4916bf435375a199",
+    "34719e6a559b7c92",
 ];
 const SIZE: &str = "18.755967525 4.727007432 233.612933315";
 const DBH: &str = "0.128658733404";

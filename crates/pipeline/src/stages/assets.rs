@@ -26,7 +26,7 @@ impl Stage<Forest> for LibraryStage {
     type Inputs = ();
     type Output = Library;
     const ID: &'static str = "world.library";
-    const VERSION: u32 = 22;
+    const VERSION: u32 = 23;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         self.0.fingerprint(hasher);
@@ -56,7 +56,7 @@ impl Stage<Forest> for AssetStage {
     type Inputs = (OfWorld<Library>,);
     type Output = WorldAssets;
     const ID: &'static str = "world.assets";
-    const VERSION: u32 = 13;
+    const VERSION: u32 = 14;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         self.recipe.fingerprint(hasher);
