@@ -88,8 +88,8 @@ fn calibrate_part(
         .collect();
     let key = Key::world(0).domain(CALIBRATION).item(number as u64);
     let mut most = f64::INFINITY;
-    // Of young growth in and out of gaps the initial samples are enough if they are as many as are
-    // wanted: it need not be regular, and rounds of darts cost thirty times as much.
+    // Of young trees and shrubs in and out of gaps the initial samples are enough if they are as
+    // many as are wanted: they need not be regular, and rounds of darts cost thirty times as much.
     let least = u32::from(part == GapPart::Both);
     let mut patterns: Vec<Pattern> = (least..=MAX_ROUNDS).map(Pattern::Fill).collect();
     if let Some(rows) = layer.rows {
