@@ -324,7 +324,7 @@ fn a_grey_card_in_the_sun_has_its_radiance_and_code_value() {
     view.exposure = Exposure::Fixed { ev100 };
     let codes = [
         (ToneCurve::Linear, 118),
-        (ToneCurve::Standard, 119),
+        (ToneCurve::Standard, 118),
         (ToneCurve::Filmic, 125),
     ];
     for (tone, code) in codes {
@@ -760,4 +760,4 @@ fn value_stability() {
         });
     assert_eq!((hash, format!("{:.6}", images.ev100).as_str()), VALUES);
 }
-const VALUES: (u64, &str) = (10453917968649818362, "15.265933");
+const VALUES: (u64, &str) = (7314548517424743158, "15.265933");

@@ -112,8 +112,10 @@ fn a_forest_is_harsh_to_a_small_camera() {
     };
     let shares = [&robot, &cinema, &flat].map(|p| clipped(p));
     println!("of gaps clip: {shares:.2?}");
-    // The soft curve keeps highlights that the two others lose.
-    assert!(shares[0] > 0.5 && shares[1] < 0.05 && shares[2] > 0.5);
+    // The soft curve keeps highlights, light itself loses most of them, and a camera's standard
+    // picture is between.
+    assert!(shares[1] < 0.05 && shares[2] > 0.5);
+    assert!(shares[0] > 2.0 * shares[1] && shares[0] < shares[2]);
 
     let against = |s: &Image<Semantic>, i: usize| is_trunk(s, i) && before_sky(s, i);
     let gap = median(of(&robot, picture, is_sky));
@@ -122,7 +124,8 @@ fn a_forest_is_harsh_to_a_small_camera() {
         s.pixels()[i] == Semantic::Needle
     }));
     println!("gaps {gap:.3}, trunks before them {silhouette:.3}, leaves {leaves:.3}");
-    assert!(silhouette < gap / 3.0 && leaves < 0.12);
+    // The curve's shoulder brings the two nearer to each other than they are in the light.
+    assert!(silhouette < gap / 2.0 && leaves < 0.12);
 
     let washed = |holds: &dyn Fn(&Image<Semantic>, usize) -> bool| {
         mean(&of(&robot, picture, holds)) / mean(&of(&flat, picture, holds))

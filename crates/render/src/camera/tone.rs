@@ -79,10 +79,10 @@ pub(crate) fn scale_of(ev100: f64) -> f32 {
 /// The curve from exposed light to brightness on the screen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ToneCurve {
-    /// A camera's standard picture: contrast about middle grey, dark shadows, a shoulder that clips
-    /// four stops above. It is the filmic curve behind a contrast of 1.25 and 0.9 of the light,
-    /// which shows the greys from five stops below middle grey to one above with the codes of
-    /// Adobe's default curve (DNG SDK 1.7, `dng_tone_curve_acr3_default`), within 4 of 255.
+    /// A camera's standard picture: contrast about middle grey, dark shadows, and a shoulder that
+    /// clips 3.4 stops above. It is the filmic curve behind a contrast of 1.25, with other
+    /// constants: all greys have the codes of Adobe's default curve (DNG SDK 1.7,
+    /// `dng_tone_curve_acr3_default`), within 3 of 255.
     #[default]
     Standard,
     /// Softer: a toe and a long shoulder (Hable 2010, "Uncharted 2", with his constants, white at
@@ -92,9 +92,24 @@ pub enum ToneCurve {
     Linear,
 }
 
-/// What the standard curve does to the light before the filmic one.
+/// The light that clips behind the filmic curve.
+const FILMIC_WHITE: f64 = 5.6;
+
+/// What the standard curve does to the light before the filmic one, and what then clips: fitted to
+/// Adobe's curve.
 const STANDARD_CONTRAST: f64 = 1.25;
-const STANDARD_EXPOSURE: f64 = 0.9;
+const STANDARD_EXPOSURE: f64 = 0.8;
+const STANDARD_WHITE: f64 = 2.75;
+
+/// Hable's curve for a light of at least 0 that is white at `white`.
+fn filmic(x: f64, white: f64) -> f64 {
+    // The factor is his exposure bias.
+    let hable = |x: f64| {
+        let x = 2.0 * x;
+        (x * (0.22 * x + 0.03) + 0.002) / (x * (0.22 * x + 0.3) + 0.06) - 0.01 / 0.3
+    };
+    (hable(x.min(white)) / hable(white)).clamp(0.0, 1.0)
+}
 
 /// Light whose distance from middle grey, in stops, is multiplied.
 fn with_contrast(x: f64, contrast: f64) -> f64 {
@@ -106,10 +121,9 @@ impl ToneCurve {
     pub(crate) fn white(self) -> f64 {
         match self {
             Self::Linear => 1.0,
-            Self::Filmic => 5.6,
+            Self::Filmic => FILMIC_WHITE,
             Self::Standard => {
-                let filmic = Self::Filmic.white();
-                with_contrast(filmic / STANDARD_EXPOSURE, 1.0 / STANDARD_CONTRAST)
+                with_contrast(STANDARD_WHITE / STANDARD_EXPOSURE, 1.0 / STANDARD_CONTRAST)
             }
         }
     }
@@ -118,17 +132,11 @@ impl ToneCurve {
     fn apply(self, x: f64) -> f64 {
         match self {
             Self::Linear => x.min(1.0),
-            Self::Filmic => {
-                const WHITE: f64 = 11.2;
-                let hable = |x: f64| {
-                    (x * (0.22 * x + 0.03) + 0.002) / (x * (0.22 * x + 0.3) + 0.06) - 0.01 / 0.3
-                };
-                // The factor is Hable's exposure bias.
-                (hable((2.0 * x).min(WHITE)) / hable(WHITE)).clamp(0.0, 1.0)
-            }
-            Self::Standard => {
-                Self::Filmic.apply(STANDARD_EXPOSURE * with_contrast(x, STANDARD_CONTRAST))
-            }
+            Self::Filmic => filmic(x, FILMIC_WHITE),
+            Self::Standard => filmic(
+                STANDARD_EXPOSURE * with_contrast(x, STANDARD_CONTRAST),
+                STANDARD_WHITE,
+            ),
         }
     }
 }
@@ -376,7 +384,7 @@ mod tests {
         let shot = |tone| *shown(&Image::new(1, 1, vec![grey]), ev, tone).at(0, 0);
         assert_eq!(shot(ToneCurve::Linear), [118; 3]);
         assert_eq!(shot(ToneCurve::Filmic), [125; 3]);
-        assert_eq!(shot(ToneCurve::Standard), [119; 3]);
+        assert_eq!(shot(ToneCurve::Standard), [118; 3]);
         let auto = Exposure::default().ev100(log_mean_luminance(&[grey; 9]));
         assert!((auto - ev).abs() < 1e-5, "{auto}");
     }
@@ -392,14 +400,16 @@ mod tests {
             (-1.0, 75.0),
             (0.0, 118.0),
             (1.0, 171.0),
+            (2.0, 217.0),
+            (3.0, 248.0),
         ];
         for (stops, code) in of_adobe {
             let x = MIDDLE_GREY * libm::exp2(stops);
             let got = 255.0 * srgb_oetf(ToneCurve::Standard.apply(x));
-            assert!((got - code).abs() <= 4.0, "{got} at {stops} stops");
+            assert!((got - code).abs() <= 3.0, "{got} at {stops} stops");
         }
         let stops = libm::log2(ToneCurve::Standard.white() / MIDDLE_GREY);
-        assert!((stops - 4.1).abs() < 0.02, "{stops}");
+        assert!((stops - 3.41).abs() < 0.02, "{stops}");
     }
 
     #[test]
