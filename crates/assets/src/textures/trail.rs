@@ -85,6 +85,14 @@ fn debris(kind: Kind) -> Debris {
     }
 }
 
+/// The fine soil in a rut.
+fn soil(kind: Kind) -> Vec3x16 {
+    match kind {
+        Kind::Mud => WET_EARTH,
+        _ => EARTH,
+    }
+}
+
 fn base(kind: Kind, p: Vec2x16, seed: u32) -> Texels {
     match kind {
         Kind::Gravel => gravel(p, seed),
@@ -108,10 +116,10 @@ pub(crate) fn bake(kind: Kind, key: Key) -> TrailTiles {
     surface.darken_hollows(4, 0.010, 0.9);
     let surface = surface.with_luminance_of(mean_albedo(kind));
     // Ruts: what lay on top is pressed into fine soil.
-    let pressed_in = if kind == Kind::Mud { WET_EARTH } else { EARTH };
+    let fine_soil = soil(kind);
     let mut rut = surface.recolour(|p, t| {
         let pressed = smoothstep(-0.35, 0.25, fbm(p, IVec2::splat(9), 4, 0.55, seed ^ 0x301));
-        let soil = pressed_in * (0.80 + 0.20 * gradient(p, IVec2::splat(110), seed ^ 0x302));
+        let soil = fine_soil * (0.80 + 0.20 * gradient(p, IVec2::splat(110), seed ^ 0x302));
         // The print of tyre blocks, half worn away.
         t.albedo.lerp(soil, 0.65 * pressed)
             * (1.0 + 0.05 * gradient(p, IVec2::splat(30), seed ^ 0x303))

@@ -126,7 +126,7 @@ impl Stage<Forest> for WoodyStage {
     );
     type Output = Vec<Site>;
     const ID: &'static str = "chunk.woody";
-    const VERSION: u32 = 5;
+    const VERSION: u32 = 6;
 
     fn fingerprint(&self, _: &mut Hasher) {}
 

@@ -25,8 +25,12 @@ const CALIBRATION: Domain = Domain::new("placement.calibration");
 /// Points per square of the hard-core distance in a saturated pattern of one radius (five runs of
 /// 7·10⁷ points, spread 2·10⁻⁵).
 const SATURATED: f64 = 0.6966;
-/// The edge of the calibration's window in mean hard-core distances: some 3000 points.
+/// The edge of the calibration's window in mean hard-core distances: some 3000 points of a filled
+/// pattern.
 const WINDOW: f64 = 72.0;
+/// The same where initial samples alone are enough. These are fewer, and their number varies more:
+/// in the window above, by 2 %. Without rounds of darts, a wider one takes no longer.
+const WINDOW_OF_SAMPLES: f64 = 144.0;
 /// More rounds than this add almost no points.
 const MAX_ROUNDS: u32 = 4;
 /// Probes along the edge of the grid that measures the room that earlier layers leave.
@@ -69,7 +73,6 @@ fn calibrate_part(
     let uneven = Unevenness::of(params, layer, part);
     // The hard cores must leave room where the density is greatest, too.
     let sizes = sizes(params, layer, target * uneven.most / uneven.mean);
-    let half = WINDOW * sizes.mean_core();
     let max_radius = layer.max_radius_m() / params.chunk_size_m;
     // Slightly more than will be needed, so that rounding puts no radius beyond the last probe.
     let most = 1.001 * params.factor() * max_radius;
@@ -109,6 +112,11 @@ fn calibrate_part(
             clusters: layer.clusters,
             at_edges: layer.at_edges.clone(),
         };
+        let window = match pattern {
+            Pattern::Fill(0) => WINDOW_OF_SAMPLES,
+            Pattern::Fill(_) | Pattern::Rows(_) => WINDOW,
+        };
+        let half = window * sizes.mean_core();
         let square = Square::around_tile(half);
         let points = made.pattern_in(key, ChunkCoord::default(), square);
         let (filled, bias) = match pattern {
@@ -164,6 +172,10 @@ impl EarlierLayers {
     /// Adds a layer with `share` of its density everywhere. For the mean room that others find,
     /// this is equivalent to the full density in a part of the plane.
     fn add(&mut self, points: &[SamplePoint<Key>], layer: &CalibratedLayer, share: f64, half: f64) {
+        // What is not there must not narrow the square for what is.
+        if share == 0.0 {
+            return;
+        }
         let half = half.min(self.half);
         let index = self.index();
         let square = Square::around_tile(half);

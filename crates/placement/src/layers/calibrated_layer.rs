@@ -99,8 +99,8 @@ impl CalibratedLayer {
             (Some(only), None) | (None, Some(only)) => Some(only.squares(need).collect()),
             (Some(gaps), Some(clusters)) => {
                 let clusters: Vec<Square> = clusters.squares(need).collect();
-                let common = |gap: Square| gap.bounding_common(&clusters);
-                Some(gaps.squares(need).filter_map(common).collect())
+                let clustered = |gap: Square| gap.bounding_intersections(&clusters);
+                Some(gaps.squares(need).filter_map(clustered).collect())
             }
         }
     }
@@ -125,9 +125,9 @@ impl CalibratedLayer {
         Some(clusters.around(key, chunk, self.chunk_size_m, need))
     }
 
-    /// Whether it must know where gaps are.
+    /// Whether its density in gaps differs.
     pub(crate) fn minds_gaps(&self) -> bool {
-        self.in_gaps != 1.0 || self.part != GapPart::Both
+        self.in_gaps != 1.0
     }
 
     /// Its density at a distance from the edge of a wood, if that matters to it.
@@ -193,8 +193,8 @@ mod tests {
                 blocks: Arc::default(),
                 chunk_size_m: 50.0,
                 max_radius: 0.002,
-                keep: vec![1.0],
-                in_gaps: 1.0,
+                keep: vec![0.5],
+                in_gaps: 2.0,
                 clusters,
                 at_edges: None,
             };

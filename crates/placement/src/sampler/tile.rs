@@ -31,14 +31,13 @@ impl Square {
         }
     }
 
-    /// The least square that covers what this one has in common with others; `None` if that is
-    /// nothing.
-    pub(crate) fn bounding_common(&self, others: &[Self]) -> Option<Self> {
-        let common = others.iter().filter_map(|other| {
+    /// The least square that covers this one's intersections with others; `None` if there are none.
+    pub(crate) fn bounding_intersections(&self, others: &[Self]) -> Option<Self> {
+        let intersections = others.iter().filter_map(|other| {
             let (low, high) = (self.low().max(other.low()), self.high().min(other.high()));
             low.cmple(high).all().then_some((low, high))
         });
-        common
+        intersections
             .reduce(|(low, high), (l, h)| (low.min(l), high.max(h)))
             .map(|(low, high)| Self::covering(low, high))
     }
