@@ -211,9 +211,17 @@ class Scanner:
             None if rings is None else arguments.whole("rings", rings, 0, 255),
             None if max_range_m is None else arguments.real("max_range_m", max_range_m, 0.0, 1e6),
         )
-        self.device = device
+        self.device: str = device
         """Its name."""
-        self.title, self.source, self.duration_s, self.pulses = self._native.about()
+        about = self._native.about()
+        self.title: str = about[0]
+        """What it is called by its maker."""
+        self.source: str = about[1]
+        """Where its figures come from."""
+        self.duration_s: float = about[2]
+        """How long a scan takes."""
+        self.pulses: int = about[3]
+        """How many pulses a scan has."""
 
     def __repr__(self) -> str:
         return f"Scanner({self.device!r}: {self.title}, {self.pulses} pulses a scan)"

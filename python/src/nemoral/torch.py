@@ -93,8 +93,8 @@ class Frames(TorchDataset[Any]):
         made["frames"] = count
         if worlds is not None:
             made["sequences"] = arguments.whole("worlds", worlds, 1, 10_000)
-        self.forest = Forest(config, seed, **made)
-        self.frames_per_world = count
+        self.forest: Forest = Forest(config, seed, **made)
+        self.frames_per_world: int = count
         self.transform: Transform = transform or tensors
 
     @property
@@ -146,8 +146,8 @@ class FrameStream(IterableDataset[Any]):
         if rank is not None and world_size is not None:
             size = arguments.whole("world_size", world_size, 1, 2**31)
             arguments.whole("rank", rank, 0, size - 1)
-        self.frames = frames
-        self.start = arguments.whole("start", start, 0, 2**62)
+        self.frames: Frames = frames
+        self.start: int = arguments.whole("start", start, 0, 2**62)
         self.rank = rank
         self.world_size = world_size
         self._done = 0
@@ -212,7 +212,7 @@ class FrameDataset(TorchDataset[Any]):
             raise arguments.refuse("split", split, '"train", "val", "test" or None')
         if transform is not None and not callable(transform):
             raise arguments.refuse("transform", transform, "a function of a frame")
-        self.dataset = Dataset(path)
+        self.dataset: Dataset = Dataset(path)
         splits = {number: found.split for number, found in self.dataset.sequences.items()}
         frames = enumerate(self.dataset.frames)
         self._items = [i for i, (number, _) in frames if split in (None, splits[number])]
