@@ -38,9 +38,11 @@ def main(dataset, out):
     dataset, out = Path(dataset), Path(out)
     manifest = json.loads((dataset / "dataset.json").read_text())
     count = points = pictures = 0
-    for file in sorted(out.glob("*.mcap")):
-        sequence = int(file.stem)
-        source = dataset / "sequences" / file.stem
+    files = sorted(out.glob("*/*.mcap"))
+    assert len(files) == len(manifest["sequences"])
+    for file in files:
+        sequence = int(file.parent.name)
+        source = dataset / "sequences" / file.parent.name
         frames = {round(f["time_s"] * 1e9): f for f in manifest["frames"]
                   if f["sequence"] == sequence}
         sensors = {l["name"]: l["body_from_lidar"] for l in lidars(manifest, sequence)}

@@ -1,13 +1,20 @@
 #!/usr/bin/env bash
-# Converts a data set to every format and lets a foreign program read each:
+# Lets a foreign program read what a data set becomes in every format, and its own files:
 #   run.sh NEMORAL PYTHON DATASET FOLDER
+# A client's first line names the format that it reads (`--to FORMAT`); one that names none reads
+# the data set itself.
 set -euo pipefail
 nemoral=$1 python=$2 dataset=$3 folder=$4
 here=$(dirname "$0")
 for client in "$here"/read_*.py; do
-    format=$(basename "$client" .py)
-    format=${format#read_}
-    "$nemoral" convert "$dataset" --to "$format" --out "$folder/$format" > /dev/null
-    "$python" "$client" "$dataset" "$folder/$format" 2> "$folder/$format.log" | tail -n 1 \
-        || { tail -n 20 "$folder/$format.log"; exit 1; }
+    name=$(basename "$client" .py)
+    name=${name#read_}
+    format=$(sed -nE '1s/.*--to ([a-z0-9]+).*/\1/p' "$client")
+    arguments=("$dataset")
+    if [ -n "$format" ]; then
+        "$nemoral" convert "$dataset" --to "$format" --out "$folder/$name" --quiet
+        arguments+=("$folder/$name")
+    fi
+    "$python" "$client" "${arguments[@]}" 2> "$folder/$name.log" | tail -n 1 \
+        || { tail -n 20 "$folder/$name.log"; exit 1; }
 done

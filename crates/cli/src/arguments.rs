@@ -113,6 +113,17 @@ pub(crate) struct Keeping {
     pub(crate) no_cache: bool,
 }
 
+/// How a long command tells how far it is.
+#[derive(Args, Clone, Copy, Debug)]
+pub(crate) struct Reporting {
+    /// How progress is reported.
+    #[arg(long, value_enum, default_value_t = Progress::Auto)]
+    pub(crate) progress: Progress,
+    /// Prints nothing but errors.
+    #[arg(long, short, conflicts_with = "progress")]
+    pub(crate) quiet: bool,
+}
+
 #[derive(Args, Debug)]
 pub(crate) struct Cloud {
     /// The data set.
@@ -165,6 +176,8 @@ pub(crate) struct Convert {
     /// Replaces the conversion in the output folder, and no files of others.
     #[arg(long)]
     pub(crate) overwrite: bool,
+    #[command(flatten)]
+    pub(crate) reporting: Reporting,
 }
 
 #[derive(Args, Debug)]
@@ -250,14 +263,17 @@ impl FromStr for Region {
 
 /// What the help says about formats.
 fn list_of_formats() -> String {
-    let names = FormatName::ALL.map(FormatName::name);
-    let lines: Vec<_> = names.chunks(10).map(|some| some.join(", ")).collect();
+    let list = |title: &str, names: &[&str], in_a_line: usize| {
+        let lines: Vec<_> = names
+            .chunks(in_a_line)
+            .map(|some| some.join(", "))
+            .collect();
+        let next_line = format!(",\n{}", " ".repeat(title.len()));
+        format!("{title}{}", lines.join(&next_line))
+    };
     let tables: Vec<_> = Table::built_in().collect();
-    format!(
-        "Formats: {}\nTables of classes: {}",
-        lines.join(",\n         "),
-        tables.join(", ")
-    )
+    let formats = list("Formats: ", &FormatName::ALL.map(FormatName::name), 10);
+    format!("{formats}\n{}", list("Tables of classes: ", &tables, 5))
 }
 
 /// The formats by name.
@@ -300,12 +316,8 @@ pub(crate) struct Generate {
     pub(crate) overwrite: bool,
     #[command(flatten)]
     pub(crate) keeping: Keeping,
-    /// How progress is reported.
-    #[arg(long, value_enum, default_value_t = Progress::Auto)]
-    pub(crate) progress: Progress,
-    /// Prints nothing but errors.
-    #[arg(long, short, conflicts_with = "progress")]
-    pub(crate) quiet: bool,
+    #[command(flatten)]
+    pub(crate) reporting: Reporting,
 }
 
 #[derive(Args, Debug)]
@@ -479,4 +491,6 @@ pub(crate) struct Merge {
     /// Replaces the data set in the output folder, and no files of others.
     #[arg(long)]
     pub(crate) overwrite: bool,
+    #[command(flatten)]
+    pub(crate) reporting: Reporting,
 }

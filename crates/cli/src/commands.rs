@@ -5,8 +5,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::CommandFactory;
-use nemoral_convert::{ConvertParams, LazCloudParams, Mode, Table, laz_cloud};
-use nemoral_dataset::{CloudParams, MergeParams, OpenMode};
+use nemoral_convert::{ConvertParams, LazCloudParams, Mode, Table, convert_watched, laz_cloud};
+use nemoral_dataset::{CloudParams, MergeParams, OpenMode, merge_watched};
 use nemoral_pipeline::config::{
     Preset, SequenceConfig, Sequences, SiteFiles, annotated_toml, json_schema, reference_page,
 };
@@ -15,6 +15,7 @@ use nemoral_pipeline::{
     Backend, ForestPlan, FrameSelection, Request, SequenceFrames, check, check_png_name, estimate,
     generate, preview, write_png,
 };
+use serde_json::json;
 
 use crate::arguments::{
     Arguments, Cloud, Command, ConfigCommand, Convert, Folder, Generate, Graph, Merge, Plan, Plot,
@@ -67,23 +68,7 @@ pub(crate) fn run(arguments: Arguments, program: Option<&Path>) -> Result<bool, 
         }
         Command::Cloud(a) => run_cloud(a),
         Command::Convert(a) => run_convert(&a),
-        Command::Merge(Merge {
-            shards,
-            out,
-            partial,
-            resume,
-            overwrite,
-        }) => {
-            let shards: Vec<&Path> = shards.iter().map(PathBuf::as_path).collect();
-            let mode = open_mode(resume, overwrite);
-            let merged = nemoral_dataset::merge(&shards, &out, MergeParams { mode, partial })?;
-            say(&format!(
-                "{} frames in {}",
-                merged.frames.len(),
-                out.display()
-            ))?;
-            Ok(true)
-        }
+        Command::Merge(a) => run_merge(&a),
         Command::Tree(a) => export::run_tree(&a),
         Command::Export(a) => export::run(&a, program),
         Command::Completions { shell } => {
@@ -178,14 +163,34 @@ fn run_convert(a: &Convert) -> Result<bool, Failure> {
             _ => Mode::Fresh,
         },
     };
-    let done = nemoral_convert::convert(&a.dir, &a.out, &params)?;
-    say(&format!(
-        "{} frames in {}: {} files, {:.1} MB",
+    let reporter = Reporter::of_data_set("converting", a.reporting);
+    let done = convert_watched(&a.dir, &a.out, &params, &reporter.watch());
+    let done = done.inspect_err(|_| reporter.fail())?;
+    let out = a.out.display().to_string();
+    let answer = format!(
+        "{} frames in {out}: {} files, {:.1} MB",
         done.frames,
-        a.out.display(),
         done.files,
         done.bytes as f64 / 1e6
-    ))?;
+    );
+    let (frames, files, bytes) = (done.frames, done.files, done.bytes);
+    let facts = json!({ "frames": frames, "out": out, "files": files, "bytes": bytes });
+    reporter.answer(&answer, facts)?;
+    Ok(true)
+}
+
+fn run_merge(a: &Merge) -> Result<bool, Failure> {
+    let shards: Vec<&Path> = a.shards.iter().map(PathBuf::as_path).collect();
+    let params = MergeParams {
+        mode: open_mode(a.resume, a.overwrite),
+        partial: a.partial,
+    };
+    let reporter = Reporter::of_data_set("merging", a.reporting);
+    let merged = merge_watched(&shards, &a.out, params, &reporter.watch());
+    let merged = merged.inspect_err(|_| reporter.fail())?;
+    let (frames, out) = (merged.frames.len(), a.out.display().to_string());
+    let answer = format!("{frames} frames in {out}");
+    reporter.answer(&answer, json!({ "frames": frames, "out": out }))?;
     Ok(true)
 }
 
@@ -235,7 +240,7 @@ fn run_generate(
         message: format!("cannot listen for signals: {e}"),
         is_request: false,
     })?;
-    let reporter = Reporter::new(frames.count(), sequences.len(), a.progress, a.quiet);
+    let reporter = Reporter::new(frames.count(), sequences.len(), a.reporting);
     let (backend, of_backend) = Backend::for_config(a.backend.into(), &config)?;
     if config.camera.enabled {
         reporter.note_with_first(of_backend);

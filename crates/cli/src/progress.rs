@@ -1,15 +1,17 @@
 //! What the user sees: a bar on a terminal, plain lines otherwise.
 
 use std::io::{self, IsTerminal, Write};
+use std::ops::ControlFlow;
 use std::path::Path;
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
+use nemoral_dataset::{FrameDone, Watch};
 use nemoral_pipeline::{Done, Observer, Spent};
 use serde_json::{Value, json};
 
-use crate::arguments::Progress;
+use crate::arguments::{Progress, Reporting};
 
 /// Writes an error to standard error.
 pub(crate) fn complain(message: &str) {
@@ -38,10 +40,21 @@ enum Report {
     Json,
 }
 
+impl Report {
+    fn choose(reporting: Reporting, bar: impl FnOnce() -> ProgressBar) -> Self {
+        match reporting.progress {
+            _ if reporting.quiet => Self::Nowhere,
+            Progress::Auto if io::stderr().is_terminal() => Self::Bar(bar()),
+            Progress::Auto | Progress::Lines => Self::Lines,
+            Progress::Json => Self::Json,
+        }
+    }
+}
+
 /// Reports a run to a person, or to a program.
 pub(crate) struct Reporter {
     report: Report,
-    sequences: u32,
+    names_sequences: bool,
     started: Instant,
     last_line: Mutex<Option<Instant>>,
     bytes: Mutex<u64>,
@@ -53,32 +66,50 @@ pub(crate) struct Reporter {
 
 impl Reporter {
     /// Reports a run of this number of frames of so many sequences.
-    pub(crate) fn new(frames: u64, sequences: u32, progress: Progress, quiet: bool) -> Self {
+    pub(crate) fn new(frames: u64, sequences: u32, reporting: Reporting) -> Self {
+        Self::begin("growing the forest", Some(frames), sequences > 1, reporting)
+    }
+
+    /// Reports work on a data set, whose frames it learns from [`watch`](Self::watch); `doing` is
+    /// what a terminal shows until the first one is done.
+    pub(crate) fn of_data_set(doing: &'static str, reporting: Reporting) -> Arc<Self> {
+        Arc::new(Self::begin(doing, None, true, reporting))
+    }
+
+    fn begin(
+        doing: &'static str,
+        frames: Option<u64>,
+        names_sequences: bool,
+        reporting: Reporting,
+    ) -> Self {
         let bar = || {
-            let bar = ProgressBar::new(frames);
+            let bar = frames.map_or_else(ProgressBar::no_length, ProgressBar::new);
             let template = "{bar:32} {pos}/{len} frames  {msg}  {eta} left";
             if let Ok(style) = ProgressStyle::with_template(template) {
                 bar.set_style(style);
             }
-            bar.set_message("growing the forest");
+            bar.set_message(doing);
             bar.enable_steady_tick(Duration::from_millis(250));
             bar
         };
-        let report = match progress {
-            _ if quiet => Report::Nowhere,
-            Progress::Auto if io::stderr().is_terminal() => Report::Bar(bar()),
-            Progress::Auto | Progress::Lines => Report::Lines,
-            Progress::Json => Report::Json,
-        };
         Self {
-            report,
-            sequences,
+            report: Report::choose(reporting, bar),
+            names_sequences,
             started: Instant::now(),
             last_line: Mutex::new(None),
             bytes: Mutex::new(0),
             spent: Mutex::default(),
             with_first: Mutex::default(),
         }
+    }
+
+    /// What reports each frame of a data set that work is done with.
+    pub(crate) fn watch(self: &Arc<Self>) -> Watch {
+        let reporter = Arc::clone(self);
+        Watch::new(move |done| {
+            reporter.reach(done, None);
+            ControlFlow::Continue(())
+        })
     }
 
     /// Notes something with the first frame.
@@ -105,6 +136,22 @@ impl Reporter {
     pub(crate) fn fail(&self) {
         if let Report::Bar(bar) = &self.report {
             bar.finish_and_clear();
+        }
+    }
+
+    /// Ends the report of work on a data set: `answer` is for a person, and `facts`, an object, for
+    /// a program.
+    pub(crate) fn answer(&self, answer: &str, mut facts: Value) -> io::Result<()> {
+        self.fail();
+        match self.report {
+            Report::Nowhere => Ok(()),
+            Report::Bar(_) | Report::Lines => say(answer),
+            Report::Json => {
+                facts["event"] = "done".into();
+                facts["elapsed_s"] = self.started.elapsed().as_secs_f64().into();
+                self.event(&facts);
+                Ok(())
+            }
         }
     }
 
@@ -135,6 +182,52 @@ impl Reporter {
         let bytes = *lock(&self.bytes);
         (bytes as f64 / 1e6, self.started.elapsed().as_secs_f64())
     }
+
+    /// Reports a frame that is done, and what was written of it if it was recorded.
+    fn reach(&self, at: FrameDone, recorded: Option<&Done>) {
+        let elapsed = self.started.elapsed().as_secs_f64();
+        let rate = elapsed / at.done as f64;
+        if let Report::Json = self.report {
+            let mut event = json!({
+                "event": "frame",
+                "sequence": at.sequence,
+                "frame": at.frame,
+                "done": at.done,
+                "total": at.total,
+                "elapsed_s": elapsed,
+            });
+            if let Some(recorded) = recorded {
+                event["bytes"] = recorded.bytes.into();
+                event["resumed"] = recorded.resumed.into();
+            }
+            self.event(&event);
+            return;
+        }
+        if let Report::Bar(bar) = &self.report {
+            bar.set_length(at.total);
+            bar.set_position(at.done);
+            bar.set_message(format!("{rate:.2} s a frame"));
+            return;
+        }
+        // Logs of long runs stay short: a line a second, and the last.
+        let mut last = lock(&self.last_line);
+        let due = last.is_none_or(|t| t.elapsed() >= Duration::from_secs(1));
+        if due || at.done == at.total {
+            *last = Some(Instant::now());
+            let left = rate * (at.total - at.done) as f64;
+            let of = if self.names_sequences {
+                format!("sequence {}, ", at.sequence)
+            } else {
+                String::new()
+            };
+            let was_there = recorded.is_some_and(|r| r.resumed);
+            let kept = if was_there { " (was there)" } else { "" };
+            self.line(&format!(
+                "{of}frame {}{kept}: {} of {}, {rate:.2} s a frame, {left:.0} s left",
+                at.frame, at.done, at.total
+            ));
+        }
+    }
 }
 
 /// A panic of another thread leaves these values consistent, as every change is one statement.
@@ -160,42 +253,12 @@ impl Observer for Reporter {
         for message in first {
             self.note(&message);
         }
-        let elapsed = self.started.elapsed().as_secs_f64();
-        let rate = elapsed / done.count as f64;
-        if let Report::Json = self.report {
-            self.event(&json!({
-                "event": "frame",
-                "sequence": done.sequence,
-                "frame": done.frame,
-                "done": done.count,
-                "total": done.total,
-                "bytes": done.bytes,
-                "resumed": done.resumed,
-                "elapsed_s": elapsed,
-            }));
-            return;
-        }
-        if let Report::Bar(bar) = &self.report {
-            bar.set_position(done.count);
-            bar.set_message(format!("{rate:.2} s a frame"));
-            return;
-        }
-        // Logs of long runs stay short: a line a second, and the last.
-        let mut last = lock(&self.last_line);
-        let due = last.is_none_or(|t| t.elapsed() >= Duration::from_secs(1));
-        if due || done.count == done.total {
-            *last = Some(Instant::now());
-            let left = rate * (done.total - done.count) as f64;
-            let of = if self.sequences > 1 {
-                format!("sequence {}, ", done.sequence)
-            } else {
-                String::new()
-            };
-            let kept = if done.resumed { " (was there)" } else { "" };
-            self.line(&format!(
-                "{of}frame {}{kept}: {} of {}, {rate:.2} s a frame, {left:.0} s left",
-                done.frame, done.count, done.total
-            ));
-        }
+        let at = FrameDone {
+            done: done.count,
+            total: done.total,
+            sequence: done.sequence,
+            frame: done.frame,
+        };
+        self.reach(at, Some(&done));
     }
 }

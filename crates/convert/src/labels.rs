@@ -15,6 +15,8 @@ pub(crate) struct LabelClass {
 /// From the class ids on disk to those that are written.
 #[derive(Clone, Debug)]
 pub(crate) struct Labels {
+    /// The table's name, or the ontology's.
+    pub(crate) name: String,
     /// In the table's order.
     pub(crate) classes: Vec<LabelClass>,
     id_of: [u16; 256],
@@ -42,6 +44,7 @@ impl Labels {
             });
             let id = |s: &Semantic| u16::from(own.class(*s).id);
             return Ok(Self {
+                name: own.name().to_owned(),
                 classes: classes.collect(),
                 id_of,
                 id_of_semantic: Semantic::ALL.iter().map(id).collect(),
@@ -57,6 +60,7 @@ impl Labels {
             colour: c.colour,
         });
         Ok(Self {
+            name: table.name.clone(),
             classes: classes.collect(),
             id_of,
             id_of_semantic: table.ids_for_semantics(own)?,

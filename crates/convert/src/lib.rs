@@ -69,6 +69,7 @@ mod table;
 
 use std::path::Path;
 
+use nemoral_dataset::Watch;
 use nemoral_files::Folder;
 
 pub use cloud::{LazCloudParams, LazTile, laz_cloud};
@@ -139,7 +140,21 @@ pub struct Converted {
 /// [`Error::Damaged`] for a folder that cannot be used; [`Error::Dataset`] and [`Error::Files`],
 /// naming the file.
 pub fn convert(dataset: &Path, out: &Path, params: &ConvertParams) -> Result<Converted, Error> {
-    let source = Source::open(dataset)?;
+    convert_watched(dataset, out, params, &Watch::default())
+}
+
+/// As [`convert()`], with news of each frame whose files are read (those that were written before
+/// are not), and of the last one.
+///
+/// # Errors
+/// As [`convert()`], and [`nemoral_dataset::Error::Stopped`], after which [`Mode::Resume`] goes on.
+pub fn convert_watched(
+    dataset: &Path,
+    out: &Path,
+    params: &ConvertParams,
+    watch: &Watch,
+) -> Result<Converted, Error> {
+    let source = Source::open(dataset)?.watched_by(watch.clone());
     if nemoral_files::is_same(dataset, out) || Folder::new(dataset).inner_path_of(out).is_some() {
         return Err(Error::Inside {
             path: out.to_owned(),
@@ -170,9 +185,13 @@ pub fn convert(dataset: &Path, out: &Path, params: &ConvertParams) -> Result<Con
         bytes,
     };
     match Sink::open(out, params.mode, request)? {
-        sink::Opened::Finished { files, bytes } => Ok(converted(files, bytes)),
+        sink::Opened::Finished { files, bytes } => {
+            source.finish()?;
+            Ok(converted(files, bytes))
+        }
         sink::Opened::Ready(mut sink) => {
             format.write(&source, &mut sink)?;
+            source.finish()?;
             let (files, bytes) = sink.finish()?;
             Ok(converted(files, bytes))
         }

@@ -2,10 +2,14 @@
 //!
 //! All reading of a data set's header is here, so that no format knows where sensors are written.
 
+use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use nemoral_dataset::{
-    CameraFile, CameraSpec, Dataset, FrameRecord, LidarFrame, LidarSpec, Manifest, Split,
+    CameraFile, CameraSpec, Dataset, FrameDone, FrameRecord, LidarFrame, LidarSpec, Manifest,
+    Split, Watch,
 };
 use nemoral_scene::{Image, ObjectRecord, Ontology, RigidTransform};
 
@@ -20,6 +24,9 @@ const MANIFEST_BYTES: u64 = 2 << 30;
 pub struct Source {
     dataset: Dataset,
     digest: String,
+    watch: Watch,
+    /// How many frames the watcher knows to be done.
+    told: Arc<AtomicUsize>,
 }
 
 /// A drive with its own sensors.
@@ -56,7 +63,40 @@ impl Source {
         Ok(Self {
             dataset,
             digest: digest(&manifest),
+            watch: Watch::default(),
+            told: Arc::default(),
         })
+    }
+
+    /// The same, with news of each frame: it is done when files of a later one are read.
+    #[must_use]
+    pub fn watched_by(self, watch: Watch) -> Self {
+        Self { watch, ..self }
+    }
+
+    /// Tells whoever watches that the frames before this one are done.
+    fn reach(&self, frame: &FrameRef<'_>) -> Result<(), Error> {
+        let place = (frame.sequence, frame.index);
+        let frames = self.dataset.frames();
+        self.tell(frames.partition_point(|f| (f.sequence, f.index) < place))
+    }
+
+    /// Tells whoever watches that all frames are done.
+    pub(crate) fn finish(&self) -> Result<(), Error> {
+        self.tell(self.frame_count())
+    }
+
+    fn tell(&self, done: usize) -> Result<(), Error> {
+        if done <= self.told.fetch_max(done, Ordering::Relaxed) {
+            return Ok(());
+        }
+        let last = &self.dataset.frames()[done - 1];
+        Ok(self.watch.tell(FrameDone {
+            done: done as u64,
+            total: self.frame_count() as u64,
+            sequence: last.sequence,
+            frame: last.index,
+        })?)
     }
 
     /// The data set's folder.
@@ -137,6 +177,16 @@ impl Source {
         })
     }
 
+    /// How many LiDAR points have a class, by its id.
+    #[must_use]
+    pub fn point_classes(&self) -> BTreeMap<u8, u64> {
+        let mut points = BTreeMap::new();
+        for (&class, count) in self.dataset.frames().iter().flat_map(|f| &f.point_classes) {
+            *points.entry(class).or_insert(0) += count;
+        }
+        points
+    }
+
     /// The number of frames that exist, of all sequences.
     #[must_use]
     pub fn frame_count(&self) -> usize {
@@ -153,6 +203,7 @@ impl Source {
         camera: usize,
         file: CameraFile,
     ) -> Result<Vec<u8>, Error> {
+        self.reach(frame)?;
         Ok(self.dataset.camera_bytes(frame.record, camera, file)?)
     }
 
@@ -169,6 +220,7 @@ impl Source {
     /// # Errors
     /// [`Error::Dataset`], naming the file.
     pub fn picture(&self, frame: &FrameRef<'_>, camera: usize) -> Result<Image<[u8; 3]>, Error> {
+        self.reach(frame)?;
         Ok(self.dataset.picture(frame.record, camera)?)
     }
 
@@ -177,6 +229,7 @@ impl Source {
     /// # Errors
     /// [`Error::Dataset`], naming the file.
     pub fn classes(&self, frame: &FrameRef<'_>, camera: usize) -> Result<Image<u8>, Error> {
+        self.reach(frame)?;
         Ok(self.dataset.classes(frame.record, camera)?)
     }
 
@@ -185,6 +238,7 @@ impl Source {
     /// # Errors
     /// [`Error::Dataset`], naming the file.
     pub fn instances(&self, frame: &FrameRef<'_>, camera: usize) -> Result<Image<u32>, Error> {
+        self.reach(frame)?;
         Ok(self.dataset.instances(frame.record, camera)?)
     }
 
@@ -193,6 +247,7 @@ impl Source {
     /// # Errors
     /// [`Error::Dataset`], naming the file.
     pub fn depth_m(&self, frame: &FrameRef<'_>, camera: usize) -> Result<Image<f32>, Error> {
+        self.reach(frame)?;
         Ok(self.dataset.depth_m(frame.record, camera)?)
     }
 
@@ -201,6 +256,7 @@ impl Source {
     /// # Errors
     /// [`Error::Dataset`], naming the file.
     pub fn scan(&self, frame: &FrameRef<'_>, lidar: usize) -> Result<LidarFrame, Error> {
+        self.reach(frame)?;
         Ok(self.dataset.scan(frame.record, lidar)?)
     }
 

@@ -12,7 +12,7 @@ use crate::Error;
 const TABLE_BYTES: u64 = 1 << 20;
 
 /// The tables that are built in, by name.
-const BUILT_IN: [(&str, &str); 7] = [
+const BUILT_IN: [(&str, &str); 8] = [
     (
         "semantickitti",
         include_str!("../ontologies/semantickitti.toml"),
@@ -21,6 +21,10 @@ const BUILT_IN: [(&str, &str); 7] = [
     ("goose", include_str!("../ontologies/goose.toml")),
     ("rugd", include_str!("../ontologies/rugd.toml")),
     ("wildscenes", include_str!("../ontologies/wildscenes.toml")),
+    (
+        "wildscenes-3d",
+        include_str!("../ontologies/wildscenes-3d.toml"),
+    ),
     (
         "for-instance",
         include_str!("../ontologies/for-instance.toml"),
@@ -165,21 +169,19 @@ impl Table {
         &self.text
     }
 
-    /// The id for each class of an ontology, in its order.
+    /// The id for each class of an ontology, in its order. The id for a class that is a semantic
+    /// ([`Ontology::semantics`]) is that of the class which lists it, or else of the one which lists
+    /// the paper's class of it.
     ///
     /// # Errors
     /// [`Error::Ontology`] with the names that the table lists and nobody knows, or the classes
     /// that it does not list although it has no `rest`; also if it lists none of the classes,
     /// because it is made for another ontology.
     pub fn ids_for(&self, own: &Ontology) -> Result<Vec<u16>, Error> {
-        let known = [Ontology::paper(), Ontology::fuel(), own.clone()];
+        let built_in = Ontology::built_in();
         let is_known = |name: &str| {
-            let classes = known.iter().flat_map(Ontology::classes);
-            let semantics = Semantic::ALL.iter().map(|s| s.name());
-            classes
-                .map(|c| &*c.name)
-                .chain(semantics)
-                .any(|n| n == name)
+            let known = built_in.iter().chain([own]);
+            known.flat_map(Ontology::classes).any(|c| c.name == name)
         };
         let listed = self.classes.iter().flat_map(|c| &c.from);
         let unknown: Vec<_> = listed.filter(|n| !is_known(n)).map(|n| &**n).collect();
@@ -187,7 +189,13 @@ impl Table {
             let reason = format!("from: no ontology has the classes {}", unknown.join(", "));
             return Err(error(&self.name, reason));
         }
-        let listing = |name: &String| self.classes.iter().find(|c| c.from.contains(name));
+        let paper = Ontology::paper();
+        let named = |name: &String| self.classes.iter().find(|c| c.from.contains(name));
+        // A semantic that the table does not list belongs to the class of the paper's that it does.
+        let listing = |name: &String| {
+            let semantic = Semantic::ALL.iter().find(|s| s.name() == name);
+            named(name).or_else(|| semantic.and_then(|s| named(&paper.class(*s).name)))
+        };
         let names = || own.classes().iter().map(|c| &c.name);
         let missing: Vec<_> = names()
             .filter(|n| listing(n).is_none())
@@ -245,10 +253,10 @@ mod tests {
             let table = Table::load(name).expect(name);
             assert_eq!(table.name, name);
             assert!(table.source.len() > 10, "{name} cites its source");
-            for own in [Ontology::paper(), Ontology::fuel()] {
+            for own in Ontology::built_in() {
                 table.ids_for(&own).unwrap_or_else(|e| panic!("{e}"));
             }
-            // Every fine semantic too, whatever their ontology will be called.
+            // Each names every semantic itself.
             for semantic in Semantic::ALL {
                 let listed = table
                     .classes
@@ -279,11 +287,29 @@ mod tests {
             [Semantic::Stem, Semantic::Limb, Semantic::Stump].map(of),
             [4, 6, 0]
         );
+        // A data set whose classes are semantics has the same ids.
+        let fine = table.ids_for(&Ontology::semantics()).expect("it fits");
+        assert_eq!(fine, ids);
         let coarse = "name = \"x\"\nsource = \"s\"\nrest = \"a\"\n[[class]]\nid = 7\n\
                       name = \"a\"\ncolour = [0, 0, 0]\nfrom = [\"Trunks\"]\n";
         let table = Table::parse("x", coarse).expect("valid");
         let ids = table.ids_for_semantics(&Ontology::paper()).expect("fits");
         assert!(ids.iter().all(|id| *id == 7));
+        let both = coarse.replace("[\"Trunks\"]", "[\"Trunks\", \"leaf\"]")
+            + "[[class]]\nid = 9\nname = \"b\"\ncolour = [0, 0, 0]\nfrom = [\"Canopy\"]\n";
+        let table = Table::parse("x", &both).expect("valid");
+        let ids = table.ids_for(&Ontology::semantics()).expect("fits");
+        let of = |semantic: Semantic| ids[semantic as usize];
+        assert_eq!(
+            [
+                Semantic::Leaf,
+                Semantic::Needle,
+                Semantic::Log,
+                Semantic::Water
+            ]
+            .map(of),
+            [7, 9, 7, 7]
+        );
     }
 
     #[test]

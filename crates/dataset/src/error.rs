@@ -93,6 +93,14 @@ pub enum Error {
         /// The folder.
         path: PathBuf,
     },
+    /// Whoever watched the work ended it.
+    #[error("stopped after {done} of {total} frames")]
+    Stopped {
+        /// How many frames are done.
+        done: u64,
+        /// How many there are.
+        total: u64,
+    },
     /// A header or a frame that cannot be written.
     #[error("{field} = {value}: must be {allowed}")]
     Invalid {

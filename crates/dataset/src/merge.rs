@@ -6,7 +6,9 @@ use std::path::Path;
 use crate::formats::tables::{self, Tables};
 use crate::manifest::ranges;
 use crate::writer::Drive;
-use crate::{Dataset, DatasetHeader, Error, Manifest, OpenMode, Writer, layout, output::compare};
+use crate::{
+    Dataset, DatasetHeader, Error, Manifest, OpenMode, Watch, Writer, layout, output::compare,
+};
 
 /// How [`merge`] treats its output folder and missing frames.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -28,6 +30,19 @@ pub struct MergeParams {
 /// if frames are missing and may not be; [`Error::Malformed`] for a damaged or missing file; as
 /// [`Writer::create`] for the output folder; [`Error::Io`].
 pub fn merge(parts: &[&Path], out: &Path, params: MergeParams) -> Result<Manifest, Error> {
+    merge_watched(parts, out, params, &Watch::default())
+}
+
+/// As [`merge`], with news of each frame of each part.
+///
+/// # Errors
+/// As [`merge`], and [`Error::Stopped`], after which [`OpenMode::Resume`] goes on.
+pub fn merge_watched(
+    parts: &[&Path],
+    out: &Path,
+    params: MergeParams,
+    watch: &Watch,
+) -> Result<Manifest, Error> {
     let parts = parts
         .iter()
         .map(|p| Dataset::open(p))
@@ -90,10 +105,13 @@ pub fn merge(parts: &[&Path], out: &Path, params: MergeParams) -> Result<Manifes
         tables_of(&parts, sequence)?;
     }
     let writer = Writer::create(out, params.mode, header)?;
-    for part in &parts {
-        for record in part.frames() {
-            writer.adopt(part, record)?;
-        }
+    let total = parts.iter().map(|part| part.frames().len()).sum();
+    let frames = parts
+        .iter()
+        .flat_map(|part| part.frames().iter().map(move |f| (part, f)));
+    for (i, (part, record)) in frames.enumerate() {
+        writer.adopt(part, record)?;
+        watch.done(i + 1, total, record)?;
     }
     for (&sequence, drive) in &drives {
         let tables = tables_of(&parts, sequence)?;

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use crate::formats::images;
 use crate::overlap::Overlap;
-use crate::{Dataset, Error, Manifest};
+use crate::{Dataset, Error, Manifest, Watch};
 
 /// One class's share of pixels and points.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -164,12 +164,20 @@ impl fmt::Display for Stats {
 /// # Errors
 /// If the folder holds no finished data set, or a file is missing or damaged.
 pub fn stats(dir: &Path) -> Result<Stats, Error> {
+    stats_watched(dir, &Watch::default())
+}
+
+/// As [`stats`], with news of each frame.
+///
+/// # Errors
+/// As [`stats`], and [`Error::Stopped`].
+pub fn stats_watched(dir: &Path, watch: &Watch) -> Result<Stats, Error> {
     let dataset = Dataset::open(dir)?;
     let manifest = dataset.manifest();
     let (mut pixels, mut points) = ([0_u64; 256], [0_u64; 256]);
     let (mut depths, mut ranges) = (Histogram::new(), Histogram::new());
     let mut overlap = Overlap::default();
-    for frame in &manifest.frames {
+    for (i, frame) in manifest.frames.iter().enumerate() {
         let sequence = dataset.sequence_of(frame);
         for camera in 0..sequence.cameras.len() {
             let (semantic, depth_m) = dataset.read_semantic_and_depth(frame, camera)?;
@@ -192,6 +200,7 @@ pub fn stats(dir: &Path) -> Result<Stats, Error> {
                 overlap.add(frame.sequence, in_world);
             }
         }
+        watch.done(i + 1, manifest.frames.len(), frame)?;
     }
     let mut trees = Vec::new();
     for track in &manifest.tracks {

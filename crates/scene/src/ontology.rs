@@ -1,5 +1,7 @@
 //! Class tables, which map fine semantics to the classes on disk.
 
+mod built_in;
+
 use crate::Semantic;
 
 /// One class of an [`Ontology`].
@@ -46,33 +48,6 @@ impl Ontology {
         })
     }
 
-    /// The paper's eight classes (section V-A): the default.
-    #[must_use]
-    pub fn paper() -> Self {
-        Self::new("paper", paper_classes(), paper_class).expect("the built-in table is complete")
-    }
-
-    /// The paper's table for fire prevention: shrubs and herbaceous plants merged into "Fuel".
-    #[must_use]
-    pub fn fuel() -> Self {
-        let mut classes = paper_classes();
-        classes.retain(|c| c.id != 6);
-        classes[5].name = "Fuel".to_owned();
-        Self::new("fuel", classes, |s| match paper_class(s) {
-            6 => 5,
-            id => id,
-        })
-        .expect("the built-in table is complete")
-    }
-
-    /// The built-in tables by name: `paper`, `fuel`.
-    #[must_use]
-    pub fn by_name(name: &str) -> Option<Self> {
-        [Self::paper(), Self::fuel()]
-            .into_iter()
-            .find(|o| o.name == name)
-    }
-
     /// The table's name.
     #[must_use]
     pub fn name(&self) -> &str {
@@ -96,41 +71,6 @@ impl Ontology {
     #[must_use]
     pub fn class_by_id(&self, id: u8) -> Option<&Class> {
         self.classes.iter().find(|c| c.id == id)
-    }
-}
-
-fn paper_classes() -> Vec<Class> {
-    let class = |id, name: &str, colour| Class {
-        id,
-        name: name.to_owned(),
-        colour,
-    };
-    vec![
-        class(0, "Background", [132, 193, 238]),
-        class(1, "Terrain", [152, 118, 84]),
-        class(2, "Traversable", [236, 208, 120]),
-        class(3, "Trunks", [158, 42, 43]),
-        class(4, "Canopy", [27, 107, 58]),
-        class(5, "Shrubs", [138, 201, 38]),
-        class(6, "Herbaceous", [64, 224, 208]),
-        class(7, "Rocks", [125, 125, 140]),
-    ]
-}
-
-fn paper_class(semantic: Semantic) -> u8 {
-    use Semantic as S;
-    match semantic {
-        S::Sky | S::AirborneEcho => 0,
-        S::Soil | S::Litter | S::FallenTwig | S::GroundMoss | S::CutSlope => 1,
-        S::FallenBranch | S::SurfaceRoot | S::FallenBark => 1,
-        S::Water | S::Ice | S::Snow => 1,
-        S::TrailSurface | S::TrailRut | S::TrailStrip => 2,
-        S::Stem | S::Limb | S::RootFlare | S::Stump | S::Log | S::Snag | S::StemGrowth => 3,
-        S::RootPlate => 3,
-        S::Branch | S::Twig | S::Leaf | S::Needle => 4,
-        S::Shrub | S::Bramble | S::Climber => 5,
-        S::Grass | S::Herb | S::Fern | S::Seedling => 6,
-        S::Rock | S::Stone => 7,
     }
 }
 
@@ -190,6 +130,27 @@ mod tests {
             assert_eq!(fuel.class(s).id, expected);
         }
         assert_eq!(fuel.class(Semantic::Fern).name, "Fuel");
+    }
+
+    #[test]
+    fn semantics_are_told_apart_by_number_name_and_colour() {
+        let fine = Ontology::semantics();
+        assert_eq!(fine.classes().len(), Semantic::ALL.len());
+        let mut colours = std::collections::BTreeSet::new();
+        for &semantic in Semantic::ALL {
+            let class = fine.class(semantic);
+            assert_eq!(class.id, semantic as u8);
+            assert_eq!(class.name, semantic.name());
+            assert!(colours.insert(class.colour), "{}", class.name);
+        }
+    }
+
+    #[test]
+    fn built_in_tables_are_found_by_their_names() {
+        for table in Ontology::built_in() {
+            assert_eq!(Ontology::by_name(table.name()), Some(table));
+        }
+        assert_eq!(Ontology::by_name("Paper"), None);
     }
 
     #[test]

@@ -9,6 +9,7 @@ mod breakdown;
 mod common;
 mod export;
 mod hostile;
+mod progress;
 mod questions;
 mod recording;
 mod refusals;

@@ -6,11 +6,15 @@
 //! sequences/SS/labels/000000.label  its classes and instances, as in SemanticKITTI
 //! sequences/SS/calib.txt times.txt
 //! poses/SS.txt
+//! ontology.yaml                     the classes, as semantic-kitti-api reads them
 //! ```
+//! SemanticKITTI's layout is the same, with the classes of the table `semantickitti`.
+//!
 //! Frames that exist are numbered from 0 without gaps, because readers count lines, and poses are
 //! relative to the first of them. Source: the benchmark's development kit, `readme.txt`.
 
-use nemoral_scene::{Image, RigidTransform};
+use nemoral_dataset::{ClassTable, TableRow};
+use nemoral_scene::{Image, RigidTransform, Semantic};
 use png::{BitDepth, ColorType};
 
 use crate::geometry::{line, relative, rows_line};
@@ -23,16 +27,37 @@ const RIGHT: &str = "right";
 /// The format.
 #[derive(Debug)]
 pub(crate) struct Kitti {
-    pub(crate) ontology: Option<Table>,
+    pub(crate) classes: Classes,
+}
+
+/// Which classes labels have.
+#[derive(Debug)]
+pub(crate) enum Classes {
+    /// The data set's own.
+    Own,
+    /// SemanticKITTI's.
+    SemanticKitti,
+    /// Those of a table.
+    Of(Table),
+}
+
+impl Kitti {
+    fn labels(&self, source: &Source) -> Result<Labels, Error> {
+        match &self.classes {
+            Classes::Own => Labels::of(source, None),
+            Classes::SemanticKitti => Labels::of(source, Some(&Table::load("semantickitti")?)),
+            Classes::Of(table) => Labels::of(source, Some(table)),
+        }
+    }
 }
 
 impl Format for Kitti {
     fn check(&self, source: &Source) -> Result<(), Error> {
-        Labels::of(source, self.ontology.as_ref()).map(drop)
+        self.labels(source).map(drop)
     }
 
     fn write(&self, source: &Source, sink: &mut Sink) -> Result<(), Error> {
-        let labels = Labels::of(source, self.ontology.as_ref())?;
+        let labels = self.labels(source)?;
         for sequence in source.sequences() {
             for (k, frame) in source.frames(sequence.number).enumerate() {
                 sink.step(&format!("frame-{}", frame.name()), |files| {
@@ -71,8 +96,34 @@ impl Format for Kitti {
                 Ok(String::new())
             })?;
         }
-        Ok(())
+        sink.step("ontology", |files| {
+            files.put("ontology.yaml", ontology(source, &labels));
+            Ok(String::new())
+        })
     }
+}
+
+/// `ontology.yaml`.
+fn ontology(source: &Source, labels: &Labels) -> String {
+    let points = source.point_classes();
+    let count = |id: u16| {
+        let of_class = points.iter().filter(|p| labels.id(*p.0) == id);
+        of_class.map(|p| p.1).sum()
+    };
+    let rows = labels.classes.iter().map(|c| TableRow {
+        id: c.id,
+        name: &c.name,
+        colour: c.colour,
+        points: count(c.id),
+    });
+    let sequences = source.sequences().map(|s| s.number);
+    let table = ClassTable {
+        name: &labels.name,
+        classes: rows.collect(),
+        ignored: labels.id_of_semantic(Semantic::Sky),
+        sequences: sequences.map(|n| (n, Some(source.split(n)))).collect(),
+    };
+    table.to_yaml()
 }
 
 /// The cameras that KITTI has a place for, with the folders of their grey and coloured pictures.

@@ -25,6 +25,8 @@ use crate::{Format, Table};
 pub enum FormatName {
     /// KITTI's odometry benchmark.
     Kitti,
+    /// SemanticKITTI: the same layout with its classes.
+    SemanticKitti,
     /// TUM's RGB-D benchmark, a folder for each sensor.
     Tum,
     /// COCO: objects with masks, and panoptic segments.
@@ -55,8 +57,9 @@ pub enum FormatName {
 
 impl FormatName {
     /// All of them.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 15] = [
         Self::Kitti,
+        Self::SemanticKitti,
         Self::Tum,
         Self::Coco,
         Self::Laz,
@@ -77,6 +80,7 @@ impl FormatName {
     pub const fn name(self) -> &'static str {
         match self {
             Self::Kitti => "kitti",
+            Self::SemanticKitti => "semantickitti",
             Self::Tum => "tum",
             Self::Coco => "coco",
             Self::Laz => "laz",
@@ -99,7 +103,14 @@ impl FormatName {
         use FormatName as F;
         matches!(
             self,
-            F::Kitti | F::Coco | F::Laz | F::HuggingFace | F::Rellis | F::Goose | F::Mcap
+            F::Kitti
+                | F::SemanticKitti
+                | F::Coco
+                | F::Laz
+                | F::HuggingFace
+                | F::Rellis
+                | F::Goose
+                | F::Mcap
         )
     }
 
@@ -107,7 +118,12 @@ impl FormatName {
     #[must_use]
     pub fn with(self, ontology: Option<Table>) -> Box<dyn Format> {
         match self {
-            Self::Kitti => Box::new(kitti::Kitti { ontology }),
+            Self::Kitti => Box::new(kitti::Kitti {
+                classes: ontology.map_or(kitti::Classes::Own, kitti::Classes::Of),
+            }),
+            Self::SemanticKitti => Box::new(kitti::Kitti {
+                classes: ontology.map_or(kitti::Classes::SemanticKitti, kitti::Classes::Of),
+            }),
             Self::Tum => Box::new(tum::Tum),
             Self::Coco => Box::new(coco::Coco { ontology }),
             Self::Laz => Box::new(laz::Laz { ontology }),

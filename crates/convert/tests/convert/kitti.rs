@@ -81,24 +81,44 @@ fn points_poses_and_calibration_are_those_of_the_data_set() {
         let labels: Vec<_> = words.map(|w| (w as u16, (w >> 16) as u16)).collect();
         assert_eq!(labels, read.lidars[0].labels);
     }
-    assert_eq!((made.done.frames, made.done.files), (3, 3 * 6 + 4));
+    assert_eq!((made.done.frames, made.done.files), (3, 3 * 6 + 5));
+    let own = text(made.dataset.root().join("ontology.yaml"));
+    assert_eq!(text(made.out.join("ontology.yaml")), own);
 }
 
 #[test]
 fn labels_follow_a_table() {
-    let made = made(FormatName::Kitti);
-    let out = made.out.with_file_name("remapped");
+    let made = made(FormatName::SemanticKitti);
+    let by_table = made.out.with_file_name("by_table");
     let params = ConvertParams {
         ontology: Some(Table::load("semantickitti").expect("built in")),
         ..ConvertParams::new(FormatName::Kitti)
     };
-    convert(made.dataset.root(), &out, &params).expect("converted");
+    convert(made.dataset.root(), &by_table, &params).expect("converted");
+    let label = "sequences/00/labels/000000.label";
     let read = made.dataset.read_frame(0).expect("a frame");
-    let bytes = std::fs::read(out.join("sequences/00/labels/000000.label")).expect("labels");
+    let bytes = std::fs::read(made.out.join(label)).expect("labels");
     let ids = [0, 72, 40, 71, 70, 70, 70, 99];
     for (word, &(class, instance)) in bytes.as_chunks::<4>().0.iter().zip(&read.lidars[0].labels) {
         let word = u32::from_le_bytes(*word);
         assert_eq!(word & 0xFFFF, ids[usize::from(class)]);
         assert_eq!(word >> 16, u32::from(instance));
     }
+    let yaml = text(made.out.join("ontology.yaml"));
+    for said in [
+        "\n  71: \"trunk\"\n",
+        "\n  10: \"car\"\n",
+        "\n  0: 0\n",
+        "\n  10: 0\n",
+        "\n  train: [0]\n",
+    ] {
+        assert!(yaml.contains(said), "{said:?} is not in {yaml}");
+    }
+    let content = yaml.split("content:\n").nth(1).expect("a section");
+    let content = content.split("learning_map:").next().expect("a section");
+    let shares = content.lines().filter_map(|l| l.split_once(": "));
+    let sum: f64 = shares.map(|s| s.1.parse::<f64>().expect("a share")).sum();
+    assert!((sum - 1.0).abs() < 1e-9, "{sum}");
+    let other = [label, "ontology.yaml"].map(|f| std::fs::read(by_table.join(f)).expect("a file"));
+    assert_eq!(other, [bytes, yaml.into_bytes()]);
 }

@@ -20,5 +20,6 @@ mod laz_cloud;
 mod mcap;
 mod rellis;
 mod tum;
+mod watch;
 mod webdataset;
 mod yolo;

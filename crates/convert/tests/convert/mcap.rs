@@ -1,10 +1,10 @@
-//! MCAP, read record by record, and point clouds by plain CDR.
+//! MCAP, read record by record, point clouds by plain CDR, and the metadata of bags.
 
 use std::collections::BTreeMap;
 
 use nemoral_convert::FormatName;
 
-use crate::common::{header, made, pose};
+use crate::common::{header, made, pose, text};
 
 /// Reads little-endian numbers and texts one after the other.
 struct Reader<'a> {
@@ -68,7 +68,7 @@ impl<'a> Reader<'a> {
 #[test]
 fn the_index_leads_to_messages_and_points_are_those_of_scans() {
     let made = made(FormatName::Mcap);
-    let bytes = std::fs::read(made.out.join("00.mcap")).expect("a file");
+    let bytes = std::fs::read(made.out.join("00/00_0.mcap")).expect("a file");
     let magic = b"\x89MCAP0\r\n";
     assert!(bytes.starts_with(magic) && bytes.ends_with(magic));
 
@@ -179,4 +179,111 @@ fn check_points(made: &crate::common::Made, i: usize, data: &[u8]) {
         assert_eq!(number("label"), u64::from(p.class));
         assert_eq!(number("instance"), u64::from(p.point.object.to_image_id()));
     }
+}
+
+/// The content of the records of the summary with a code.
+fn summary(bytes: &[u8], code: u64) -> Vec<&[u8]> {
+    let footer = bytes.len() - 8 - 29;
+    let (_, content) = Reader::new(&bytes[footer..]).record();
+    let mut summary = Reader::new(&bytes[..footer]);
+    summary.at = Reader::new(content).number(8) as usize;
+    let mut found = Vec::new();
+    while summary.at < footer {
+        let (other, content) = summary.record();
+        if other == code {
+            found.push(content);
+        }
+    }
+    found
+}
+
+/// What rosbag2 writes of a publisher that keeps ten messages and has no deadlines.
+fn qos(durability: u32) -> String {
+    format!(
+        "- history: 1
+  depth: 10
+  reliability: 1
+  durability: {durability}
+  deadline:
+    sec: 9223372036
+    nsec: 854775807
+  lifespan:
+    sec: 9223372036
+    nsec: 854775807
+  liveliness: 1
+  liveliness_lease_duration:
+    sec: 9223372036
+    nsec: 854775807
+  avoid_ros_namespace_conventions: false
+"
+    )
+}
+
+#[test]
+fn the_folder_of_a_sequence_is_a_bag_and_its_metadata_agree_with_the_file() {
+    let made = made(FormatName::Mcap);
+    let bytes = std::fs::read(made.out.join("00/00_0.mcap")).expect("a file");
+    let mut types = BTreeMap::new();
+    for schema in summary(&bytes, 3) {
+        let mut r = Reader::new(schema);
+        types.insert(r.number(2), r.text());
+    }
+    let mut r = Reader::new(summary(&bytes, 0x0B)[0]);
+    let total = r.number(8);
+    // Numbers of schemas, channels, attachments, metadata and chunks.
+    let _numbers = r.take(2 + 4 * 4);
+    let (start_ns, end_ns) = (r.number(8), r.number(8));
+    assert_eq!(start_ns as f64 * 1e-9, pose(1).0);
+    assert_eq!(end_ns as f64 * 1e-9, pose(4).0);
+    let counts = r.map(2, 8);
+
+    let mut topics = String::new();
+    for channel in summary(&bytes, 4) {
+        let mut r = Reader::new(channel);
+        let id = r.number(2);
+        let message_type = &types[&r.number(2)];
+        let (topic, encoding) = (r.text(), r.text());
+        let _bytes = r.number(4);
+        assert_eq!(r.text(), "offered_qos_profiles");
+        let offered = r.text();
+        assert_eq!(offered, qos(if topic == "/tf_static" { 1 } else { 2 }));
+        let (offered, count) = (offered.replace('\n', "\\n"), counts[&id]);
+        topics += &format!(
+            "    - topic_metadata:
+        name: {topic}
+        type: {message_type}
+        serialization_format: {encoding}
+        offered_qos_profiles: \"{offered}\"
+      message_count: {count}
+"
+        );
+    }
+    assert_eq!(
+        text(made.out.join("00/metadata.yaml")),
+        format!(
+            "rosbag2_bagfile_information:
+  version: 5
+  storage_identifier: mcap
+  starting_time:
+    nanoseconds_since_epoch: {start_ns}
+  duration:
+    nanoseconds: {duration_ns}
+  message_count: {total}
+  topics_with_message_count:
+{topics}  compression_format: \"\"
+  compression_mode: \"\"
+  relative_file_paths:
+    - 00_0.mcap
+  files:
+    - path: 00_0.mcap
+      starting_time:
+        nanoseconds_since_epoch: {start_ns}
+      duration:
+        nanoseconds: {duration_ns}
+      message_count: {total}
+",
+            duration_ns = end_ns - start_ns
+        )
+    );
+    assert_eq!(made.done.files, 2);
 }

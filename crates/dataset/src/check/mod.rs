@@ -2,6 +2,7 @@
 
 mod agreement;
 mod annotations;
+mod splits;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
@@ -13,14 +14,15 @@ use nemoral_scene::{
     TreeRecord,
 };
 
-pub use self::agreement::{Agreement, ClassAgreement, Residual};
+pub use self::agreement::{Agreement, ClassAgreement, JudgedAgreement, Residual};
 
-use self::agreement::View;
+use self::agreement::{ClassGroups, View};
 use self::annotations::AnnotationView;
+use self::splits::SplitTrees;
 use crate::formats::{images, kitti, ontology_yaml};
 use crate::{
     Calibration, CameraCalibration, CameraFile, Dataset, Error, FileRecord, Frame, FrameRecord,
-    PlyPoint, TrackRecord, layout, output, reader,
+    PlyPoint, TrackRecord, Watch, layout, output, reader,
 };
 
 /// Something wrong with a data set.
@@ -74,13 +76,21 @@ impl fmt::Display for CheckReport {
 }
 
 /// Checks a data set from its files alone: structure, sizes, checksums; ids against
-/// `instances.csv` and the class table; poses and calibration against `dataset.json`; and the
-/// agreement of LiDAR and camera.
+/// `instances.csv` and the class table; poses and calibration against `dataset.json`; that splits
+/// have no seed and no tree in common; and the agreement of LiDAR and camera.
 ///
 /// # Errors
 /// If the folder holds no finished data set. Whatever is wrong with a finished one is in the
 /// report.
 pub fn check(dir: &Path) -> Result<CheckReport, Error> {
+    check_watched(dir, &Watch::default())
+}
+
+/// As [`check`], with news of each frame.
+///
+/// # Errors
+/// As [`check`], and [`Error::Stopped`].
+pub fn check_watched(dir: &Path, watch: &Watch) -> Result<CheckReport, Error> {
     let dataset = Dataset::open(dir)?;
     let manifest = dataset.manifest();
     let files = || {
@@ -89,7 +99,10 @@ pub fn check(dir: &Path) -> Result<CheckReport, Error> {
     };
     let mut checker = Checker {
         dataset: &dataset,
+        watch,
         problems: Vec::new(),
+        split_trees: SplitTrees::default(),
+        class_groups: ClassGroups::of(&manifest.header.ontology),
         agreement: Agreement::new(
             &manifest.header.ontology,
             (manifest.header.sequences.iter())
@@ -105,10 +118,13 @@ pub fn check(dir: &Path) -> Result<CheckReport, Error> {
         checker.verified(std::slice::from_ref(file));
     }
     checker.ontology();
+    for message in splits::common_seeds(&manifest.header) {
+        checker.problem(layout::MANIFEST, message);
+    }
     for track in &manifest.tracks {
         let inventory = checker.inventory(track.sequence);
         if let Some(drive) = checker.drive(track) {
-            checker.frames(track.sequence, &drive, &inventory);
+            checker.frames(track.sequence, &drive, &inventory)?;
         }
     }
     Ok(CheckReport {
@@ -135,7 +151,10 @@ struct Inventory {
 
 struct Checker<'a> {
     dataset: &'a Dataset,
+    watch: &'a Watch,
     problems: Vec<Problem>,
+    split_trees: SplitTrees,
+    class_groups: ClassGroups,
     agreement: Agreement,
 }
 
@@ -219,6 +238,10 @@ impl Checker<'_> {
             if let Some(message) = impossible(tree) {
                 self.problem(&path, message);
             }
+        }
+        let header = &self.dataset.manifest().header;
+        if let Some(message) = self.split_trees.add(header, sequence, &trees) {
+            self.problem(&path, message);
         }
         self.deadwood(sequence, &objects);
         let true_ids: BTreeSet<ObjectId> = objects.iter().map(|o| o.object).collect();
@@ -383,33 +406,48 @@ impl Checker<'_> {
     }
 
     /// Checks the frames of a sequence.
-    fn frames(&mut self, sequence: u32, drive: &Drive, inventory: &Inventory) {
+    fn frames(&mut self, sequence: u32, drive: &Drive, inventory: &Inventory) -> Result<(), Error> {
         // The frame before, for the residual across frames.
         let mut before: Option<(RigidTransform, Frame)> = None;
         let all = self.dataset.frames();
         let first = all.partition_point(|f| f.sequence < sequence);
         let end = all.partition_point(|f| f.sequence <= sequence);
-        for (i, record) in (first..end).zip(&all[first..end]) {
-            let folder = layout::sequence_folder(sequence);
-            let name = format!("{folder} frame {:06}", record.index);
-            let pose = self.pose(record, drive);
-            // Reading verifies all files of the frame. If that fails, each file is compared with
-            // its record, so that all damaged files are named.
-            let frame = match self.dataset.read_frame(i) {
-                Ok(frame) => frame,
-                Err(e) => {
-                    if self.verified(&record.files) {
-                        self.problem(name, e);
-                    }
-                    continue;
-                }
-            };
-            self.images(record, &frame, inventory);
-            self.annotations(record, all[..end].get(i + 1), drive, &frame, inventory);
-            self.points(record, &frame, inventory);
-            self.agreement(record, drive, pose, &frame, before.as_ref());
-            before = pose.map(|pose| (pose, frame));
+        for i in first..end {
+            before = self.frame(i, all[..end].get(i + 1), drive, inventory, before);
+            self.watch.done(i + 1, all.len(), &all[i])?;
         }
+        Ok(())
+    }
+
+    /// Checks the `i`-th frame. The result is the frame with its pose, before which comes the next
+    /// one; `before` still if it cannot be read.
+    fn frame(
+        &mut self,
+        i: usize,
+        next: Option<&FrameRecord>,
+        drive: &Drive,
+        inventory: &Inventory,
+        before: Option<(RigidTransform, Frame)>,
+    ) -> Option<(RigidTransform, Frame)> {
+        let record = &self.dataset.frames()[i];
+        let pose = self.pose(record, drive);
+        // Reading verifies all files of the frame. If that fails, each file is compared with its
+        // record, so that all damaged files are named.
+        let frame = match self.dataset.read_frame(i) {
+            Ok(frame) => frame,
+            Err(e) => {
+                if self.verified(&record.files) {
+                    let folder = layout::sequence_folder(record.sequence);
+                    self.problem(format!("{folder} frame {:06}", record.index), e);
+                }
+                return before;
+            }
+        };
+        self.images(record, &frame, inventory);
+        self.annotations(record, next, drive, &frame, inventory);
+        self.points(record, &frame, inventory);
+        self.agreement(record, drive, pose, &frame, before.as_ref());
+        pose.map(|pose| (pose, frame))
     }
 
     /// Checks the further truth of cameras against the images and the poses.
@@ -646,6 +684,7 @@ impl Checker<'_> {
                 motion: record.body_motion.of_mounted(&camera.body_from_camera),
                 image,
                 format: sequence.depth_format,
+                groups: &self.class_groups,
             };
             for (l, lidar) in sequence.lidars.iter().enumerate() {
                 // The first pair is checked by the transform that loaders use, the others by their

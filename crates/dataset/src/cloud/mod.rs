@@ -10,7 +10,7 @@ use nemoral_scene::glam::DVec3;
 use nemoral_scene::{Ontology, PointFlags, Semantic, TreeRecord};
 
 use crate::formats::tables;
-use crate::{Dataset, Error, PlyPoint, SequenceSpec};
+use crate::{Dataset, Error, PlyPoint, SequenceSpec, Watch};
 
 pub use crop::Crop;
 pub use ply::cloud;
@@ -43,6 +43,7 @@ pub struct Cloud {
     number: u32,
     params: CloudParams,
     only: Only,
+    watch: Watch,
 }
 
 /// A point of a cloud.
@@ -91,6 +92,7 @@ impl Cloud {
             number,
             params,
             only,
+            watch: Watch::default(),
         };
         if this.spec().lidars.is_empty() {
             let allowed = "a data set with a LiDAR (lidar.enabled = true)";
@@ -107,6 +109,12 @@ impl Cloud {
             }
         }
         Ok(this)
+    }
+
+    /// The same, with news of each frame from [`for_each`](Self::for_each).
+    #[must_use]
+    pub fn watched_by(self, watch: Watch) -> Self {
+        Self { watch, ..self }
     }
 
     /// The data set's class table.
@@ -141,14 +149,17 @@ impl Cloud {
     /// time. Returns how many points there were.
     ///
     /// # Errors
-    /// If a scan is missing or damaged, and those of `put`.
+    /// If a scan is missing or damaged, those of `put`, and [`Error::Stopped`].
     pub fn for_each<E: From<Error>>(
         &self,
         mut put: impl FnMut(&CloudPoint) -> Result<(), E>,
     ) -> Result<u64, E> {
         let mut filled = HashSet::new();
         let mut count = 0;
-        for record in (self.dataset.frames().iter()).filter(|f| f.sequence == self.number) {
+        let frames = self.dataset.frames();
+        let frames = frames.iter().filter(|f| f.sequence == self.number);
+        let total = frames.clone().count();
+        for (frame, record) in frames.enumerate() {
             for (i, lidar) in self.spec().lidars.iter().enumerate() {
                 let world_from_lidar = record.world_from_body() * lidar.body_from_lidar;
                 for recorded in self.dataset.read_ply(record, i)? {
@@ -169,6 +180,7 @@ impl Cloud {
                     count += 1;
                 }
             }
+            self.watch.done(frame + 1, total, record)?;
         }
         Ok(count)
     }

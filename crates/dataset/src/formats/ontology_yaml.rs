@@ -7,80 +7,124 @@ use nemoral_scene::Semantic;
 
 use crate::{DatasetHeader, Split};
 
-/// The table. `point_classes` has the numbers of the data set's LiDAR points by class, for
-/// `content`. Without splits, all sequences are in `train`.
-///
-/// Training ids are 0, 1, 2, …, in the table's order, after the class of the sky, which is 0 and
-/// ignored, as SemanticKITTI's evaluation expects.
+/// A class table, to be written in SemanticKITTI's form, which semantic-kitti-api reads.
+#[derive(Clone, Debug)]
+pub struct ClassTable<'a> {
+    /// Its name.
+    pub name: &'a str,
+    /// The classes.
+    pub classes: Vec<TableRow<'a>>,
+    /// The class that evaluations ignore.
+    pub ignored: u16,
+    /// The sequences of a split; those of none are in `train`.
+    pub sequences: Vec<(u32, Option<Split>)>,
+}
+
+/// A class of a [`ClassTable`].
+#[derive(Clone, Copy, Debug)]
+pub struct TableRow<'a> {
+    /// The number in `.label` files.
+    pub id: u16,
+    /// The name.
+    pub name: &'a str,
+    /// The colour, sRGB.
+    pub colour: [u8; 3],
+    /// How many LiDAR points have it, for `content`.
+    pub points: u64,
+}
+
+/// The table of a data set. `point_classes` has the numbers of its LiDAR points by class.
 pub(crate) fn encode(header: &DatasetHeader, point_classes: &BTreeMap<u8, u64>) -> String {
     let ontology = &header.ontology;
-    let sky = ontology.class(Semantic::Sky).id;
-    let mut learning: Vec<u8> = ontology.classes().iter().map(|c| c.id).collect();
-    learning.sort_by_key(|&id| id != sky);
-    let total = point_classes.values().sum::<u64>().max(1) as f64;
+    let classes = ontology.classes().iter().map(|c| TableRow {
+        id: c.id.into(),
+        name: &c.name,
+        colour: c.colour,
+        points: point_classes.get(&c.id).copied().unwrap_or(0),
+    });
+    let table = ClassTable {
+        name: ontology.name(),
+        classes: classes.collect(),
+        ignored: ontology.class(Semantic::Sky).id.into(),
+        sequences: (header.sequences.iter())
+            .map(|s| (s.number, s.split))
+            .collect(),
+    };
+    table.to_yaml()
+}
 
-    let mut out = format!(
-        "# The class table of this data set, in SemanticKITTI's form.\nname: {}\n",
-        quoted(ontology.name())
-    );
-    let mut section = |name: &str, lines: Vec<String>| {
-        write!(out, "{name}:\n{}", lines.concat()).expect("a string takes it");
-    };
-    let classes = || ontology.classes().iter();
-    section(
-        "labels",
-        classes()
-            .map(|c| format!("  {}: {}\n", c.id, quoted(&c.name)))
-            .collect(),
-    );
-    // The order is blue, green, red.
-    section(
-        "color_map",
-        classes()
-            .map(|c| {
-                format!(
-                    "  {}: [{}, {}, {}]\n",
-                    c.id, c.colour[2], c.colour[1], c.colour[0]
-                )
-            })
-            .collect(),
-    );
-    let share = |id| *point_classes.get(&id).unwrap_or(&0) as f64 / total;
-    section(
-        "content",
-        classes()
-            .map(|c| format!("  {}: {}\n", c.id, share(c.id)))
-            .collect(),
-    );
-    let train = || learning.iter().enumerate();
-    section(
-        "learning_map",
-        train().map(|(i, id)| format!("  {id}: {i}\n")).collect(),
-    );
-    section(
-        "learning_map_inv",
-        train().map(|(i, id)| format!("  {i}: {id}\n")).collect(),
-    );
-    section(
-        "learning_ignore",
-        train()
-            .map(|(i, &id)| format!("  {i}: {}\n", if id == sky { "True" } else { "False" }))
-            .collect(),
-    );
-    let list = |name: &str, split: &[Option<Split>]| {
-        let of_split = header.sequences.iter().filter(|s| split.contains(&s.split));
-        let numbers: Vec<String> = of_split.map(|s| s.number.to_string()).collect();
-        format!("  {name}: [{}]\n", numbers.join(", "))
-    };
-    section(
-        "split",
-        vec![
-            list("train", &[None, Some(Split::Train)]),
-            list("valid", &[Some(Split::Val)]),
-            list("test", &[Some(Split::Test)]),
-        ],
-    );
-    out
+impl ClassTable<'_> {
+    /// The file `ontology.yaml`.
+    ///
+    /// Training ids are 0, 1, 2, …, in the table's order, after the ignored class, which is 0, as
+    /// SemanticKITTI's evaluation expects.
+    #[must_use]
+    pub fn to_yaml(&self) -> String {
+        let mut learning: Vec<u16> = self.classes.iter().map(|c| c.id).collect();
+        learning.sort_by_key(|&id| id != self.ignored);
+        let total = self.classes.iter().map(|c| c.points).sum::<u64>().max(1) as f64;
+
+        let mut out = format!(
+            "# The class table of this data set, in SemanticKITTI's form.\nname: {}\n",
+            quoted(self.name)
+        );
+        let mut section = |name: &str, lines: Vec<String>| {
+            write!(out, "{name}:\n{}", lines.concat()).expect("a string takes it");
+        };
+        let classes = || self.classes.iter();
+        section(
+            "labels",
+            classes()
+                .map(|c| format!("  {}: {}\n", c.id, quoted(c.name)))
+                .collect(),
+        );
+        // The order is blue, green, red.
+        section(
+            "color_map",
+            classes()
+                .map(|c| {
+                    let [red, green, blue] = c.colour;
+                    format!("  {}: [{blue}, {green}, {red}]\n", c.id)
+                })
+                .collect(),
+        );
+        section(
+            "content",
+            classes()
+                .map(|c| format!("  {}: {}\n", c.id, c.points as f64 / total))
+                .collect(),
+        );
+        let train = || learning.iter().enumerate();
+        section(
+            "learning_map",
+            train().map(|(i, id)| format!("  {id}: {i}\n")).collect(),
+        );
+        section(
+            "learning_map_inv",
+            train().map(|(i, id)| format!("  {i}: {id}\n")).collect(),
+        );
+        let ignored = |id| if id == self.ignored { "True" } else { "False" };
+        section(
+            "learning_ignore",
+            train()
+                .map(|(i, &id)| format!("  {i}: {}\n", ignored(id)))
+                .collect(),
+        );
+        let list = |name: &str, splits: &[Option<Split>]| {
+            let of_split = self.sequences.iter().filter(|s| splits.contains(&s.1));
+            let numbers: Vec<String> = of_split.map(|s| s.0.to_string()).collect();
+            format!("  {name}: [{}]\n", numbers.join(", "))
+        };
+        section(
+            "split",
+            vec![
+                list("train", &[None, Some(Split::Train)]),
+                list("valid", &[Some(Split::Val)]),
+                list("test", &[Some(Split::Test)]),
+            ],
+        );
+        out
+    }
 }
 
 /// A double-quoted scalar; a JSON string is one.

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use nemoral_dataset::{Agreement, CheckReport, ClassAgreement, Dataset, check};
+use nemoral_dataset::{Agreement, CheckReport, ClassAgreement, Dataset, JudgedAgreement, check};
 use nemoral_scene::glam::DVec3;
 
 use crate::common::{header, reseal, write};
@@ -63,6 +63,10 @@ fn of_few_points_chance_is_forgiven() {
             same_class: same,
             near_same_class: comparable,
             same_instance: same,
+            judged: JudgedAgreement {
+                same,
+                near: comparable,
+            },
         };
         let agreement = Agreement {
             classes: vec![class],

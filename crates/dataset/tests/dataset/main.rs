@@ -18,3 +18,4 @@ mod properties;
 mod resume;
 mod round_trip;
 mod sequences;
+mod watch;

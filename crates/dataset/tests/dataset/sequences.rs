@@ -7,7 +7,7 @@ use nemoral_dataset::{
     check, cloud, merge, stats,
 };
 use nemoral_scene::Intrinsics;
-use nemoral_scene::Ontology;
+use nemoral_scene::{Ontology, TreeRecord};
 
 use crate::common::{objects, see, sequence, small, track, tree, trees};
 
@@ -39,8 +39,22 @@ fn write_frame(writer: &Writer, spec: usize, frame: usize) {
     writer.write_frame(&data).expect("frame");
 }
 
+/// The trees of a sequence, of which no other one has any.
+fn trees_of_world(number: u32) -> Vec<TreeRecord> {
+    let mut trees = trees();
+    for tree in &mut trees {
+        tree.height_m += f64::from(number) / 256.0;
+    }
+    trees
+}
+
 fn write_sequence(writer: &Writer, number: u32) -> Result<(), Error> {
-    let (trees, objects) = (trees(), objects());
+    write_world(writer, number, number)
+}
+
+/// Writes a sequence with the trees of the world of another one, or of its own.
+fn write_world(writer: &Writer, number: u32, trees_of: u32) -> Result<(), Error> {
+    let (trees, objects) = (trees_of_world(trees_of), objects());
     let world = WorldTables {
         trees: &trees,
         objects: &objects,
@@ -83,7 +97,10 @@ fn each_sequence_has_sensors_a_world_and_files_of_its_own() {
         .collect();
     assert_eq!(widths, [32, 32, 32, 48, 48, 48, 40, 40, 40]);
     for number in NUMBERS {
-        assert_eq!(dataset.trees(number).expect("trees"), trees());
+        assert_eq!(
+            dataset.trees(number).expect("trees"),
+            trees_of_world(number)
+        );
         let folder = dir.path().join(format!("sequences/{number:02}"));
         let config = std::fs::read_to_string(folder.join("config.toml")).expect("config");
         assert_eq!(config, format!("seed = {}\n", 7 + number));
@@ -99,6 +116,62 @@ fn each_sequence_has_sensors_a_world_and_files_of_its_own() {
     assert!(yaml.ends_with("train: [0, 7]\n  valid: []\n  test: [100]\n"));
     let card = std::fs::read_to_string(dir.path().join("README.md")).expect("card");
     assert!(card.contains("3 sequences, each of a world of its own (train: 00 07; test: 100)"));
+}
+
+#[test]
+fn worlds_that_two_splits_have_are_found() {
+    let problems_of = |change: &dyn Fn(&mut DatasetHeader), number: u32| {
+        let dir = tempfile::tempdir().expect("a folder");
+        let mut header = three();
+        change(&mut header);
+        let writer = Writer::create(dir.path(), OpenMode::Fresh, header).expect("create");
+        for (spec, frame) in all() {
+            write_frame(&writer, spec, frame);
+        }
+        for of in NUMBERS {
+            // The last sequence may have the trees of another one.
+            let trees_of = if of == NUMBERS[2] { number } else { of };
+            write_world(&writer, of, trees_of).expect("sequence");
+        }
+        writer.finish().expect("finish");
+        let problems = check(dir.path()).expect("check").problems;
+        problems
+            .into_iter()
+            .map(|p| (p.path, p.message))
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(problems_of(&|_| {}, 100), []);
+    // Sequences of one split may share plants, and a seed of 0 is none.
+    let plants = |seeds: [u64; 3]| {
+        move |header: &mut DatasetHeader| {
+            for (spec, seed) in header.sequences.iter_mut().zip(seeds) {
+                spec.config["assets"]["seed"] = seed.into();
+            }
+        }
+    };
+    assert_eq!(problems_of(&plants([5, 5, 6]), 100), []);
+    assert_eq!(problems_of(&plants([0, 0, 0]), 100), []);
+    let found = problems_of(&plants([4, 5, 5]), 100);
+    let told = "assets.seed = 5 of sequence 100 (test) is that of sequence 7 (train), too: it must \
+        differ between splits";
+    assert_eq!(found, [("dataset.json".to_owned(), told.to_owned())]);
+    let same = |header: &mut DatasetHeader| header.sequences[2].seed = header.sequences[0].seed;
+    let found = problems_of(&same, 100);
+    assert!(
+        found[0].1.starts_with("seed = 7 of sequence 100 (test)"),
+        "{found:?}"
+    );
+    let found = problems_of(&|_| {}, 7);
+    let [(path, message)] = &found[..] else {
+        panic!("{found:?}");
+    };
+    let count = trees().len();
+    assert_eq!(path, "sequences/100/trees.csv");
+    let start = format!("{count} of {count} trees are in other splits, too: tree ");
+    assert!(
+        message.starts_with(&start) && message.contains("sequence 7 (train)"),
+        "{message}"
+    );
 }
 
 #[test]

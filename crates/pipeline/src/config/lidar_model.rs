@@ -136,7 +136,8 @@ impl Lidar {
     }
 
     /// The model of range errors.
-    pub(crate) fn range_noise(&self) -> RangeNoise {
+    #[must_use]
+    pub fn range_noise(&self) -> RangeNoise {
         let n = &self.noise;
         match n.model {
             RangeNoiseModel::Off => RangeNoise::Off,

@@ -1,5 +1,7 @@
 //! The configs of a data set's sequences.
 
+mod shared;
+
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -45,7 +47,6 @@ pub struct Sequences {
     seed: u64,
     /// Of each sequence, if the data set is split.
     splits: Vec<Split>,
-    has_own_plants: bool,
     /// The files that the configs made so far name. Each is read once, so that all plans of the
     /// request see the same bytes, whatever happens to the file meanwhile.
     files: Arc<Mutex<InputFiles>>,
@@ -90,6 +91,7 @@ impl Sequences {
         let splits = &sequences.asked.splits;
         if splits.train + splits.val + splits.test > 0.0 {
             sequences.splits = sequences.split(splits)?;
+            sequences.refuse_shared_worlds()?;
         }
         Ok(sequences)
     }
@@ -112,15 +114,11 @@ impl Sequences {
         let variations = vary::take(&mut sources, errors);
         let said = |path: &str| sources.iter().rev().find_map(|s| value_at(&s.table, path));
         let seed = said("seed").and_then(Value::as_integer);
-        let plants = said("assets.seed").and_then(Value::as_integer);
-        let has_own_plants = plants.is_some_and(|seed| seed != 0)
-            || variations.iter().any(|v| v.sets("assets.seed"));
         Self {
             preset,
             asked: Config::default(),
             seed: seed.map_or(Config::default().seed, i64::unsigned_abs),
             splits: Vec::new(),
-            has_own_plants,
             files: Arc::default(),
             variations,
             sources,
@@ -171,7 +169,7 @@ impl Sequences {
             config.sequences = 1;
             config.seed = self.seed_of(number);
             config.splits = Splits::default();
-            if self.len() > 1 && !self.has_own_plants {
+            if self.len() > 1 && config.assets.own_seed().is_none() {
                 config.assets.seed = self.plants_of(split);
             }
         };

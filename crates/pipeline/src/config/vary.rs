@@ -168,6 +168,20 @@ impl Variation {
         self.draw.paths(&self.name).contains(&path)
     }
 
+    /// The position of the source that it comes from.
+    pub(super) fn source(&self) -> usize {
+        self.source
+    }
+
+    /// The value that it gives to a key in a sequence; `None` if it does not set the key there.
+    pub(super) fn value_of(&self, path: &str, seed: u64, sequence: u32) -> Option<Value> {
+        if !self.sets(path) {
+            return None;
+        }
+        let mut values = self.values(seed, sequence).into_iter();
+        values.find_map(|(of, value)| (of == path).then_some(value))
+    }
+
     fn key(&self, seed: u64) -> Key {
         Key::world(seed)
             .domain(VARY_DRAWS)

@@ -10,5 +10,6 @@ mod edge_trees;
 mod export;
 mod litter;
 mod meadows;
+mod splits;
 mod surface_roots;
 mod water;

@@ -1,4 +1,9 @@
-//! MCAP with ROS 2's messages, a file for each sequence, for Foxglove, Rerun and `ros2 bag play`:
+//! MCAP with ROS 2's messages, for Foxglove, Rerun, rosbags and `ros2 bag play`. Each sequence is a
+//! bag of rosbag2:
+//! ```text
+//! SS/SS_0.mcap       all messages
+//! SS/metadata.yaml   topics, numbers of messages, time
+//! ```
 //!
 //! | topic | message |
 //! |---|---|
@@ -13,6 +18,7 @@
 //! Times are nanoseconds after the start of the sequence. `map` is the data set's world. A camera's
 //! frame is the optical one. A rolling shutter's picture has the pose of its middle row.
 
+mod bag;
 mod cdr;
 mod container;
 
@@ -20,7 +26,8 @@ use nemoral_dataset::{CameraSpec, PlyPoint};
 use nemoral_scene::{Distortion, Image, RigidTransform, Twist};
 
 use crate::labels::Labels;
-use crate::{Error, Format, FrameRef, Sequence, Sink, Source, Table};
+use crate::{Error, Format, FrameRef, Sequence, Sink, Source, Stream, Table};
+use bag::Durability;
 use cdr::Cdr;
 use container::{Channel, Container, Message};
 
@@ -66,38 +73,72 @@ impl Format for Mcap {
     fn write(&self, source: &Source, sink: &mut Sink) -> Result<(), Error> {
         let labels = self.labels(source)?;
         for sequence in source.sequences() {
-            let key = format!("{:02}", sequence.number);
-            sink.stream(&key, &format!("{key}.mcap"), |out| {
-                let frames: Vec<_> = source.frames(sequence.number).collect();
-                let mut container = Container::begin(out, cdr::schemas(), channels(&sequence))?;
-                for (i, frame) in frames.iter().enumerate() {
-                    let mut messages = Vec::new();
-                    if i == 0 {
-                        messages.push(mounts(&sequence, frame));
-                    }
-                    let (before, after) = (i.checked_sub(1), (i + 1).min(frames.len() - 1));
-                    let twist = twist(&frames[before.unwrap_or(0)], &frames[after]);
-                    messages.extend(poses(frame, &twist));
-                    let mut channel = ODOM + 1;
-                    for (l, lidar) in sequence.lidars.iter().enumerate() {
-                        let scan = source.scan(frame, l)?.ply;
-                        let data = point_cloud(&scan, &labels, frame, &lidar.name);
-                        messages.push(message(channel, frame, data));
-                        channel += 1;
-                    }
-                    for (c, camera) in sequence.cameras.iter().enumerate() {
-                        let data = pictures(source, frame, c, camera, &labels)?;
-                        let all = data.into_iter().zip(channel..);
-                        messages.extend(all.map(|(data, channel)| message(channel, frame, data)));
-                        channel += 4;
-                    }
-                    container.chunk(&messages)?;
-                }
-                container.finish()
+            let name = format!("{:02}", sequence.number);
+            let file = format!("{name}_0.mcap");
+            sink.stream(
+                &format!("{name}-messages"),
+                &format!("{name}/{file}"),
+                |out| write_messages(source, &sequence, &labels, out),
+            )?;
+            // It comes last, so that a folder that says it is a bag has its messages.
+            sink.step(&format!("{name}-metadata"), |files| {
+                let metadata = metadata(source, &sequence, &file);
+                files.put(format!("{name}/metadata.yaml"), metadata);
+                Ok(String::new())
             })?;
         }
         Ok(())
     }
+}
+
+/// Writes the file of a sequence, a chunk for each frame.
+fn write_messages(
+    source: &Source,
+    sequence: &Sequence<'_>,
+    labels: &Labels,
+    out: &mut Stream,
+) -> Result<(), Error> {
+    let frames: Vec<_> = source.frames(sequence.number).collect();
+    let mut container = Container::begin(out, cdr::schemas(), channels(sequence))?;
+    for (i, frame) in frames.iter().enumerate() {
+        let mut messages = Vec::new();
+        if i == 0 {
+            messages.push(mounts(sequence, frame));
+        }
+        let (before, after) = (i.checked_sub(1), (i + 1).min(frames.len() - 1));
+        let twist = twist(&frames[before.unwrap_or(0)], &frames[after]);
+        messages.extend(poses(frame, &twist));
+        let mut channel = ODOM + 1;
+        for (l, lidar) in sequence.lidars.iter().enumerate() {
+            let scan = source.scan(frame, l)?.ply;
+            let data = point_cloud(&scan, labels, frame, &lidar.name);
+            messages.push(message(channel, frame, data));
+            channel += 1;
+        }
+        for (c, camera) in sequence.cameras.iter().enumerate() {
+            let data = pictures(source, frame, c, camera, labels)?;
+            let all = data.into_iter().zip(channel..);
+            messages.extend(all.map(|(data, channel)| message(channel, frame, data)));
+            channel += 4;
+        }
+        container.chunk(&messages)?;
+    }
+    container.finish()
+}
+
+/// `metadata.yaml` of a sequence whose messages are in `file`.
+fn metadata(source: &Source, sequence: &Sequence<'_>, file: &str) -> String {
+    let times_ns = || source.frames(sequence.number).map(|f| time_ns(&f));
+    let frames = times_ns().count();
+    // The mounts are told once, all else at each frame.
+    let count = |channel| match channel {
+        TF_STATIC => frames.min(1),
+        _ => frames,
+    };
+    let topics: Vec<_> = (channels(sequence).into_iter().enumerate())
+        .map(|(i, channel)| (channel, count(i)))
+        .collect();
+    bag::metadata(file, &topics, times_ns().min().zip(times_ns().max()))
 }
 
 fn time_ns(frame: &FrameRef<'_>) -> u64 {
@@ -118,27 +159,24 @@ fn channels(sequence: &Sequence<'_>) -> Vec<Channel> {
     let channel = |topic: String, schema, durability| Channel {
         topic,
         schema,
-        // Keep the last one, reliably; `durability` 1 is for those who join later, 2 is not.
-        qos: format!("- history: 1\n  depth: 10\n  reliability: 1\n  durability: {durability}\n"),
+        qos: bag::offered_qos(durability),
     };
+    let mounts = channel("/tf_static".to_owned(), cdr::TF, Durability::TransientLocal);
+    let stream = |topic, schema| channel(topic, schema, Durability::Volatile);
     let mut all = vec![
-        channel("/tf_static".to_owned(), cdr::TF, 1),
-        channel("/tf".to_owned(), cdr::TF, 2),
-        channel("/odom".to_owned(), cdr::ODOMETRY, 2),
+        mounts,
+        stream("/tf".to_owned(), cdr::TF),
+        stream("/odom".to_owned(), cdr::ODOMETRY),
     ];
     for lidar in sequence.lidars {
-        all.push(channel(
-            format!("/{}/points", lidar.name),
-            cdr::POINT_CLOUD,
-            2,
-        ));
+        all.push(stream(format!("/{}/points", lidar.name), cdr::POINT_CLOUD));
     }
     for camera in sequence.cameras {
         let name = &camera.name;
-        all.push(channel(format!("/{name}/image"), cdr::IMAGE, 2));
-        all.push(channel(format!("/{name}/semantic"), cdr::IMAGE, 2));
-        all.push(channel(format!("/{name}/depth"), cdr::IMAGE, 2));
-        all.push(channel(format!("/{name}/camera_info"), cdr::CAMERA_INFO, 2));
+        all.push(stream(format!("/{name}/image"), cdr::IMAGE));
+        all.push(stream(format!("/{name}/semantic"), cdr::IMAGE));
+        all.push(stream(format!("/{name}/depth"), cdr::IMAGE));
+        all.push(stream(format!("/{name}/camera_info"), cdr::CAMERA_INFO));
     }
     all
 }

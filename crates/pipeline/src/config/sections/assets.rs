@@ -9,7 +9,8 @@ section! {
     /// What is grown.
     Assets at "assets" {
         /// The seed of plants. Worlds with the same one, and the same plants asked for, share grown
-        /// plants. 0 is the world's own or, if there are several sequences, one for each split.
+        /// plants. 0 is the world's own or, if there are several sequences, one for each split. No
+        /// other value may be in two splits.
         seed: u64 = 0, Whole(0, i64::MAX), "plants are grown once for each split";
         /// Individuals of each tree species.
         individuals: u32 = 8, Whole(1, 64), "our choice: 8-16 look varied";

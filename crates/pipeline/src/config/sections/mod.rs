@@ -118,8 +118,9 @@ section! {
 
 section! {
     /// Which sequences are for training, validation and testing, in shares; without shares the data
-    /// set is not split. No two sequences have a tree, a chunk or a place in common, and sequences
-    /// of different splits share no grown plants and no textures of plants either.
+    /// set is not split. Sequences of different splits have no tree, no chunk, no grown plant and
+    /// no texture in common, so `assets.seed` and the files of `[site]` may not be the same in two
+    /// splits. Your own models and a photographed sky are in all splits.
     Splits at "splits" {
         /// Share of sequences to learn from. The three shares add up to 1, or all are 0.
         train: f64 = 0.0, Real(0.0, 1.0), "not split";
@@ -153,8 +154,8 @@ section! {
 section! {
     /// What is written.
     Output at "output" {
-        /// The class table.
-        ontology: String = "paper".into(), OneOf(&["paper", "fuel"]), "paper, V-A and VII";
+        /// The class table: the paper's eight classes, its fuel, or each semantic as a class.
+        ontology: String = "paper".into(), OneOf(&["paper", "fuel", "semantics"]), "paper, V-A and VII";
         /// Write a PLY with every field of every point, besides `.bin` and `.label`.
         ply: bool = true, Flag, "true range, true id, time, normal and more";
         /// Write depth as float32 `.npy` instead of 16-bit PNG.

@@ -83,6 +83,97 @@ fn worlds_differ_and_plants_are_shared_within_a_split_alone() {
 }
 
 #[test]
+fn what_different_splits_would_share_is_refused() {
+    const HALVES: &str = "sequences = 8\nsplits.train = 0.5\nsplits.test = 0.5\n";
+    let fails = |text: &str, parts: &[&str]| {
+        let message = refused(&format!("{HALVES}{text}"));
+        for part in parts {
+            assert!(message.contains(part), "{text}: {message}");
+        }
+    };
+    let of_seed = [
+        "assets.seed = 4",
+        "(train)",
+        "(test)",
+        "must be 0,",
+        "c.toml:4",
+    ];
+    fails("assets.seed = 4", &of_seed);
+    fails(
+        "[vary]\nassets.seed = [4, 5]",
+        &["assets.seed = ", "c.toml:5"],
+    );
+    let group = "[[vary.group.a]]\nassets.seed = 4\n[[vary.group.a]]\nplacement.trees = 90";
+    fails(group, &["assets.seed = 4", "c.toml:4"]);
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = |name: &str| folder.path().join(name).display().to_string();
+    let write = |name: &str, text: &str| {
+        let path = file(name);
+        nemoral_files::write(path.as_ref(), text.as_bytes()).expect("a writable folder");
+        path
+    };
+    let stems = ["a.csv", "b.csv"].map(|name| write(name, "x_m,y_m\n0,0\n5,3\n"));
+    let of_stems = format!("site.stems.path = {:?}", stems[0]);
+    let parts = [
+        "site.stems.path = \"",
+        "trees in common",
+        "must be \"\"",
+        "c.toml:4",
+    ];
+    fails(&of_stems, &parts);
+    fails(
+        &format!("[vary]\nsite.stems.path = {stems:?}"),
+        &["site.stems.path", "c.toml:5"],
+    );
+    let trails = write("trails.csv", "trail,x_m,y_m\na,0,0\na,90,5\n");
+    let of_trails = format!("site.trails.path = {trails:?}");
+    fails(&of_trails, &["site.trails.path", "trails in common"]);
+    // All of them at once.
+    fails(
+        &format!("assets.seed = 4\n{of_stems}"),
+        &["assets.seed", "site.stems.path"],
+    );
+
+    // What has no seed or no file in common, and what no two splits have.
+    let seeds_of =
+        |text: &str| -> BTreeSet<u64> { all(text).iter().map(|s| s.config.assets.seed).collect() };
+    assert_eq!(seeds_of(&format!("{HALVES}assets.seed = 0")).len(), 2);
+    let wide = format!("{HALVES}[vary]\nassets.seed = [1, 1000000000]");
+    assert_eq!(seeds_of(&wide).len(), 8);
+    // A seed in some worlds alone leaves the others that of their split.
+    let all_train = format!("sequences = 8\nsplits.train = 1\n{group}");
+    assert_eq!(seeds_of(&all_train).len(), 2);
+    assert_eq!(all(&format!("sequences = 3\n{of_stems}")).len(), 3);
+    let one_each = HALVES.replace("= 8", "= 2");
+    let split = all(&one_each);
+    assert_ne!(split[0].split, split[1].split);
+    assert_eq!(
+        all(&format!("{one_each}[vary]\nsite.stems.path = {stems:?}")).len(),
+        2
+    );
+    let layers = Layers {
+        preset: None,
+        file: None,
+        settings: [
+            "sequences=8",
+            "splits.train=0.5",
+            "splits.test=0.5",
+            "assets.seed=4",
+        ]
+        .map(str::to_owned)
+        .into(),
+    };
+    let refused = layers.sequences().expect_err("a fixed seed").to_string();
+    assert!(refused.contains("--set assets.seed=4"), "{refused}");
+    let over = [layers.settings.clone(), vec!["assets.seed=0".to_owned()]].concat();
+    let over = Layers {
+        settings: over,
+        ..layers
+    };
+    assert!(over.sequences().is_ok());
+}
+
+#[test]
 fn words_are_drawn_by_weight_and_groups_together() {
     let sequences = all(&varied());
     let beech = sequences
