@@ -27,7 +27,7 @@ STEPS = 200
 class TrailEnv(gym.Env[np.ndarray, np.ndarray]):
     """Drive along the trail."""
 
-    metadata: dict[str, Any] = {"render_modes": ["rgb_array"]}
+    metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 1 / STEP_S}
 
     def __init__(
         self, config: Any = "medium", render_mode: str | None = None, **overrides: Any
@@ -66,7 +66,7 @@ class TrailEnv(gym.Env[np.ndarray, np.ndarray]):
         self._heading = float(np.arctan2(ahead[1], ahead[0]))
         self._steps = 0
         self._done_m = self._progress_m()
-        return self._observe(), {}
+        return self._observe(), self._where()
 
     def step(
         self, action: np.ndarray
@@ -74,24 +74,42 @@ class TrailEnv(gym.Env[np.ndarray, np.ndarray]):
         speed = 1.0 + float(np.clip(action[0], -1, 1))
         self._heading += 0.8 * float(np.clip(action[1], -1, 1)) * STEP_S
         ahead = np.array([np.cos(self._heading), np.sin(self._heading)])
-        self._place = self._place + speed * STEP_S * ahead
+        before, self._place = self._place, self._place + speed * STEP_S * ahead
         self._steps += 1
         progress = self._progress_m()
         reward, self._done_m = progress - self._done_m, progress
-        x, y = self._place
-        discs = self._forest.obstacles(x - 3, y - 3, x + 3, y + 3)
-        apart = np.linalg.norm(discs[:, :2] - self._place, axis=1) - discs[:, 2]
-        crashed = bool((apart < ROBOT_M).any())
+        crashed = self._crashes(before)
         lost = self._off_trail_m() > OFF_TRAIL_M
         if crashed or lost:
             reward -= 10.0
-        info = {"crashed": crashed, "lost": lost}
+        info = {"crashed": crashed, "lost": lost, **self._where()}
         return self._observe(), float(reward), crashed or lost, self._steps >= STEPS, info
 
     def render(self) -> np.ndarray | None:
         if self.render_mode is None:
             return None
         return self._last.image
+
+    @property
+    def forest(self) -> nemoral.Forest:
+        """The forest that is driven through."""
+        return self._forest
+
+    def _where(self) -> dict[str, Any]:
+        """The robot's place, metres, and heading, radians, in the world."""
+        return {"place_m": self._place.copy(), "heading_rad": self._heading}
+
+    def _crashes(self, before: np.ndarray) -> bool:
+        """Whether the robot touches anything on the way from a place to where it is."""
+        (left, low), (right, high) = np.sort([before, self._place], axis=0)
+        discs = self._forest.obstacles(
+            left - ROBOT_M, low - ROBOT_M, right + ROBOT_M, high + ROBOT_M
+        )
+        way = self._place - before
+        along = (discs[:, :2] - before) @ way / max(float(way @ way), 1e-9)
+        nearest = before + np.clip(along, 0.0, 1.0)[:, None] * way
+        apart = np.linalg.norm(discs[:, :2] - nearest, axis=1) - discs[:, 2]
+        return bool((apart < ROBOT_M).any())
 
     def _distances(self) -> np.ndarray:
         return np.linalg.norm(self._path - self._place, axis=1)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -11,6 +12,7 @@ import numpy as np
 import pytest
 
 import nemoral
+from nemoral import _arguments as arguments
 
 SMALL: dict[str, Any] = {
     "frames": 2,
@@ -23,6 +25,46 @@ SMALL: dict[str, Any] = {
     "assets.individuals": 1,
 }
 """Keys that make any preset quick."""
+
+
+ROOT = Path(__file__).parents[2]
+PAGES = ["README.md", "python/README.md", "docs/guide/python.md"]
+"""Pages with Python, in the repository."""
+
+
+def python_blocks(page: str) -> list[str]:
+    """The blocks of Python of a page, in their order."""
+    return re.findall(r"^```python\n(.*?)^```$", (ROOT / page).read_text(), re.M | re.S)
+
+
+def run_blocks(
+    blocks: list[str], cache: Path, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> dict[str, Any]:
+    """Run blocks one after the other in a folder, with forests made small; their names."""
+    layers = arguments.layers
+
+    def small(*given: Any) -> Any:
+        preset, file, settings = layers(*given)
+        return preset, file, [*settings, {k: v for k, v in SMALL.items() if k != "frames"}]
+
+    monkeypatch.setattr(arguments, "layers", small)
+    monkeypatch.setenv("NEMORAL_CACHE", str(cache))
+    monkeypatch.chdir(folder)
+    corners = [[-50.0, -50, 0], [50, -50, 0], [50, 50, 0], [-50, 50, 0]]
+    # What a page calls the reader's own.
+    names: dict[str, Any] = {
+        "vertices": corners,
+        "triangles": [[0, 1, 2], [0, 2, 3]],
+        "uv": [[0, 0], [1, 0], [1, 1], [0, 1]],
+        "mask": np.ones((4, 4), bool),
+        "transforms": np.eye(4)[np.newaxis],
+        "rays": [[0, 0, 5, 0, 0, -1]],
+        "x": np.arange(3.0),
+        "y": np.zeros(3),
+    }
+    for block in blocks:
+        exec(compile(block, "a block of Python", "exec"), names)  # noqa: S102
+    return names
 
 
 def command(*arguments: str) -> subprocess.CompletedProcess[str]:

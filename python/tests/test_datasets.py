@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
+from types import ModuleType
+from typing import Callable
 
 import numpy as np
 import pytest
@@ -61,6 +64,106 @@ def test_functions_are_the_commands(written: Path, cache: Path, tmp_path: Path) 
     assert nemoral.cloud(out, tmp_path / "cloud.ply") > 100
     assert nemoral.convert(out, tmp_path / "kitti", "kitti")[0] == 2
     assert nemoral.report(out, tmp_path / "report.html") > 1000
+
+
+FRAMES = [(0, 0), (0, 1)]
+
+
+def test_each_function_tells_its_progress(written: Path, cache: Path, tmp_path: Path) -> None:
+    parts = [tmp_path / "a", tmp_path / "b"]
+    for i, part in enumerate(parts):
+        nemoral.generate("demo", 7, out=part, shard=(i, 2), cache=cache, **SMALL)
+    calls: dict[str, Callable[..., object]] = {
+        "check": lambda **p: nemoral.check(written, **p),
+        "stats": lambda **p: nemoral.stats(written, **p),
+        "merge": lambda **p: nemoral.merge(parts, tmp_path / "whole", **p),
+        "cloud": lambda **p: nemoral.cloud(written, tmp_path / "cloud.ply", **p),
+        "kitti": lambda **p: nemoral.convert(written, tmp_path / "kitti", "kitti", **p),
+        "coco": lambda **p: nemoral.convert(written, tmp_path / "coco", "coco", **p),
+    }
+
+    def enough(progress: nemoral.Progress) -> None:
+        raise RuntimeError(f"enough of {progress.total}")
+
+    for name, call in calls.items():
+        with pytest.raises(RuntimeError, match="enough of 2"):
+            call(progress=enough)
+        keywords = {"mode": "resume"} if name in ("merge", "kitti", "coco") else {}
+        seen: list[nemoral.Progress] = []
+        call(progress=seen.append, **keywords)
+        assert seen[-1].done == 2 and {p.total for p in seen} == {2}, name
+        assert [(p.sequence, p.frame) for p in seen] == FRAMES[-len(seen) :], name
+        assert [p.done for p in seen] == [1, 2][-len(seen) :], name
+    assert (tmp_path / "whole" / "dataset.json").read_bytes() == (
+        written / "dataset.json"
+    ).read_bytes()
+
+
+def test_progress_of_true_is_a_bar_by_tqdm_or_lines(
+    written: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    class Bar:
+        made: list[Bar] = []
+
+        def __init__(self, total: int, unit: str) -> None:
+            self.total, self.n, self.closed = total, 0, False
+            Bar.made.append(self)
+
+        def update(self, more: int) -> None:
+            self.n += more
+
+        def close(self) -> None:
+            self.closed = True
+
+    package, auto = ModuleType("tqdm"), ModuleType("tqdm.auto")
+    setattr(package, "tqdm", Bar)
+    setattr(auto, "tqdm", Bar)
+    monkeypatch.setitem(sys.modules, "tqdm", package)
+    monkeypatch.setitem(sys.modules, "tqdm.auto", auto)
+    nemoral.stats(written, progress=True)
+    assert [(bar.total, bar.n, bar.closed) for bar in Bar.made] == [(2, 2, True)]
+    assert capsys.readouterr().out == ""
+    monkeypatch.setitem(sys.modules, "tqdm", None)
+    nemoral.stats(written, progress=True)
+    assert capsys.readouterr().out == "frame 1 of 2\nframe 2 of 2\n"
+
+
+def test_all_that_can_be_written_is_read_back(cache: Path, tmp_path: Path) -> None:
+    asked = {"sky": True, "flow": True, "trunks": True, "boxes": True, "radiance": True}
+    sensors = {
+        "cameras": {"right": {"mount_y_m": -0.5}},
+        "lidars": {"rear": {"mount_yaw_deg": 180.0, "pulses": 500}},
+    }
+    config = {"preset": "demo", **SMALL, **{f"camera.{key}": True for key in asked}, **sensors}
+    nemoral.generate(config, 7, out=tmp_path / "out", cache=cache)
+    forest = nemoral.Forest(config, 7, cache=cache)
+    for stored in nemoral.Dataset(tmp_path / "out"):
+        assert stored.index is not None
+        live = forest.frame(stored.index)
+        assert list(stored.cameras) == list(live.cameras) == ["camera", "right"]
+        assert list(stored.lidars) == list(live.lidars) == ["lidar", "rear"]
+        for name, camera in stored.cameras.items():
+            other = live.cameras[name]
+            for kind in ("image", "semantic", "instance", "sky", "trunks"):
+                assert np.array_equal(getattr(camera, kind), getattr(other, kind)), (name, kind)
+            assert np.allclose(camera.depth_m, other.depth_m, atol=1 / 512 + 1e-6)
+            assert camera.flow is not None and other.flow is not None
+            assert np.array_equal(camera.flow_seen, other.flow_seen)
+            within = np.isfinite(camera.flow) & (np.abs(other.flow) < 500)
+            assert within.any()
+            assert np.abs(camera.flow - other.flow)[within].max() <= 1 / 128 + 1e-4
+            assert camera.radiance is not None and other.radiance is not None
+            assert np.allclose(camera.radiance, other.radiance, rtol=2e-3, atol=1e-4)
+            ours, theirs = camera.boxes, other.boxes
+            assert ours is not None and theirs is not None and len(ours["kind"]) > 0
+            assert ours["kind"] == theirs["kind"]
+            for kind in ("object", "instance", "visible", "whole", "visible_px", "whole_px"):
+                assert np.array_equal(ours[kind], theirs[kind]), (name, kind)
+            assert np.allclose(ours["size_m"], theirs["size_m"], atol=1e-2)
+            assert np.allclose(ours["camera_from_box"], theirs["camera_from_box"], atol=1e-2)
+            assert np.allclose(camera.body_from_sensor, other.body_from_sensor)
+        for name, lidar in stored.lidars.items():
+            assert lidar.points.array.tobytes() == live.lidars[name].points.array.tobytes()
 
 
 def test_a_damaged_file_is_named(written: Path, tmp_path: Path) -> None:

@@ -48,6 +48,96 @@ def test_an_unknown_preset() -> None:
     assert raised.value.nearest == "beech"
 
 
+@pytest.mark.parametrize(
+    ("config", "keywords", "nearest"),
+    [
+        ("dmeo", {}, "demo"),
+        ({"preset": "mediun"}, {}, "medium"),
+        ("demo", {"preset": "dmeo"}, "demo"),
+        ("demo", {"chace": True}, "cache"),
+        ("demo", {"camera_width_px": 96}, "camera.width_px"),
+        ({"preset": "demo", "camera_width_px": 96}, {}, "camera.width_px"),
+        ({"preset": "demo", "terain": {"octaves": 3}}, {}, "terrain"),
+    ],
+)
+def test_misspelled_names(config: Any, keywords: dict[str, Any], nearest: str) -> None:
+    with pytest.raises(nemoral.ConfigError, match=f"did you mean `{nearest}`") as raised:
+        nemoral.Forest(config, **keywords)
+    assert raised.value.nearest == nearest
+
+
+def test_misspelled_keywords_of_generate(tmp_path: Path) -> None:
+    with pytest.raises(nemoral.ConfigError, match="did you mean `progress`"):
+        nemoral.generate("demo", out=tmp_path / "out", progess=True)
+    with pytest.raises(nemoral.ConfigError, match="one of data_sheet") as raised:
+        nemoral.Scanner("avia", noise="laconta")
+    assert raised.value.nearest == "laconte"
+
+
+def test_frames_that_do_not_exist(forest: nemoral.Forest, written: Path) -> None:
+    dataset = nemoral.Dataset(written)
+    absent: list[Callable[[], object]] = [
+        lambda: forest.frame(-1),
+        lambda: forest.frame(2),
+        lambda: forest.pose(2),
+        lambda: forest.frame(0, sequence=1),
+        lambda: forest.trees(0, 0, 1, 1, sequence=-1),
+        lambda: forest[2],
+        lambda: forest[-3],
+        lambda: dataset.frame(-1),
+        lambda: dataset.frame(0, sequence=1),
+        lambda: dataset[2],
+        lambda: dataset.config(1),
+        lambda: dataset.poses(1),
+        lambda: dataset.times_s(2**40),
+        lambda: dataset.trees(1),
+        lambda: dataset.objects(-1),
+    ]
+    for call in absent:
+        with pytest.raises(IndexError, match=r"frame|sequence"):
+            call()
+    with pytest.raises(IndexError, match="there are 2 frames; frames=31 in the config makes more"):
+        forest.frame(30)
+
+
+def test_errors_speak_python(forest: nemoral.Forest, written: Path, tmp_path: Path) -> None:
+    cases: list[tuple[Callable[[], object], str]] = [
+        (lambda: forest.observe(np.eye(4), velocity=(1e3, 0, 0)), "velocity"),
+        (lambda: forest.observe(np.eye(4), turn_rate=(1e3, 0, 0)), "turn_rate"),
+        (lambda: nemoral.Scanner("avia", pulses=2**31 - 1), "pulses = "),
+        (lambda: nemoral.Scanner("avia", rings=9), "rings = 9: must be a whole number from 0 to 8"),
+        (lambda: nemoral.Scanner("avia", max_range_m=0.01), "the blind zone"),
+        (lambda: nemoral.Terrain(persistence=2), "0 to 1"),
+        (lambda: nemoral.generate("demo", out=written), 'mode="resume"'),
+        (lambda: nemoral.generate("demo", out=tmp_path / "a", frames=[99]), "frames=N in the co"),
+    ]
+    for call, words in cases:
+        with pytest.raises((ValueError, nemoral.Error)) as raised:
+            call()
+        message = str(raised.value)
+        assert words in message, message
+        assert not any(word in message for word in ("--", "..=", "m_s", "per_scan")), message
+
+
+def test_numpy_arrays_in_a_config() -> None:
+    drawn = {"lidar.pulses": np.array([500, 900]), "terrain.scale_m": np.array([90.0, 200.0])}
+    plain = {key: value.tolist() for key, value in drawn.items()}
+    one = nemoral.Forest("demo", 3, vary=drawn)
+    assert one.config() == nemoral.Forest("demo", 3, vary=plain).config()
+    assert nemoral.Forest("demo", frames=np.array(7)).frames == 7
+    numbers = {"camera.enabled": np.bool_(False), "terrain.scale_m": np.float32(90)}
+    config = nemoral.Forest("demo", **numbers).config()
+    assert config["camera"]["enabled"] is False and config["terrain"]["scale_m"] == 90.0
+
+
+def test_rays_far_from_each_other_are_refused(forest: nemoral.Forest) -> None:
+    down = [[0, 0, 500, 0, 0, -1.0], [1000, 0, 500, 0, 0, -1.0]]
+    with pytest.raises(nemoral.ConfigError, match="visible_radius_m = 30") as raised:
+        forest.cast(down)
+    assert raised.value.key == "rays[0]"
+    assert np.isfinite(forest.cast(down, around=[0, 0])["distance_m"][0])
+
+
 def test_a_missing_file(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError, match="no.toml"):
         nemoral.Forest(tmp_path / "no.toml")
@@ -91,13 +181,21 @@ def test_numpy_numbers_are_numbers() -> None:
 
 
 NAN, INF = float("nan"), float("inf")
+
+
+def masked(alpha: Any) -> int:
+    uv = [[0, 0], [1, 0], [0, 1]]
+    return nemoral.RayScene().add_mesh(np.eye(3), [[0, 1, 2]], uv=uv, alpha=alpha)
+
+
 WRONG: dict[str, Callable[[nemoral.Forest], object]] = {
     "seed": lambda f: nemoral.Forest("demo", -1),
     "seed of text": lambda f: nemoral.Forest("demo", "7"),  # type: ignore[arg-type]
     "backend": lambda f: nemoral.Forest("demo", backend="tpu"),
     "backend of none": lambda f: nemoral.Forest("demo", backend=None),  # type: ignore[arg-type]
     "cache": lambda f: nemoral.Forest("demo", cache=3.5),  # type: ignore[arg-type]
-    "k": lambda f: f.frame(-1),
+    "k none": lambda f: f.frame(None),  # type: ignore[arg-type]
+    "i a slice": lambda f: f[0:1],  # type: ignore[index]
     "k real": lambda f: f.frame(0.0),  # type: ignore[arg-type]
     "pose": lambda f: f.observe([1, 2]),
     "pose text": lambda f: f.observe("here"),  # type: ignore[arg-type]
@@ -143,6 +241,10 @@ WRONG: dict[str, Callable[[nemoral.Forest], object]] = {
     "triangles real": lambda f: nemoral.RayScene().add_mesh(np.eye(3), [[0, 1, 1.5]]),
     "triangles none": lambda f: nemoral.RayScene().add_mesh(np.eye(3), np.zeros((0, 3), int)),
     "uv": lambda f: nemoral.RayScene().add_mesh(np.eye(3), [[0, 1, 2]], uv=[[0, 0]]),
+    "alpha wide": lambda f: masked(np.full((2, 2), 300, np.uint16)),
+    "alpha list": lambda f: masked([[0, 1], [1, 0]]),
+    "alpha nan": lambda f: masked([[NAN, 1.0]]),
+    "alpha bytes as floats": lambda f: masked([[255.0, 0.0]]),
     "alpha": lambda f: nemoral.RayScene().add_mesh(np.eye(3), [[0, 1, 2]], alpha=[[True]]),
     "reflectance": lambda f: nemoral.RayScene().add_mesh(np.eye(3), [[0, 1, 2]], reflectance=2),
     "mesh": lambda f: nemoral.RayScene().add_instances(0, np.eye(4)),
@@ -167,7 +269,11 @@ WRONG: dict[str, Callable[[nemoral.Forest], object]] = {
     "species": lambda f: nemoral.grow_tree("palm"),
     "dbh_m": lambda f: nemoral.grow_tree("beech", dbh_m=NAN),
     "cards_max": lambda f: nemoral.grow_tree("beech", cards_max=0),
+    "noise key": lambda f: nemoral.Scanner("avia", noise={"model": "paper", "sigma": 1}),
+    "noise number": lambda f: nemoral.Scanner("avia", noise={"model": "paper", "sigma_m": -1}),
     "threads": lambda f: nemoral.set_threads(0),
+    "threads negative": lambda f: nemoral.set_threads(-1),
+    "threads real": lambda f: nemoral.set_threads(1.0),  # type: ignore[arg-type]
 }
 
 

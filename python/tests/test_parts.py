@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import pickle
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -135,3 +138,107 @@ def test_a_tree_has_the_demanded_size() -> None:
     scene.add_mesh(vertices, triangles)
     hit = scene.cast([[-20, 0, 1.3, 1, 0, 0]])
     assert hit["t_hit"][0] == pytest.approx(20 - 0.2, abs=0.3)
+
+
+def test_masks_of_every_kind() -> None:
+    opaque = np.zeros((8, 8), bool)
+    opaque[:, 4:] = True
+    x, y = np.array([0.5, -0.5]), np.array([0.1, 0.1])
+    for alpha in (opaque, opaque * 0.6, opaque * np.uint8(128), opaque.tolist()):
+        scene = nemoral.RayScene()
+        scene.add_mesh(SQUARE, HALVES, uv=(SQUARE[:, :2] + 1) / 2, alpha=alpha)
+        assert scene.occluded(down(x, y)).tolist() == [True, False]
+
+
+def test_a_scan_has_the_columns_of_points() -> None:
+    scene = nemoral.RayScene()
+    scene.add_mesh(10 * SQUARE, HALVES, semantic=4, instance=300)
+    pose = np.array([[0, 0, 1, 0], [0, 1, 0, 0], [-1, 0, 0, 5], [0, 0, 0, 1.0]])
+    scan = nemoral.Scanner("avia", pulses=500).scan(scene, pose)
+    assert isinstance(scan, nemoral.Scan) and scan.shape == (len(scan),) and len(scan) > 100
+    assert scan.xyz.shape == (len(scan), 3) and scan.xyz.dtype == np.float32
+    assert np.array_equal(scan.xyz[:, 1], scan["y"]) and type(scan["y"]) is np.ndarray
+    assert np.array_equal(scan.normal[:, 2], scan["nz"])
+    for name, field in [
+        ("range_m", "range"), ("true_range_m", "range_true"), ("time_s", "t"), ("ring", "ring"),
+        ("intensity", "intensity"), ("semantic", "semantic"), ("instance", "instance"),
+    ]:
+        assert np.array_equal(getattr(scan, name), scan[field]), name
+        assert getattr(scan, name).flags.c_contiguous
+    near = scan[scan["range"] < np.median(scan["range"])]
+    assert 0 < len(near.xyz) < len(scan) and set(near.instance) == {300}
+    assert type(scan.array) is np.ndarray
+    assert np.array_equal(pickle.loads(pickle.dumps(scan)).xyz, scan.xyz)
+    assert nemoral.Scanner("avia", pulses=5).scan(nemoral.RayScene()).xyz.shape == (0, 3)
+
+
+def test_models_of_noise() -> None:
+    scene = nemoral.RayScene()
+    scene.add_mesh(20 * SQUARE, HALVES, reflectance=0.5)
+    pose = np.array([[0, 0, 1, 0], [0, 1, 0, 0], [-1, 0, 0, 10], [0, 0, 0, 1.0]])
+
+    def errors(noise: Any) -> np.ndarray:
+        scan = nemoral.Scanner("avia", noise=noise, pulses=3000, rings=0).scan(scene, pose)
+        true = scan["flags"] & 2 == 0
+        return (scan.range_m - scan.true_range_m)[true].astype(np.float64)
+
+    assert np.abs(errors("off")).max() < 1e-5
+    for noise in ("data_sheet", "paper", "laconte", "incidence", "linear", "snr"):
+        assert 1e-3 < errors(noise).std() < 0.1, noise
+    # Those of the data sheet are those of `snr`.
+    assert np.array_equal(errors("snr"), errors("data_sheet"))
+    fine = {"model": "paper", "sigma_m": 0.001}
+    assert errors(fine).std() < 0.5 * errors("paper").std()
+    wide = errors({"model": "linear", "floor_m": 0.0, "per_metre": 0.01}).std()
+    assert wide == pytest.approx(0.1, rel=0.2)
+    closed = errors({"model": "laconte", "laconte_device": "lms1xx", "laconte_closed": True})
+    assert not np.array_equal(closed, errors("laconte"))
+    with pytest.raises(nemoral.ConfigError) as raised:
+        nemoral.Scanner("avia", noise={"model": "paper", "sigma_m": -1.0})
+    assert raised.value.key == "lidar.noise.sigma_m"
+
+
+def test_parts_are_pickled() -> None:
+    scene = nemoral.RayScene()
+    alpha = np.eye(40, 30, dtype=bool)
+    uv = (SQUARE[:, :2] + 1) / 2
+    leaf = scene.add_mesh(SQUARE, HALVES, uv=uv, alpha=alpha, semantic=3, place=False)
+    places = np.repeat(np.eye(4)[None], 5, axis=0)
+    places[:, :3, 3] = np.random.default_rng(1).uniform(-4, 4, (5, 3))
+    places[3, :3, :3] *= 0.7
+    scene.add_instances(leaf, places[:3], instances=[9, 8, 7])
+    scene.add_mesh(8 * SQUARE, HALVES, semantic=5, instance=6, reflectance=0.1)
+    scene.add_instances(leaf, places[3:])
+    rng = np.random.default_rng(2)
+    rays = np.concatenate([rng.uniform(-5, 5, (2000, 3)), rng.normal(size=(2000, 3))], axis=1)
+    again = pickle.loads(pickle.dumps(scene))
+    hits, found = scene.cast(rays), again.cast(rays)
+    assert repr(again) == repr(scene) and np.isfinite(hits["t_hit"]).sum() > 100
+    for name in hits:
+        assert np.array_equal(hits[name], found[name]), name
+    assert pickle.loads(pickle.dumps(nemoral.RayScene())).cast(rays)["t_hit"].min() == np.inf
+    scanner = nemoral.Scanner("vlp16", noise={"model": "linear"}, pulses=900, max_range_m=50)
+    other = pickle.loads(pickle.dumps(scanner))
+    assert other.scan(again, seed=4).tobytes() == scanner.scan(scene, seed=4).tobytes()
+    terrain = nemoral.Terrain(seed=3, octaves=2)
+    assert pickle.loads(pickle.dumps(terrain)).height_m(5, 6) == terrain.height_m(5, 6)
+    assert repr(terrain).startswith("Terrain(octaves=2, ")
+    tree = nemoral.grow_tree("beech", dbh_m=0.1)
+    assert pickle.loads(pickle.dumps(tree)) == tree != nemoral.grow_tree("beech", dbh_m=0.11)
+    assert len(repr(tree)) < 100 and tree != 3
+
+
+def test_names_of_fine_semantics(forest: nemoral.Forest) -> None:
+    assert "soil" in nemoral.SEMANTICS and len(set(nemoral.SEMANTICS)) == len(nemoral.SEMANTICS)
+    found = {nemoral.SEMANTICS[i] for i in forest.frame(0).points.fine_semantic}
+    assert len(found) > 2
+
+
+def test_points_join_with_pictures_by_the_inventory(forest: nemoral.Forest) -> None:
+    frame = forest.frame(0)
+    x, y = frame.world_from_body[:2, 3]
+    objects = forest.objects(x - 60, y - 60, x + 60, y + 60)
+    image_id = dict(zip(objects["object"].tolist(), objects["instance"].tolist()))
+    of_points = {image_id[i] for i in frame.points.object.tolist() if i}
+    of_pixels = set(frame.instance.ravel().tolist()) - {0}
+    assert of_points & of_pixels

@@ -1,11 +1,13 @@
 //! The commands of the program as functions.
 
 use std::ffi::OsString;
+use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use nemoral_convert::{ConvertParams, FormatName, Mode, Table};
-use nemoral_dataset::{CloudParams, MergeParams, OpenMode, Quantiles};
+use nemoral_dataset::{Cloud, CloudParams, MergeParams, OpenMode, Quantiles, Watch};
 use nemoral_pipeline::{Done, FrameSelection, Observer, Request, SequenceFrames};
 use pyo3::prelude::*;
 use pyo3::types::PyList;
@@ -39,6 +41,24 @@ impl Observer for Reporter {
             frame: done.frame,
         });
     }
+}
+
+/// Hands the progress of work on a data set to the calling thread, and ends the work if that wants
+/// it to end.
+fn watch(tell: &Tell, stop: &Arc<AtomicBool>) -> Watch {
+    let (tell, stop) = (Arc::clone(tell), Arc::clone(stop));
+    Watch::new(move |done| {
+        tell(Event::Frame {
+            done: done.done,
+            total: done.total,
+            sequence: done.sequence,
+            frame: done.frame,
+        });
+        match stop.load(Ordering::Relaxed) {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
+        }
+    })
 }
 
 /// Makes a data set; the result is how many frames it has. `frames` are half-open ranges of each
@@ -113,9 +133,13 @@ type Checked = (bool, String, Vec<(String, String)>);
 
 /// Checks a data set.
 #[pyfunction]
-pub(crate) fn check(py: Python<'_>, dir: PathBuf) -> PyResult<Checked> {
-    work::run(py, move || {
-        let report = nemoral_dataset::check(&dir)?;
+pub(crate) fn check(
+    py: Python<'_>,
+    dir: PathBuf,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<Checked> {
+    work::run_stoppable(py, progress, move |tell, stop| {
+        let report = nemoral_dataset::check_watched(&dir, &watch(tell, stop))?;
         let problems = report.problems.iter();
         let mut problems: Vec<_> = problems
             .map(|p| (p.path.clone(), p.message.clone()))
@@ -128,9 +152,13 @@ pub(crate) fn check(py: Python<'_>, dir: PathBuf) -> PyResult<Checked> {
 
 /// The statistics of a data set as JSON, and in words.
 #[pyfunction]
-pub(crate) fn stats(py: Python<'_>, dir: PathBuf) -> PyResult<(String, String)> {
-    work::run(py, move || {
-        let stats = nemoral_dataset::stats(&dir)?;
+pub(crate) fn stats(
+    py: Python<'_>,
+    dir: PathBuf,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<(String, String)> {
+    work::run_stoppable(py, progress, move |tell, stop| {
+        let stats = nemoral_dataset::stats_watched(&dir, &watch(tell, stop))?;
         let quantiles = |q: Option<Quantiles>| {
             q.map(|q| {
                 json!({
@@ -169,17 +197,20 @@ pub(crate) fn merge(
     out: PathBuf,
     partial: bool,
     mode: &str,
+    progress: Option<Py<PyAny>>,
 ) -> PyResult<u64> {
     let mode = open_mode(mode).map_err(|e| e.raise(py))?;
-    work::run(py, move || {
+    work::run_stoppable(py, progress, move |tell, stop| {
         let parts: Vec<_> = parts.iter().map(PathBuf::as_path).collect();
-        let merged = nemoral_dataset::merge(&parts, &out, MergeParams { mode, partial })?;
+        let (params, watch) = (MergeParams { mode, partial }, watch(tell, stop));
+        let merged = nemoral_dataset::merge_watched(&parts, &out, params, &watch)?;
         Ok(merged.frames.len() as u64)
     })
 }
 
 /// Writes a registered cloud; the result is how many points it has.
 #[pyfunction]
+#[expect(clippy::too_many_arguments, reason = "the keywords of one function")]
 pub(crate) fn cloud(
     py: Python<'_>,
     dir: PathBuf,
@@ -188,6 +219,7 @@ pub(crate) fn cloud(
     pure: bool,
     sequence: Option<u32>,
     only: Vec<String>,
+    progress: Option<Py<PyAny>>,
 ) -> PyResult<u64> {
     let params = CloudParams {
         voxel_m,
@@ -196,7 +228,10 @@ pub(crate) fn cloud(
         only,
         ..CloudParams::default()
     };
-    work::run(py, move || Ok(nemoral_dataset::cloud(&dir, &out, params)?))
+    work::run_stoppable(py, progress, move |tell, stop| {
+        let cloud = Cloud::open(&dir, params)?.watched_by(watch(tell, stop));
+        Ok(cloud.write_ply(&out)?)
+    })
 }
 
 /// Converts a data set; the result is how many frames, files and bytes were written.
@@ -208,6 +243,7 @@ pub(crate) fn convert(
     format: &str,
     ontology: Option<String>,
     mode: &str,
+    progress: Option<Py<PyAny>>,
 ) -> PyResult<(usize, usize, u64)> {
     let mode = match open_mode(mode).map_err(|e| e.raise(py))? {
         OpenMode::Fresh => Mode::Fresh,
@@ -219,13 +255,14 @@ pub(crate) fn convert(
         let names = FormatName::ALL.map(FormatName::name).join(", ");
         Failure::argument("format", format!("{format:?}"), format!("one of {names}")).raise(py)
     })?;
-    work::run(py, move || {
+    work::run_stoppable(py, progress, move |tell, stop| {
         let params = ConvertParams {
             format,
             ontology: ontology.as_deref().map(Table::load).transpose()?,
             mode,
         };
-        let done = nemoral_convert::convert(&dir, &out, &params)?;
+        let watch = watch(tell, stop);
+        let done = nemoral_convert::convert_watched(&dir, &out, &params, &watch)?;
         Ok((done.frames, done.files, done.bytes))
     })
 }

@@ -91,6 +91,10 @@ fn toml(key: &str, value: &Bound<'_, PyAny>, depth: usize) -> PyResult<Value> {
         let items = value.try_iter()?.map(|item| toml(key, &item?, depth - 1));
         return Ok(Value::Array(items.collect::<PyResult<_>>()?));
     }
+    // Arrays and numbers of NumPy and of its like.
+    if value.hasattr("dtype")? && value.hasattr("tolist")? {
+        return toml(key, &value.call_method0("tolist")?, depth - 1);
+    }
     if value.hasattr("__index__")? {
         // A whole number that TOML does not have is refused as the real number that it is.
         return match value.extract::<i64>() {

@@ -63,21 +63,41 @@ impl Failure {
                     message,
                     value,
                     allowed,
-                } => (errors.getattr("_of_argument")?).call1((key, message, value, allowed)),
+                } => {
+                    let allowed = allowed.as_deref().map(in_python);
+                    let message = in_python(&message);
+                    (errors.getattr("_of_argument")?).call1((key, message, value, allowed))
+                }
                 Self::Io { path, error } => {
                     let (code, text) = (error.raw_os_error(), error.to_string());
                     errors.getattr("_of_file")?.call1((path, code, text))
                 }
-                Self::Dataset(message) => errors.getattr("DatasetError")?.call1((message,)),
+                Self::Dataset(message) => {
+                    (errors.getattr("DatasetError")?).call1((in_python(&message),))
+                }
                 Self::Interrupted => Ok(PyKeyboardInterrupt::new_err(())
                     .into_value(py)
                     .into_bound(py)
                     .into_any()),
-                Self::Other(message) => errors.getattr("Error")?.call1((message,)),
+                Self::Other(message) => (errors.getattr("Error")?).call1((in_python(&message),)),
             }
         })();
         made.map_or_else(|error| error, PyErr::from_value)
     }
+}
+
+/// A message in the words of this package, where it has those of Rust or of the command.
+fn in_python(message: &str) -> String {
+    let pairs = [
+        ("..=", " to "),
+        ("--frames N or --set frames=N", "frames=N in the config"),
+        ("--resume", "mode=\"resume\""),
+        ("--overwrite", "mode=\"overwrite\""),
+        ("--partial", "partial=True"),
+        ("--ontology", "ontology"),
+    ];
+    let said = |text: String, (theirs, ours)| text.replace(theirs, ours);
+    pairs.into_iter().fold(message.to_owned(), said)
 }
 
 /// What a key of the config may be.
@@ -143,6 +163,7 @@ impl Failure {
                 path: path.clone(),
                 error: copy(source),
             },
+            nemoral_dataset::Error::Stopped { .. } => Self::Interrupted,
             nemoral_dataset::Error::Invalid {
                 field,
                 value,

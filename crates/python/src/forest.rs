@@ -271,8 +271,8 @@ impl Forest {
                 return Err(Failure::argument("time_s", time_s, "0 to 1e9 s"));
             }
             for (name, vector, most) in [
-                ("linear_m_s", linear_m_s, 100.0),
-                ("angular_rad_s", angular_rad_s, 10.0),
+                ("velocity", linear_m_s, 100.0),
+                ("turn_rate", angular_rad_s, 10.0),
             ] {
                 if !vector.iter().all(|x: &f64| x.abs() <= most) {
                     let allowed = format!("finite, at most {most} along each axis");
@@ -376,13 +376,14 @@ impl Forest {
     }
 
     /// What rays in the world hit around a place: rows of x, y, z and a direction. `around` is
-    /// where the scene is centred.
+    /// where the scene is centred; if it is none, at the mean of the origins, which may then be no
+    /// farther from it than one sees.
     fn cast<'py>(
         &self,
         py: Python<'py>,
         sequence: u32,
         rays: PyReadonlyArray2<'py, f64>,
-        around: [f64; 2],
+        around: Option<[f64; 2]>,
     ) -> PyResult<Bound<'py, PyDict>> {
         let rays: Vec<(DVec3, DVec3)> = {
             let rays = rays.as_array();
@@ -393,7 +394,13 @@ impl Forest {
             rows.map(|row| (vector(&row, 0), vector(&row, 3))).collect()
         };
         let (hits, classes) = self.with(py, sequence, move |worlds, world| {
-            let place_m = place("around", around[0], around[1])?;
+            let place_m = match around {
+                Some([x_m, y_m]) => place("around", x_m, y_m)?,
+                None => {
+                    let config = worlds.sequences.get(world.number)?.config;
+                    mean_within(&rays, config.chunks.visible_radius_m)?
+                }
+            };
             let pose = RigidTransform {
                 translation_m: place_m.extend(0.0),
                 ..RigidTransform::IDENTITY
@@ -454,6 +461,26 @@ impl Forest {
             work(&worlds, &world)
         })
     }
+}
+
+/// The mean of the origins of rays, none of which may be farther from it than one sees: it would
+/// miss everything.
+fn mean_within(rays: &[(DVec3, DVec3)], visible_radius_m: f64) -> Result<DVec2, Failure> {
+    let sum: DVec2 = rays.iter().map(|(origin, _)| origin.truncate()).sum();
+    let mean = sum / rays.len().max(1) as f64;
+    let mean_m = place("mean of the origins", mean.x, mean.y)?;
+    for (i, (origin, _)) in rays.iter().enumerate() {
+        let apart_m = origin.truncate().distance(mean_m);
+        if apart_m > visible_radius_m {
+            let found = format!("{origin}, {apart_m:.0} m from the mean of all origins");
+            let allowed = format!(
+                "within chunks.visible_radius_m = {visible_radius_m} of it, as there is nothing \
+                 beyond; cast the rays of each place alone, or give `around`"
+            );
+            return Err(Failure::argument(&format!("rays[{i}]"), found, allowed));
+        }
+    }
+    Ok(mean_m)
 }
 
 /// A place that is not beyond the world.

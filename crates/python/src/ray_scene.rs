@@ -5,12 +5,12 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use nemoral_raycast::{Blas, Group, RayScene as Caster};
 use nemoral_scene::glam::{Mat4, Vec2, Vec3};
 use nemoral_scene::{
-    AlphaMask, InstancePlace, LaserBand, Material, MaterialLibrary, Mesh, Optics, Prototype,
-    Semantic, Triangle,
+    AlphaMask, InstancePlace, LaserBand, Material, MaterialId, MaterialLibrary, Mesh, Optics,
+    Prototype, Semantic, Triangle,
 };
-use numpy::{PyArray1, PyReadonlyArray2, PyReadonlyArray3};
+use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray2, PyReadonlyArray3};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyList};
 use rayon::ThreadPool;
 
 use crate::built_scene::{Built, object};
@@ -32,6 +32,7 @@ struct Parts {
 
 struct MeshPart {
     shape: Arc<Blas>,
+    material: MaterialId,
     semantic: u32,
 }
 
@@ -156,7 +157,11 @@ impl RayScene {
             })?;
             let shape = Arc::new(pool.install(|| Blas::build(Arc::new(shape), &materials)));
             parts.materials = materials;
-            parts.meshes.push(MeshPart { shape, semantic });
+            parts.meshes.push(MeshPart {
+                shape,
+                material,
+                semantic,
+            });
             parts.built = None;
             Ok((parts.meshes.len() - 1) as u32)
         })
@@ -212,6 +217,58 @@ impl RayScene {
     fn counts(&self) -> (usize, usize) {
         let parts = self.parts();
         (parts.meshes.len(), parts.instances.len())
+    }
+
+    /// The arguments of `add_mesh` of each mesh, by name.
+    fn meshes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
+        let parts = self.parts();
+        let meshes = parts.meshes.iter().map(|part| {
+            let (mesh, dict) = (part.shape.prototype().mesh(), PyDict::new(py));
+            let material = parts.materials.get(part.material);
+            let corners: Vec<[u32; 3]> = mesh.triangles.iter().map(|t| t.corners).collect();
+            let uvs: Vec<[f32; 2]> = mesh.uvs.iter().map(|uv| uv.to_array()).collect();
+            let alpha = material.mask.as_deref().map(|mask| {
+                let columns = mask.width();
+                let texel = |i| mask.texel(i % columns, i / columns);
+                let texels: Vec<bool> = (0..columns * mask.height()).map(texel).collect();
+                PyArray1::from_vec(py, texels).reshape([mask.height(), columns])
+            });
+            dict.set_item("vertices", arrays::vectors(py, &mesh.positions)?)?;
+            dict.set_item("triangles", arrays::rows(py, corners)?)?;
+            let uvs = (!uvs.is_empty())
+                .then(|| arrays::rows(py, uvs))
+                .transpose()?;
+            dict.set_item("uv", uvs)?;
+            dict.set_item("alpha", alpha.transpose()?)?;
+            dict.set_item("semantic", part.semantic)?;
+            dict.set_item("reflectance", material.optics.nm905.reflectance)?;
+            Ok(dict)
+        });
+        PyList::new(py, meshes.collect::<PyResult<Vec<_>>>()?)
+    }
+
+    /// Columns of the instances, in their order: mesh, matrix (N × 4 × 4), number.
+    fn instances<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let (mut meshes, mut rows, mut numbers) = (Vec::new(), Vec::new(), Vec::new());
+        for part in &self.parts().instances {
+            let InstancePlace {
+                position_m, linear, ..
+            } = part.place;
+            for i in 0..3 {
+                let [x, y, z] = linear.row(i).to_array();
+                rows.push([x, y, z, position_m[i]]);
+            }
+            rows.push([0.0, 0.0, 0.0, 1.0]);
+            meshes.push(part.mesh);
+            numbers.push(part.instance);
+        }
+        let dict = PyDict::new(py);
+        let matrices = PyArray1::from_vec(py, rows.into_flattened());
+        let matrices = matrices.reshape([meshes.len(), 4, 4])?;
+        dict.set_item("mesh", PyArray1::from_vec(py, meshes))?;
+        dict.set_item("transforms", matrices)?;
+        dict.set_item("instances", PyArray1::from_vec(py, numbers))?;
+        Ok(dict)
     }
 
     /// The memory that the scene takes, bytes.

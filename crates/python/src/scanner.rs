@@ -1,19 +1,18 @@
 //! Scanners at a user's own scenes.
 
-use nemoral_lidar::{
-    Device, ExactRange, RangeModel, ScanRequest, Scanner as VirtualScanner, ScannerParams,
-};
-use nemoral_lidar_noise::{RangeEquationParams, RangeNoise, RangeSensor, SnrSigmaParams};
+use nemoral_lidar::{Device, PulseErrors, ScanRequest, Scanner as VirtualScanner, ScannerParams};
+use nemoral_lidar_noise::RangeSensor;
 use nemoral_pipeline::world::lidars::Noise;
-use nemoral_scene::LidarPoint;
+use nemoral_scene::{LidarPoint, ParamError};
 use nemoral_seed::{Domain, Key};
 use numpy::PyArray1;
 use pyo3::prelude::*;
+use pyo3::types::PyList;
 
 use crate::built_scene::Built;
 use crate::failure::Failure;
 use crate::ray_scene::RayScene;
-use crate::{arrays, work};
+use crate::{arrays, config, work};
 
 const SCAN: Domain = Domain::new("python.scan");
 
@@ -22,29 +21,31 @@ const SCAN: Domain = Domain::new("python.scan");
 pub(crate) struct Scanner {
     device: Device,
     scanner: VirtualScanner,
-    range_model: Box<dyn RangeModel>,
+    range_model: Noise,
 }
 
 #[pymethods]
 impl Scanner {
-    /// A device by its name; `noise` is `off` or `data_sheet`, `rings` the number of rings of
-    /// sub-rays of a beam.
+    /// A device by its name. `settings` are keys of a config, whose `[lidar.noise]` is the model of
+    /// range errors; `errors` is whether there are those of pointing and detection; `rings` is the
+    /// number of rings of sub-rays of a beam.
     #[new]
     fn new(
         py: Python<'_>,
         device: &str,
-        noise: &str,
+        settings: &Bound<'_, PyList>,
+        errors: bool,
         pulses: Option<u32>,
         rings: Option<u8>,
         max_range_m: Option<f32>,
     ) -> PyResult<Self> {
+        let request = config::Request::new(None, None, settings)?;
         let make = || {
             let known = Device::from_name(device).ok_or_else(|| {
                 let names: Vec<_> = Device::ALL.iter().map(|d| d.name()).collect();
                 let allowed = format!("one of {}", names.join(", "));
                 Failure::argument("device", format!("{device:?}"), allowed)
             })?;
-            let sheet = known.sheet();
             let mut params: ScannerParams = known.params();
             if let Some(pulses) = pulses {
                 params.pulses_per_scan = pulses;
@@ -55,31 +56,15 @@ impl Scanner {
             if let Some(max_range_m) = max_range_m {
                 params.max_range_m = max_range_m;
             }
-            let range_model: Box<dyn RangeModel> = match noise {
-                "off" => {
-                    params.errors = nemoral_lidar::PulseErrors::default();
-                    Box::new(ExactRange)
-                }
-                "data_sheet" => Box::new(Noise(RangeSensor::new(RangeNoise::SignalToNoise {
-                    range: RangeEquationParams {
-                        reference_range_m: sheet.reference_range_m,
-                        reference_reflectance: sheet.reference_reflectance,
-                        ..RangeEquationParams::default()
-                    },
-                    sigma: SnrSigmaParams {
-                        floor_m: sheet.sigma_floor_m,
-                        at_threshold_m: sheet.sigma_at_threshold_m,
-                    },
-                })?)),
-                _ => {
-                    let allowed = "\"off\" or \"data_sheet\"";
-                    return Err(Failure::argument("noise", format!("{noise:?}"), allowed));
-                }
-            };
+            if !errors {
+                params.errors = PulseErrors::default();
+            }
+            let noise = request.sequences()?.get(0)?.config.lidar.range_noise();
+            let scanner = VirtualScanner::new(params, known.pattern());
             Ok(Self {
                 device: known,
-                scanner: VirtualScanner::new(params, known.pattern())?,
-                range_model,
+                scanner: scanner.map_err(|e| as_argument(e, params.min_range_m))?,
+                range_model: Noise(RangeSensor::new(noise)?),
             })
         };
         make().map_err(|e: Failure| e.raise(py))
@@ -122,7 +107,7 @@ impl Scanner {
                 caster: &built.caster,
                 materials: &built.materials,
                 scene_from_lidar_at: &|_| scene_from_lidar,
-                range_model: &*self.range_model,
+                range_model: &self.range_model,
                 key: Key::world(seed).domain(SCAN).item(index),
             };
             let points = pool.install(|| self.scanner.scan(&request));
@@ -134,6 +119,16 @@ impl Scanner {
         })?;
         Ok(PyArray1::from_vec(py, bytes))
     }
+}
+
+/// A refused parameter by the name of its argument.
+fn as_argument(mut error: ParamError, min_range_m: f32) -> ParamError {
+    if error.field == "pulses_per_scan" {
+        error.field = "pulses".to_owned();
+    }
+    let blind_zone = format!("the blind zone, {min_range_m} m");
+    error.allowed = error.allowed.replace("min_range_m", &blind_zone);
+    error
 }
 
 /// Bytes of a record: x, y, z, range, true range, intensity, semantic, instance, pulse, t,

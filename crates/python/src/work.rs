@@ -55,7 +55,7 @@ pub(crate) fn run<T: Send + 'static>(
 pub(crate) fn run_stoppable<T: Send + 'static>(
     py: Python<'_>,
     progress: Option<Py<PyAny>>,
-    work: impl FnOnce(&Tell, &AtomicBool) -> Result<T, Failure> + Send + 'static,
+    work: impl FnOnce(&Tell, &Arc<AtomicBool>) -> Result<T, Failure> + Send + 'static,
 ) -> PyResult<T> {
     let stop = Arc::new(AtomicBool::new(false));
     let asked = Arc::clone(&stop);
@@ -85,8 +85,8 @@ fn attend<T: Send + 'static>(
                 return raised.map_or(result, Err);
             }
             Ok(Message::Event(event)) => match &progress {
-                Some(progress) => tell(py, progress, event),
-                None => Ok(()),
+                Some(progress) if raised.is_none() => tell(py, progress, event),
+                _ => Ok(()),
             },
             Err(RecvTimeoutError::Timeout) => py.check_signals(),
             // The thread ended without a result, which it never does.

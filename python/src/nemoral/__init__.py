@@ -11,13 +11,18 @@ forward. Lengths are metres, times seconds, angles radians, unless a name says o
 are named ``target_from_source``: ``world_from_body @ body_from_camera`` is ``world_from_camera``.
 """
 
-from ._commands import Check, Progress, Stats, check, cloud, convert, generate, merge, report, stats
+from ._commands import Check, Stats, check, cloud, convert, generate, merge, report, stats
 from ._dataset import Dataset
 from ._errors import ConfigError, DatasetError, Error
 from ._forest import Forest, presets
 from ._frame import Camera, Frame, Lidar, Points
-from ._native import __version__, set_threads, threads
-from ._parts import RayScene, Scanner, Terrain, Tree, grow_tree, poisson_disks
+from ._native import __version__
+from ._parts import Terrain, Tree, grow_tree, poisson_disks
+from ._progress import Progress
+from ._rays import RayScene
+from ._scanner import Scan, Scanner
+from ._semantics import SEMANTICS
+from ._threads import set_threads, threads
 
 __all__ = [
     "Camera",
@@ -32,6 +37,8 @@ __all__ = [
     "Points",
     "Progress",
     "RayScene",
+    "SEMANTICS",
+    "Scan",
     "Scanner",
     "Stats",
     "Terrain",

@@ -5,88 +5,14 @@ from __future__ import annotations
 import json
 import os
 from dataclasses import dataclass
-from typing import Any, Callable, Iterable, Protocol, Sequence, SupportsIndex, Union
+from typing import Any, Iterable, Sequence, SupportsIndex, Union
 
 from . import _arguments as arguments
 from . import _native
+from ._forest import KEYWORDS
+from ._progress import Listen, listening
 
 Path = Union[str, "os.PathLike[str]"]
-
-
-@dataclass(frozen=True)
-class Progress:
-    """What is known after a frame is on disk, or a note."""
-
-    done: int
-    """How many frames of the run are on disk."""
-    total: int
-    """How many there will be."""
-    sequence: int
-    """The sequence of the last frame."""
-    frame: int
-    """The last frame."""
-    note: str | None = None
-    """Something that the user should know; the other fields are as before."""
-
-
-class _Listener(Protocol):
-    def note(self, message: str) -> None: ...
-    def frame(self, done: int, total: int, sequence: int, frame: int) -> None: ...
-
-
-class _Callback:
-    """Hands progress to a function."""
-
-    def __init__(self, function: Callable[[Progress], object]) -> None:
-        self._function = function
-        self._last = Progress(0, 0, 0, 0)
-
-    def note(self, message: str) -> None:
-        last = self._last
-        self._function(Progress(last.done, last.total, last.sequence, last.frame, message))
-
-    def frame(self, done: int, total: int, sequence: int, frame: int) -> None:
-        self._last = Progress(done, total, sequence, frame)
-        self._function(self._last)
-
-
-class _Bar:
-    """A bar by tqdm."""
-
-    def __init__(self) -> None:
-        self._bar: Any = None
-
-    def note(self, message: str) -> None:
-        from tqdm import tqdm  # type: ignore[import-untyped,unused-ignore]
-
-        tqdm.write(message)
-
-    def frame(self, done: int, total: int, sequence: int, frame: int) -> None:
-        if self._bar is None:
-            from tqdm.auto import tqdm  # type: ignore[import-untyped,unused-ignore]
-
-            self._bar = tqdm(total=total, unit="frame")
-        self._bar.update(done - self._bar.n)
-        if done == total:
-            self._bar.close()
-
-
-def _listener(progress: Callable[[Progress], object] | bool | None) -> _Listener | None:
-    if progress is None or progress is False:
-        return None
-    if progress is True:
-        try:
-            import tqdm  # type: ignore[import-untyped,unused-ignore] # noqa: F401
-        except ImportError:
-            return _Callback(_print)
-        return _Bar()
-    if callable(progress):
-        return _Callback(progress)
-    raise arguments.refuse("progress", progress, "a function of a Progress, True, False or None")
-
-
-def _print(progress: Progress) -> None:
-    print(progress.note or f"frame {progress.done} of {progress.total}", flush=True)
 
 
 def generate(
@@ -99,7 +25,7 @@ def generate(
     mode: str = "fresh",
     backend: str = "cpu",
     cache: bool | Path | None = True,
-    progress: Callable[[Progress], object] | bool | None = None,
+    progress: Listen = None,
     **overrides: Any,
 ) -> int:
     """Write a data set, as the command ``nemoral generate`` does, and return its number of frames.
@@ -114,8 +40,8 @@ def generate(
             them.
         mode: ``"fresh"`` refuses a folder that is not empty, ``"resume"`` continues a data set,
             ``"overwrite"`` replaces it.
-        progress: is called with a :class:`Progress` on this thread after each frame; an exception
-            that it raises stops the run. True prints a bar, by tqdm if it is installed.
+        progress: is called with a :class:`nemoral.Progress` on this thread after each frame; an
+            exception that it raises stops the run. True prints a bar, by tqdm if it is installed.
     """
     chosen: list[tuple[int, int]] | None = None
     if frames is not None:
@@ -133,17 +59,20 @@ def generate(
             raise arguments.refuse("shard", shard, "(index, count)") from None
         of = arguments.whole("shard count", count, 1, 2**62)
         part = (arguments.whole("shard index", index, 0, of - 1), of)
-    return _native.generate(
-        *arguments.layers(config, seed, overrides),
-        arguments.path("out", out),
-        chosen,
-        part,
-        arguments.text("mode", mode),
-        arguments.text("backend", backend),
-        arguments.keep(cache),
-        arguments.PROGRAM,
-        _listener(progress),
-    )
+    keywords = (*KEYWORDS, "out", "shard", "mode", "progress")
+    layers = arguments.layers(config, seed, overrides, keywords)
+    with listening(progress) as listener:
+        return _native.generate(
+            *layers,
+            arguments.path("out", out),
+            chosen,
+            part,
+            arguments.text("mode", mode),
+            arguments.text("backend", backend),
+            arguments.keep(cache),
+            arguments.PROGRAM,
+            listener,
+        )
 
 
 def _ranges(frames: Any) -> list[tuple[int, int]]:
@@ -180,10 +109,11 @@ class Check:
         return self.text
 
 
-def check(path: Path) -> Check:
+def check(path: Path, *, progress: Listen = None) -> Check:
     """Check a data set from its files alone: structure, sizes, checksums, ids, poses, and the
-    agreement of its sensors."""
-    passed, text, problems = _native.check(arguments.path("path", path))
+    agreement of its sensors. ``progress`` is as in :func:`generate`."""
+    with listening(progress) as listener:
+        passed, text, problems = _native.check(arguments.path("path", path), listener)
     return Check(passed, problems, text)
 
 
@@ -193,8 +123,8 @@ class Stats:
 
     values: dict[str, Any]
     """``sequences``, ``frames``, ``bytes``, ``trees``; ``classes`` with pixels and points of each;
-    quantiles of ``dbh_m``, ``tree_height_m``, ``depth_m``, ``range_m``, ``overlap``; ``balance`` with the
-    goal of each target and its share before and after."""
+    quantiles of ``dbh_m``, ``tree_height_m``, ``depth_m``, ``range_m``, ``overlap``; ``balance`` with
+    the goal of each target and its share before and after."""
     text: str
     """The same as a table."""
 
@@ -205,17 +135,23 @@ class Stats:
         return self.text
 
 
-def stats(path: Path) -> Stats:
-    """Count what a data set holds."""
-    values, text = _native.stats(arguments.path("path", path))
+def stats(path: Path, *, progress: Listen = None) -> Stats:
+    """Count what a data set holds. ``progress`` is as in :func:`generate`."""
+    with listening(progress) as listener:
+        values, text = _native.stats(arguments.path("path", path), listener)
     return Stats(json.loads(values), text)
 
 
 def merge(
-    parts: Sequence[Path], out: Path, *, partial: bool = False, mode: str = "fresh"
+    parts: Sequence[Path],
+    out: Path,
+    *,
+    partial: bool = False,
+    mode: str = "fresh",
+    progress: Listen = None,
 ) -> int:
     """Join shards into one data set at ``out`` and return its number of frames. Shards that lack
-    frames are refused, unless ``partial``."""
+    frames are refused, unless ``partial``. ``mode`` and ``progress`` are as in :func:`generate`."""
     if isinstance(parts, (str, os.PathLike)):
         raise arguments.refuse("parts", parts, "several paths")
     try:
@@ -223,7 +159,9 @@ def merge(
     except TypeError:
         raise arguments.refuse("parts", parts, "several paths") from None
     whole = arguments.flag("partial", partial)
-    return _native.merge(paths, arguments.path("out", out), whole, arguments.text("mode", mode))
+    how = arguments.text("mode", mode)
+    with listening(progress) as listener:
+        return _native.merge(paths, arguments.path("out", out), whole, how, listener)
 
 
 def cloud(
@@ -234,6 +172,7 @@ def cloud(
     pure: bool = False,
     sequence: SupportsIndex | None = None,
     only: Iterable[str] = (),
+    progress: Listen = None,
 ) -> int:
     """Join all scans of a sequence into one registered, labelled PLY, and return its number of
     points.
@@ -244,7 +183,9 @@ def cloud(
         voxel_m: keep one point in each cube of this side, metres.
         pure: leave out mixed returns and false alarms.
         sequence: which one, if there are several.
-        only: names of classes and of fine semantics, of which points are kept; all if empty.
+        only: names of classes and of fine semantics (:data:`nemoral.SEMANTICS`), of which points
+            are kept; all if empty.
+        progress: as in :func:`generate`.
     """
     if isinstance(only, str) or not isinstance(only, Iterable):
         raise arguments.refuse("only", only, "several names")
@@ -252,9 +193,9 @@ def cloud(
     side = None if voxel_m is None else arguments.real("voxel_m", voxel_m, 0.0, 1e9)
     number = None if sequence is None else arguments.whole("sequence", sequence, 0, 2**32 - 1)
     is_pure = arguments.flag("pure", pure)
-    return _native.cloud(
-        arguments.path("path", path), arguments.path("out", out), side, is_pure, number, names
-    )
+    folder, file = arguments.path("path", path), arguments.path("out", out)
+    with listening(progress) as listener:
+        return _native.cloud(folder, file, side, is_pure, number, names, listener)
 
 
 def convert(
@@ -264,6 +205,7 @@ def convert(
     *,
     ontology: Path | None = None,
     mode: str = "fresh",
+    progress: Listen = None,
 ) -> tuple[int, int, int]:
     """Write a data set in another format, for readers that do not know ours, and return how many
     frames, files and bytes were written.
@@ -273,16 +215,19 @@ def convert(
         out: the output folder.
         format: such as ``"kitti"``; an unknown one is refused with the names of all.
         ontology: the classes to write: a built-in table's name, or a TOML file.
-        mode: as in :func:`generate`.
+        mode, progress: as in :func:`generate`. Frames that ``mode="resume"`` finds written are not
+            told one by one.
     """
     table = None if ontology is None else arguments.path("ontology", ontology)
-    return _native.convert(
-        arguments.path("path", path),
-        arguments.path("out", out),
-        arguments.text("format", format),
-        table,
-        arguments.text("mode", mode),
-    )
+    with listening(progress) as listener:
+        return _native.convert(
+            arguments.path("path", path),
+            arguments.path("out", out),
+            arguments.text("format", format),
+            table,
+            arguments.text("mode", mode),
+            listener,
+        )
 
 
 def report(path: Path, out: Path = "report.html") -> int:

@@ -29,7 +29,8 @@ class Sequence:
 class Dataset:
     """A finished data set, whose files are read when they are asked for.
 
-    Every file that is read is compared with its checksum.
+    Every file that is read is compared with its checksum. A frame or sequence that is not here is
+    an `IndexError`.
 
     >>> dataset = Dataset("nemoral-out")  # doctest: +SKIP
     >>> dataset[0].depth_m.max()  # doctest: +SKIP
@@ -43,6 +44,7 @@ class Dataset:
         self._native = _native.Dataset(self._path)
         self._frames: list[tuple[int, int]] = self._native.frames()
         self._numbers = {frame: i for i, frame in enumerate(self._frames)}
+        self._there = frozenset(found[0] for found in self._native.sequences())
 
     def __reduce__(self) -> tuple[Any, ...]:
         return (Dataset, (self._path,))
@@ -55,12 +57,8 @@ class Dataset:
         return len(self._frames)
 
     def __getitem__(self, i: SupportsIndex) -> Frame:
-        """The i-th of the frames that exist here, by sequence and index."""
-        number = arguments.whole("i", i, -(2**63), 2**63 - 1)
-        count = len(self)
-        if not -count <= number < count:
-            raise IndexError(f"frame {number}: the data set has {count} frames")
-        return Frame(self._native.frame(number % count))
+        """The i-th of the frames that exist here, by sequence and index; -1 is the last one."""
+        return Frame(self._native.frame(arguments.item(i, len(self))))
 
     def __iter__(self) -> Iterator[Frame]:
         return (self[i] for i in range(len(self)))
@@ -71,13 +69,10 @@ class Dataset:
         Raises:
             IndexError: if it does not exist here.
         """
-        at = (
-            arguments.whole("sequence", sequence, 0, 2**32 - 1),
-            arguments.whole("k", k, 0, 2**63 - 1),
-        )
-        number = self._numbers.get(at)
+        of, index = self._sequence(sequence), arguments.index("k", k)
+        number = self._numbers.get((of, index))
         if number is None:
-            raise IndexError(f"frame {at[1]} of sequence {at[0]}: is not in this data set")
+            raise IndexError(f"frame {index} of sequence {of}: is not in this data set")
         return Frame(self._native.frame(number))
 
     @property
@@ -108,24 +103,30 @@ class Dataset:
 
     def config(self, sequence: SupportsIndex = 0) -> dict[str, Any]:
         """The config of a sequence, every key, as nested dicts."""
-        number = arguments.whole("sequence", sequence, 0, 2**32 - 1)
+        number = self._sequence(sequence)
         found: dict[str, Any] = json.loads(self._native.config(number))
         return found
 
     def poses(self, sequence: SupportsIndex = 0) -> Array:
         """(L, 4, 4) float64: of each frame of a sequence, the pose of the first camera (or LiDAR)
         relative to frame 0: `poses.txt`."""
-        number = arguments.whole("sequence", sequence, 0, 2**32 - 1)
+        number = self._sequence(sequence)
         return self._native.poses(number).reshape(-1, 4, 4)
 
     def times_s(self, sequence: SupportsIndex = 0) -> list[float]:
         """Seconds after the start, of each frame of a sequence: `times.txt`."""
-        return self._native.times(arguments.whole("sequence", sequence, 0, 2**32 - 1))
+        return self._native.times(self._sequence(sequence))
 
     def trees(self, sequence: SupportsIndex = 0) -> dict[str, Any]:
         """The columns of `trees.csv`, as :meth:`Forest.trees` has them."""
-        return self._native.trees(arguments.whole("sequence", sequence, 0, 2**32 - 1))
+        return self._native.trees(self._sequence(sequence))
 
     def objects(self, sequence: SupportsIndex = 0) -> dict[str, Any]:
         """The columns of `instances.csv`, as :meth:`Forest.objects` has them."""
-        return self._native.objects(arguments.whole("sequence", sequence, 0, 2**32 - 1))
+        return self._native.objects(self._sequence(sequence))
+
+    def _sequence(self, sequence: SupportsIndex) -> int:
+        number = arguments.index("sequence", sequence)
+        if number not in self._there:
+            raise IndexError(f"sequence {number}: is not in this data set")
+        return number

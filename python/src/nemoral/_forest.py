@@ -14,6 +14,10 @@ from . import _native
 from ._frame import Array, Frame
 
 
+KEYWORDS = ("config", "seed", "backend", "cache")
+"""The arguments of a forest, which are no keys of the config."""
+
+
 def presets() -> dict[str, str]:
     """What each preset is for, by name."""
     return dict(_native.presets())
@@ -53,7 +57,7 @@ class Forest:
         **overrides: Any,
     ) -> None:
         self._request = (
-            *arguments.layers(config, seed, overrides),
+            *arguments.layers(config, seed, overrides, KEYWORDS),
             arguments.text("backend", backend),
             arguments.keep(cache),
         )
@@ -85,12 +89,9 @@ class Forest:
         return self.sequences * self.frames
 
     def __getitem__(self, i: SupportsIndex) -> Frame:
-        """The i-th frame of all sequences, one after the other."""
-        number = arguments.whole("i", i, -(2**63), 2**63 - 1)
-        count = len(self)
-        if not -count <= number < count:
-            raise IndexError(f"frame {number}: there are {count} frames")
-        sequence, frame = divmod(number % count, self.frames)
+        """The i-th frame of all sequences, one after the other; -1 is the last one."""
+        number = arguments.item(i, len(self))
+        sequence, frame = divmod(number, self.frames)
         return self.frame(frame, sequence=sequence)
 
     def __iter__(self) -> Iterator[Frame]:
@@ -147,7 +148,8 @@ class Forest:
         """Record frame k of a sequence, in any order.
 
         Raises:
-            IndexError: if the sequence does not have so many frames.
+            IndexError: if the sequence does not have this frame. A forest has the config's
+                ``frames``; ``Forest(..., frames=100)`` has more.
         """
         number, frame = self._sequence(sequence), self._frame(k)
         return Frame(self._live.frame(number, frame))
@@ -303,7 +305,7 @@ class Forest:
         Args:
             rays: (N, 6), origins and directions; world frame, metres.
             around: x and y of the place up to whose visible radius the scene reaches; the mean of
-                the origins if None.
+                the origins if None, which is refused if one of them is farther away than that.
             sequence: in which world.
 
         Returns:
@@ -312,11 +314,10 @@ class Forest:
         """
         number = self._sequence(sequence)
         found = arguments.array("rays", rays, np.float64, (None, 6))
-        if around is None:
-            centre = found[:, :2].mean(axis=0) if len(found) else np.zeros(2)
-        else:
-            centre = arguments.array("around", around, np.float64, (2,))
-        return self._live.cast(number, found, centre.tolist())
+        centre = None
+        if around is not None:
+            centre = arguments.array("around", around, np.float64, (2,)).tolist()
+        return self._live.cast(number, found, centre)
 
     def _rectangle(
         self, xmin: float, ymin: float, xmax: float, ymax: float
@@ -329,16 +330,10 @@ class Forest:
         return low, high
 
     def _sequence(self, sequence: SupportsIndex) -> int:
-        number = arguments.whole("sequence", sequence, 0, 2**32 - 1)
-        if number >= self.sequences:
-            raise IndexError(f"sequence {number}: there are {self.sequences}")
-        return number
+        return arguments.exists("sequence", "sequence", sequence, self.sequences, "sequences")
 
     def _frame(self, k: SupportsIndex) -> int:
-        number = arguments.whole("k", k, 0, 2**63 - 1)
-        if number >= self.frames:
-            raise IndexError(f"frame {number}: the sequence has {self.frames} frames")
-        return number
+        return arguments.exists("k", "frame", k, self.frames, "frames")
 
 
 def _restored(request: tuple[Any, ...]) -> Forest:
@@ -347,5 +342,3 @@ def _restored(request: tuple[Any, ...]) -> Forest:
     forest._native = forest._make()
     forest._process = os.getpid()
     return forest
-
-

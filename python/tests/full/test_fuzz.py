@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -23,6 +24,9 @@ ANY = st.recursive(
     | st.dictionaries(st.text(max_size=8), inner, max_size=3),
     max_leaves=8,
 )
+# Paths that are taken must not lead elsewhere.
+NEAR = ANY.filter(lambda value: not isinstance(value, str) or "/" not in value)
+TEXTS = st.one_of(NEAR, st.sampled_from(["kitti", "coco", "fresh", "resume", "overwrite", "paper"]))
 NUMBERS = st.lists(st.floats(width=32), min_size=6, max_size=6)
 REFUSED = (ValueError, TypeError, IndexError, OSError, nemoral.Error)
 KEYS = st.sampled_from(
@@ -93,7 +97,6 @@ def test_parts(a: Any, b: Any, c: Any) -> None:
     tried(nemoral.grow_tree, a, dbh_m=b, seed=c)
     tried(nemoral.Scanner, a, noise=b, pulses=c)
     tried(nemoral.Dataset, a)
-    tried(nemoral.merge, a, b)
     tried(nemoral.check, a)
 
 
@@ -106,6 +109,101 @@ def test_observations(pose: Any, time_s: Any, index: Any) -> None:
     tried(FOREST.cast, pose)
 
 
+@RELAXED
+@given(a=ANY, b=ANY, c=ANY, d=ANY)
+def test_places(a: Any, b: Any, c: Any, d: Any) -> None:
+    tried(FOREST.stand, a, b, c, sequence=d)
+    for inventory in (FOREST.trees, FOREST.objects, FOREST.obstacles):
+        tried(inventory, a, b, c, d)
+        tried(inventory, 0, 0, 1, 1, sequence=a)
+    tried(FOREST.pose, a, sequence=b)
+    tried(FOREST.time_s, a)
+    tried(FOREST.config, a)
+    tried(FOREST.drawn, a)
+    tried(FOREST.__getitem__, a)
+    tried(FOREST.cast, [[0, 0, 50, 0, 0, -1]], around=a, sequence=b)
+    tried(FOREST.observe, (0, 0, 0), velocity=a, turn_rate=b)
+
+
+@RELAXED
+@given(low=NUMBERS, far=st.floats())
+def test_rectangles_of_any_numbers(low: list[float], far: float) -> None:
+    for inventory in (FOREST.trees, FOREST.objects, FOREST.obstacles):
+        tried(inventory, *low[:4])
+        tried(inventory, 0, 0, far, 1)
+    tried(FOREST.stand, *low[:3])
+    tried(FOREST.observe, low[:3], time_s=far)
+
+
+@RELAXED
+@given(threads=ANY)
+def test_threads(threads: Any) -> None:
+    before = nemoral.threads()
+    # More are allowed, but not started here.
+    if not (isinstance(threads, int) and threads > 4):
+        tried(nemoral.set_threads, threads)
+    nemoral.set_threads(before)
+
+
+@pytest.fixture(scope="module")
+def dataset(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A small data set, in a folder in which anything may be written."""
+    folder = tmp_path_factory.mktemp("fuzz")
+    nemoral.generate(TINY, out=folder / "data")
+    return folder / "data"
+
+
+@RELAXED
+@given(a=NEAR, b=NEAR, c=NEAR, d=NEAR, e=NEAR)
+def test_generate(dataset: Path, a: Any, b: Any, c: Any, d: Any, e: Any) -> None:
+    # Never a fresh folder: what is right would grow a world each time.
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(dataset.parent)
+        tried(nemoral.generate, TINY, out="data", frames=a, shard=b, mode=c)
+        tried(nemoral.generate, TINY, a, out="data", backend=b, cache=c, progress=d)
+        tried(nemoral.generate, a, out="data", **{"camera.width_px": b, "lidar": c})
+        tried(nemoral.generate, TINY, out=e)
+
+
+@RELAXED
+@given(a=TEXTS, b=TEXTS, c=TEXTS, d=TEXTS, number=st.one_of(ANY, st.floats(), st.integers()))
+def test_commands(dataset: Path, a: Any, b: Any, c: Any, d: Any, number: Any) -> None:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(dataset.parent)
+        out = dataset.parent / "out"
+        tried(nemoral.check, dataset, progress=a)
+        tried(nemoral.stats, a, progress=b)
+        tried(nemoral.stats, dataset, progress=a)
+        tried(nemoral.cloud, dataset, a, voxel_m=b, pure=c, sequence=d)
+        tried(nemoral.cloud, dataset, out / "cloud.ply", only=a, sequence=b)
+        tried(nemoral.cloud, dataset, out / "cloud.ply", voxel_m=number)
+        tried(nemoral.convert, dataset, a, b, ontology=c, mode=d)
+        tried(nemoral.convert, dataset, out / "converted", a, ontology=b, mode=c, progress=d)
+        tried(nemoral.convert, a, b, c)
+        tried(nemoral.merge, [a, b], c, partial=d)
+        tried(nemoral.merge, a, "out")
+        tried(nemoral.merge, [dataset], out / "merged", mode=a, partial=b, progress=c)
+        tried(nemoral.report, a, b)
+        tried(nemoral.report, dataset, a)
+    read = nemoral.Dataset(dataset)
+    for method in (read.frame, read.config, read.poses, read.times_s, read.trees, read.objects):
+        tried(method, a)
+    tried(read.frame, 0, sequence=a)
+    tried(read.__getitem__, a)
+
+
+@RELAXED
+@given(noise=ANY, key=st.sampled_from(["model", "sigma_m", "floor_m", "x", ""]), value=ANY)
+def test_noise(noise: Any, key: str, value: Any) -> None:
+    tried(nemoral.Scanner, "avia", noise=noise)
+    tried(nemoral.Scanner, "avia", noise={"model": "paper", key: value})
+    tried(nemoral.Scanner, "avia", rings=value, max_range_m=noise)
+
+
+TINY = {
+    "preset": "demo", "frames": 1, "camera.width_px": 32, "camera.height_px": 32,
+    "lidar.pulses": 100, "chunks.visible_radius_m": 20.0, "assets.individuals": 1,
+}
 FOREST = nemoral.Forest(
     "demo", **{"camera.enabled": False, "lidar.pulses": 100, "chunks.visible_radius_m": 20.0}
 )

@@ -1,29 +1,81 @@
-"""The example environment passes Gymnasium's own check, and can be driven."""
+"""The example environment passes Gymnasium's own check, can be driven, and can be crashed."""
 
 from __future__ import annotations
 
 import sys
+import warnings
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 from conftest import SMALL
 
 pytest.importorskip("gymnasium", reason="gymnasium is not installed")
+import gymnasium  # noqa: E402
 from gymnasium.utils.env_checker import check_env  # noqa: E402
 
 sys.path.insert(0, str(Path(__file__).parents[3] / "examples"))
 from trail_env import TrailEnv, follow  # noqa: E402
 
 
-def test_the_environment(cache: Path) -> None:
-    small = {k: v for k, v in SMALL.items() if not k.startswith(("camera.", "frames", "lidar."))}
-    env = TrailEnv("demo", cache=cache, frames=120, **small)
-    check_env(env, skip_render_check=True)
+@pytest.fixture
+def small(cache: Path) -> dict[str, Any]:
+    """Keywords of a small environment."""
+    keys = {k: v for k, v in SMALL.items() if not k.startswith(("camera.", "frames", "lidar."))}
+    return {"config": "demo", "cache": cache, "frames": 120, **keys}
+
+
+def test_gymnasiums_own_check(small: dict[str, Any]) -> None:
+    gymnasium.register("Trail-v0", entry_point=TrailEnv, kwargs=small)
+    try:
+        env = gymnasium.make("Trail-v0", render_mode="rgb_array")
+        with warnings.catch_warnings(record=True) as told:
+            warnings.simplefilter("always")
+            check_env(env.unwrapped)
+        assert not [w for w in told if "render" in str(w.message)]
+        env.reset(seed=1)
+        picture = env.render()
+        assert isinstance(picture, np.ndarray) and picture.shape == (180, 320, 3)
+        assert picture.dtype == np.uint8 and picture.std() > 5
+    finally:
+        gymnasium.registry.pop("Trail-v0")
+
+
+def test_a_drive_along_the_trail(small: dict[str, Any]) -> None:
+    env = TrailEnv(**small)
     seen, _ = env.reset(seed=3)
     total = 0.0
     for _ in range(40):
-        seen, reward, ended, cut, _ = env.step(follow(seen))
+        seen, reward, ended, cut, info = env.step(follow(seen))
         total += reward
         if ended or cut:
             break
-    assert total > 5.0
+    assert total > 5.0 and not info["crashed"]
+
+
+def test_a_robot_that_drives_at_a_tree_crashes(small: dict[str, Any]) -> None:
+    env = TrailEnv(**small)
+    crashes = 0
+    for seed in range(4):
+        _, info = env.reset(seed=seed)
+        x, y = info["place_m"]
+        discs = env.forest.obstacles(x - 9, y - 9, x + 9, y + 9)
+        target = discs[np.linalg.norm(discs[:, :2] - (x, y), axis=1).argmin()]
+        ended = False
+        for _ in range(40):
+            apart = target[:2] - info["place_m"]
+            turn = np.arctan2(apart[1], apart[0]) - info["heading_rad"]
+            turn = (turn + np.pi) % (2 * np.pi) - np.pi
+            # It stands while it turns.
+            speed = 0.0 if abs(turn) < 0.1 else -1.0
+            action = np.array([speed, np.clip(turn / 0.4, -1, 1)], np.float32)
+            _, reward, ended, _, info = env.step(action)
+            if ended:
+                break
+        assert ended and info["crashed"] and reward < -5.0
+        place = info["place_m"]
+        nearest = np.linalg.norm(discs[:, :2] - place, axis=1) - discs[:, 2]
+        assert nearest.min() < 1.5
+        crashes += 1
+    assert crashes == 4

@@ -1,0 +1,230 @@
+"""LiDARs by their data sheets."""
+
+from __future__ import annotations
+
+from typing import Any, Mapping, SupportsIndex
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _arguments as arguments
+from . import _native
+from ._frame import Array
+from ._rays import RayScene
+
+_SEED = 2**63 - 1
+
+SCAN_DTYPE: np.dtype[Any] = np.dtype(
+    [
+        ("x", "<f4"),
+        ("y", "<f4"),
+        ("z", "<f4"),
+        ("range", "<f4"),
+        ("range_true", "<f4"),
+        ("intensity", "<f4"),
+        ("semantic", "<u4"),
+        ("instance", "<u4"),
+        ("pulse", "<u4"),
+        ("t", "<f8"),
+        ("incidence_cos", "<f4"),
+        ("nx", "<f4"),
+        ("ny", "<f4"),
+        ("nz", "<f4"),
+        ("ring", "u1"),
+        ("return_no", "u1"),
+        ("n_returns", "u1"),
+        ("flags", "u1"),
+        ("reflectivity", "u1"),
+    ]
+)
+"""The fields of a :class:`Scanner`'s points."""
+
+NOISE = ("data_sheet", "off", "paper", "laconte", "incidence", "linear", "snr")
+"""The models of range errors."""
+
+
+def _noise_keys(noise: str | Mapping[str, Any]) -> dict[str, Any]:
+    """The keys of `[lidar.noise]` that are given."""
+    if isinstance(noise, str):
+        given: dict[str, Any] = {"model": noise}
+    elif isinstance(noise, Mapping):
+        given = {arguments.text("a key of noise", key): noise[key] for key in noise}
+    else:
+        allowed = f"one of {', '.join(NOISE)}, or a dict of such a model and its numbers"
+        raise arguments.refuse("noise", noise, allowed)
+    model = given.get("model", "data_sheet")
+    if model not in NOISE:
+        meant = arguments.nearest(model, NOISE) if isinstance(model, str) else None
+        raise arguments.refuse("noise", model, f"one of {', '.join(NOISE)}", meant)
+    if model == "data_sheet":
+        given.pop("model", None)
+    return given
+
+
+class Scan(np.ndarray[Any, np.dtype[Any]]):
+    """The points of a :class:`Scanner`: an (N,) structured array, in the order of firing.
+
+    Fields are ``scan["return_no"]``; the attributes are those of :class:`nemoral.Points`, but for
+    the flags, which are ``scan["flags"]``. Positions are in the LiDAR's frame (x forward, y left,
+    z up), metres.
+    """
+
+    def __getitem__(self, key: Any) -> Any:
+        found = super().__getitem__(key)
+        # A column is a plain array.
+        if isinstance(found, Scan) and found.dtype != SCAN_DTYPE:
+            return found.view(np.ndarray)
+        return found
+
+    def _vector(self, names: tuple[str, str, str]) -> Array:
+        return np.stack([self[name] for name in names], axis=-1)
+
+    @property
+    def array(self) -> Array:
+        """(N,) structured: the points as a plain array."""
+        return self.view(np.ndarray)
+
+    @property
+    def xyz(self) -> Array:
+        """(N, 3) float32: positions, metres."""
+        return self._vector(("x", "y", "z"))
+
+    @property
+    def normal(self) -> Array:
+        """(N, 3) float32: unit normals of the surfaces, towards the sensor; 0 for false alarms."""
+        return self._vector(("nx", "ny", "nz"))
+
+    @property
+    def intensity(self) -> Array:
+        """(N,) float32: received power, 0 to 1, of a perfect plate at the same place."""
+        return np.ascontiguousarray(self["intensity"])
+
+    @property
+    def semantic(self) -> Array:
+        """(N,) uint32: the meshes' numbers of that name."""
+        return np.ascontiguousarray(self["semantic"])
+
+    @property
+    def instance(self) -> Array:
+        """(N,) uint32: the instances' numbers."""
+        return np.ascontiguousarray(self["instance"])
+
+    @property
+    def range_m(self) -> Array:
+        """(N,) float32: measured ranges, metres."""
+        return np.ascontiguousarray(self["range"])
+
+    @property
+    def true_range_m(self) -> Array:
+        """(N,) float32: ranges without error, metres; 0 for false alarms."""
+        return np.ascontiguousarray(self["range_true"])
+
+    @property
+    def time_s(self) -> Array:
+        """(N,) float64: times of firing, seconds after the time of the scan."""
+        return np.ascontiguousarray(self["t"])
+
+    @property
+    def ring(self) -> Array:
+        """(N,) uint8: laser lines."""
+        return np.ascontiguousarray(self["ring"])
+
+
+class Scanner:
+    """A LiDAR by its data sheet, for scans of a :class:`RayScene`.
+
+    Args:
+        device: such as ``"avia"``; :meth:`devices` lists all.
+        noise: the model of range errors: ``"data_sheet"``; ``"off"`` for exact ranges; ``"paper"``,
+            ``"laconte"``, ``"incidence"``, ``"linear"`` or ``"snr"``; or keys of the config's
+            ``[lidar.noise]``, such as ``{"model": "linear", "per_metre": 0.001}``. What is not
+            given is the data sheet's, else the config's default.
+        pulses: pulses of a scan; those of 0.1 s if None.
+        rings: rings of sub-rays of a pulse's beam, 0 to 8: 2 are 19 sub-rays, 0 a single ray.
+        max_range_m: the greatest range, metres; the device's if None.
+    """
+
+    def __init__(
+        self,
+        device: str,
+        *,
+        noise: str | Mapping[str, Any] = "data_sheet",
+        pulses: SupportsIndex | None = None,
+        rings: SupportsIndex | None = None,
+        max_range_m: float | None = None,
+    ) -> None:
+        name = arguments.text("device", device)
+        keys = _noise_keys(noise)
+        least, most = 1, 2**31 - 1
+        self._arguments: dict[str, Any] = {
+            "noise": dict(noise) if isinstance(noise, Mapping) else noise,
+            "pulses": None if pulses is None else arguments.whole("pulses", pulses, least, most),
+            "rings": None if rings is None else arguments.whole("rings", rings, 0, 8),
+            "max_range_m": max_range_m,
+        }
+        if max_range_m is not None:
+            range_m = arguments.real("max_range_m", max_range_m, 0.0, 1e6)
+            self._arguments["max_range_m"] = range_m
+        self._native = _native.Scanner(
+            name,
+            [{"lidar.device": name}, {f"lidar.noise.{key}": keys[key] for key in keys}],
+            keys.get("model") != "off",
+            self._arguments["pulses"],
+            self._arguments["rings"],
+            self._arguments["max_range_m"],
+        )
+        self.device: str = device
+        """Its name."""
+        about = self._native.about()
+        self.title: str = about[0]
+        """What it is called by its maker."""
+        self.source: str = about[1]
+        """Where its figures come from."""
+        self.duration_s: float = about[2]
+        """How long a scan takes."""
+        self.pulses: int = about[3]
+        """How many pulses a scan has."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return (_scanner, (self.device, self._arguments))
+
+    def __repr__(self) -> str:
+        return f"Scanner({self.device!r}: {self.title}, {self.pulses} pulses a scan)"
+
+    @staticmethod
+    def devices() -> list[str]:
+        """The names of all devices."""
+        return _native.Scanner.devices()
+
+    def scan(
+        self,
+        scene: RayScene,
+        pose: npt.ArrayLike | None = None,
+        *,
+        time_s: float = 0.0,
+        seed: SupportsIndex = 0,
+        index: SupportsIndex = 0,
+    ) -> Scan:
+        """The returns of one scan, in the order of firing.
+
+        Args:
+            scene: what is scanned.
+            pose: (4, 4), scene from LiDAR; the scene's own frame if None.
+            time_s: the time of the scan, which decides where the pattern is.
+            seed, index: by which noise is drawn: equal numbers give equal scans.
+        """
+        if not isinstance(scene, RayScene):
+            raise arguments.refuse("scene", scene, "a RayScene")
+        place = np.eye(4) if pose is None else arguments.array("pose", pose, np.float64, (4, 4))
+        packed = self._native.scan(
+            scene._native,
+            place.ravel().tolist(),
+            arguments.real("time_s", time_s, 0.0, 1e9),
+            arguments.whole("seed", seed, 0, _SEED),
+            arguments.whole("index", index, 0, _SEED),
+        )
+        return packed.view(SCAN_DTYPE).view(Scan)
+
+
+def _scanner(device: str, given: dict[str, Any]) -> Scanner:
+    return Scanner(device, **given)
