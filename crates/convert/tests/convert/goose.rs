@@ -3,8 +3,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use nemoral_convert::FormatName;
+use nemoral_scene::{Ontology, Semantic};
 
-use crate::common::{made, png, text};
+use crate::common::{header, made, made_of, png, text, tree};
 
 /// Background, Terrain, Traversable, Trunks, Canopy, Shrubs, Herbaceous, Rocks in GOOSE.
 const IDS: [u8; 8] = [53, 31, 24, 28, 27, 17, 50, 40];
@@ -78,5 +79,43 @@ fn names_lead_to_pictures_and_scans_with_their_classes() {
             };
             assert_eq!((word & 0xFFFF, word >> 16), (id.into(), instance.into()));
         }
+    }
+}
+
+#[test]
+fn classes_that_are_semantics_are_finer() {
+    let mut header = header();
+    header.ontology = Ontology::semantics();
+    let made = made_of(FormatName::Goose, &header);
+    let of = |semantic: u16| match Semantic::from_u8(semantic as u8) {
+        Some(Semantic::Litter) => 5,
+        Some(Semantic::TrailSurface) => 24,
+        Some(Semantic::Leaf) => 27,
+        Some(Semantic::Stem) => 28,
+        Some(Semantic::Rock) => 40,
+        Some(Semantic::Grass) => 50,
+        Some(Semantic::Shrub) => 17,
+        Some(Semantic::Sky) => 53,
+        other => panic!("{other:?} is not seen here"),
+    };
+    let files = tree(&made.out);
+    let ending = |end: &str| {
+        let found = files
+            .iter()
+            .find(|(path, _)| path.to_string_lossy().ends_with(end));
+        found.unwrap_or_else(|| panic!("no {end}"))
+    };
+    let read = made.dataset.read_frame(0).expect("a frame");
+    let (_, _, classes) = png(made.out.join(ending("_labelids.png").0));
+    let seen = read.cameras[0].semantic.pixels();
+    assert_eq!(
+        classes,
+        seen.iter().map(|&c| of(c.into()) as u8).collect::<Vec<_>>()
+    );
+    let words = ending("_goose.label").1.as_chunks::<4>().0;
+    for (word, &(class, _)) in words.iter().zip(&read.lidars[0].labels) {
+        // What a scan calls sky is a false alarm.
+        let expected = if class == 0 { 0 } else { of(class) };
+        assert_eq!(u32::from_le_bytes(*word) & 0xFFFF, expected);
     }
 }
