@@ -4,7 +4,7 @@
 import puppeteer from "puppeteer-core";
 import { spawn } from "node:child_process";
 import { mkdtempSync, readFileSync, readdirSync } from "node:fs";
-import { tmpdir } from "node:os";
+import { loadavg, tmpdir } from "node:os";
 import { join } from "node:path";
 const [nemoral, out, executablePath, ...rest] = process.argv.slice(2);
 const problems = [];
@@ -44,9 +44,23 @@ const you = (p) => p.evaluate(() => ({ ...you }));
 let p = await open(1280, 720);
 await final(p);
 await p.evaluate(() => panel(false));
-await p.screenshot({ path: join(out, "desktop.png") });
+await p.screenshot({ path: join(out, "view_desktop.png") });
 const first = await drawn(p);
 const before = await you(p);
+
+// Drafts at fixed sizes, asked for one after the other while turning, while the page rests.
+const place = { x: before.x, y: before.y, pitch: 0, eye: 1.7, map: "colour", still: 0, viewer: 1 };
+for (const [width, height] of [[480, 270], [320, 180]]) {
+  let [drafts, start] = [0, Date.now()];
+  for (; Date.now() - start < 5000; drafts++) {
+    const heading = (drafts * 7) % 360 - 180;
+    const answer = await fetch(`${url}picture?${new URLSearchParams({ ...place, width, height, heading })}`);
+    if (answer.status !== 200) say(`a draft has status ${answer.status}`, false);
+    await answer.arrayBuffer();
+  }
+  const drawn = (1000 * drafts / (Date.now() - start)).toFixed(1);
+  say(`${drawn} drafts a second at ${width} x ${height}, load ${loadavg()[0].toFixed(1)}`, drafts > 3);
+}
 
 // Walking.
 const pictures = await count(p);
@@ -56,9 +70,11 @@ await sleep(3000);
 await p.keyboard.up("KeyW");
 const seconds = (Date.now() - began) / 1000;
 const moving = await count(p) - pictures;
+const { draftWidth, draftHeight } = await p.evaluate(() => ({ ...document.documentElement.dataset }));
 const walked = await you(p);
 const metres = Math.hypot(walked.x - before.x, walked.y - before.y);
-say(`W walks: ${metres.toFixed(1)} m, ${(moving / seconds).toFixed(1)} pictures a second`, metres > 2 && moving > 3);
+const rate = (moving / seconds).toFixed(1);
+say(`W walks: ${metres.toFixed(1)} m, ${rate} pictures a second, ${draftWidth} x ${draftHeight} at last`, metres > 2 && moving > 3);
 const canvas = await (await p.$("#picture")).boundingBox();
 await p.mouse.move(canvas.width / 2, canvas.height / 2);
 await p.mouse.down();
@@ -78,7 +94,7 @@ for (const [i, name] of maps.entries()) {
   await p.evaluate(() => { document.documentElement.dataset.final = "0"; });
   await final(p);
   seen.add(await drawn(p));
-  await p.screenshot({ path: join(out, `${name}.png`) });
+  await p.screenshot({ path: join(out, `view_${name}.png`) });
 }
 say("each map is another picture", seen.size === maps.length);
 await p.click("#maps button");
@@ -102,17 +118,17 @@ await slide("hour", 19.5);
 const evening = await drawn(p);
 say("the evening is another picture", evening !== colour);
 say("the sun is low", (await p.$eval("#elevation", (e) => Number(e.value))) < 25);
-await p.screenshot({ path: join(out, "evening.png") });
+await p.screenshot({ path: join(out, "view_evening.png") });
 await slide("fog", 0.06);
 say("fog is another picture", (await drawn(p)) !== evening);
-await p.screenshot({ path: join(out, "fog.png") });
+await p.screenshot({ path: join(out, "view_fog.png") });
 await slide("fog", 0);
 await p.select("#stand", "beech");
 await sleep(700);
 await p.evaluate(() => { document.documentElement.dataset.final = "0"; });
 await final(p);
 say("another stand grows", (await p.$eval("#stand-doc", (e) => e.textContent)).includes("Fagus"));
-await p.screenshot({ path: join(out, "beech.png") });
+await p.screenshot({ path: join(out, "view_beech.png") });
 
 // Download.
 await p.click("#save-view");
@@ -130,8 +146,8 @@ say("the config has what is seen", /beech = 0\.96/.test(config) && /later_h/.tes
 const phone = await open(390, 844, true);
 await final(phone);
 say("nothing is wider than a phone", await phone.evaluate(() => document.documentElement.scrollWidth <= 390));
-await phone.screenshot({ path: join(out, "phone.png") });
-const place = await you(phone);
+await phone.screenshot({ path: join(out, "view_phone.png") });
+const stood = await you(phone);
 const stick = await (await phone.$("#stick")).boundingBox();
 const [x, y] = [stick.x + stick.width / 2, stick.y + stick.height / 2];
 const finger = await phone.touchscreen.touchStart(x, y);
@@ -139,10 +155,10 @@ await finger.move(x, y - 50);
 await sleep(1500);
 await finger.end();
 const moved = await you(phone);
-say("the stick walks", Math.hypot(moved.x - place.x, moved.y - place.y) > 0.5);
+say("the stick walks", Math.hypot(moved.x - stood.x, moved.y - stood.y) > 0.5);
 await phone.tap("#open");
 await sleep(500);
-await phone.screenshot({ path: join(out, "phone_panel.png") });
+await phone.screenshot({ path: join(out, "view_phone_panel.png") });
 
 // Strangers.
 const status = async (address, headers = {}) => (await fetch(address, { headers })).status;

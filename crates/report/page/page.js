@@ -35,7 +35,7 @@ const pixels = data.classes.reduce((sum, c) => sum + c.pixels, 0);
 const points = data.classes.reduce((sum, c) => sum + c.points, 0);
 document.title = get("name").textContent = data.name;
 get("facts").textContent = [
-  `${count(data.frames.length)} frames in ${data.sequences.length} sequence${data.sequences.length === 1 ? "" : "s"}`,
+  `${count(data.frames_total)} frames in ${data.sequences.length} sequence${data.sequences.length === 1 ? "" : "s"}`,
   pixels && `${(pixels / 1e6).toFixed(1)} million pixels`,
   points && `${(points / 1e6).toFixed(2)} million points`,
   data.trees_total && `${count(data.trees_total)} trees`,
@@ -47,6 +47,11 @@ get("warnings").append(...data.warnings.map((w) => make("li", { textContent: w }
 const wholes = data.frames.map((f, i) => [f.whole, i]).filter(([w]) => w !== null);
 const nearest = (i) => wholes.reduce((best, w) =>
   Math.abs(w[1] - i) < Math.abs(best[1] - i) ? w : best);
+const total = count(data.frames_total);
+get("whole").textContent = wholes.length < data.frames_total
+  ? `${wholes.length} of ${total} frames are shown in full, with a line below: they have all their maps here, and of the others the nearest such frame is shown.`
+  : "All frames are shown in full.";
+for (const id of wholes.length ? [] : ["viewer", "slide", "scan"]) get(id).hidden = true;
 let current = -1;
 let whole = null;
 let pixelsOf = {};
@@ -64,7 +69,7 @@ const film = data.frames.map((frame, i) => {
 });
 
 function show(asked) {
-  if (data.frames.length === 0) return;
+  if (wholes.length === 0) return;
   const [block, i] = nearest(Math.max(0, Math.min(data.frames.length - 1, asked)));
   if (i === current) return;
   film[current]?.removeAttribute("aria-current");
@@ -545,7 +550,7 @@ get("sequences").append(
     }
     const trees = Object.values(s.counts).reduce((a, n) => a + n, 0);
     const [stems, area] = trees ? density(s) : [0, 0];
-    const cells = [s.number, s.split ?? "", framesOf(s.number).length, count(trees),
+    const cells = [s.number, s.split ?? "", count(s.frames), count(trees),
       count(Math.round(stems)), area.toFixed(1), bar,
       ...keys.map((k) => value(s.drawn[k])), s.seed];
     return make("tr", {}, ...cells.map((cell) => make("td", {}, cell instanceof Node ? cell : String(cell))));

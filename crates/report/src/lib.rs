@@ -9,9 +9,10 @@
 //! - Equal data sets in folders of equal names give equal bytes.
 //! - Every file that is read is compared with its checksum; a damaged one is an error, and no page
 //!   is written.
-//! - The size is bounded: at most [`MAX_WHOLE_FRAMES`] frames have all their maps and a thinned
-//!   scan, at most [`MAX_THUMBNAILS`] frames have a thumbnail, and at most [`MAX_TREES`] trees are
-//!   on the maps.
+//! - The size is bounded: a page has at most [`MAX_PAGE_BYTES`]. At most [`MAX_WHOLE_FRAMES`]
+//!   frames have all their maps and a thinned scan, and at most [`MAX_THUMBNAILS`] others have a
+//!   thumbnail; fewer, if they do not fit. At most [`MAX_TREES`] trees and [`MAX_PLACES`] frames
+//!   are on the maps. Only the tables of sequences and the config are there whatever their size.
 //! - Names and texts of a data set are data on the page, never markup.
 //!
 //! # Example
@@ -52,6 +53,7 @@
 //! # }
 //! ```
 
+mod budget;
 mod error;
 mod maps;
 mod page;
@@ -66,28 +68,48 @@ use nemoral_files::Folder;
 
 pub use error::Error;
 
+/// The most bytes of a page.
+pub const MAX_PAGE_BYTES: usize = 50_000_000;
 /// The most frames that are on the page with all their maps.
 pub const MAX_WHOLE_FRAMES: usize = 24;
-/// The most frames that have a thumbnail.
+/// The most frames that have a thumbnail besides those that have all their maps.
 pub const MAX_THUMBNAILS: usize = 1000;
 /// The most trees on the maps, over all sequences.
 pub const MAX_TREES: usize = 60_000;
+/// The most frames whose places are on the maps.
+pub const MAX_PLACES: usize = 50_000;
 
 /// What was made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Made {
     /// Frames of the data set.
     pub frames: usize,
+    /// Frames that are on the page with all their maps.
+    pub whole_frames: usize,
     /// Size of the page.
     pub bytes: usize,
 }
 
-/// Writes the page of a data set to the file `out`, which appears when it is whole.
+/// Writes the page of a data set to the file `out`, which appears when it is whole. It has at most
+/// [`MAX_PAGE_BYTES`].
 ///
 /// # Errors
 /// [`Error::Name`] and [`Error::Inside`] for a name that cannot be used; [`Error::Dataset`] and
 /// [`Error::Files`], naming the file.
 pub fn report(dataset: &Path, out: &Path) -> Result<Made, Error> {
+    report_within(dataset, out, MAX_PAGE_BYTES)
+}
+
+/// Like [`report`], with another bound on the page's size: frames with all their maps are taken in
+/// an order that spreads over the data set, until the next one would not fit. Thumbnails take at
+/// most a quarter of `max_bytes`.
+///
+/// A page without frames is about 1 MB large, and more with many trees and sequences. It is written
+/// even if `max_bytes` is less.
+///
+/// # Errors
+/// Those of [`report`].
+pub fn report_within(dataset: &Path, out: &Path, max_bytes: usize) -> Result<Made, Error> {
     let is_page = |e: &std::ffi::OsStr| e.eq_ignore_ascii_case("html");
     if !out.extension().is_some_and(is_page) {
         return Err(Error::Name {
@@ -100,36 +122,15 @@ pub fn report(dataset: &Path, out: &Path) -> Result<Made, Error> {
             path: out.to_owned(),
         });
     }
-    let page = page::page(&source)?;
+    let (page, whole_frames) = page::page(&source, max_bytes)?;
     nemoral_files::write(out, page.as_bytes())?;
     Ok(Made {
         frames: source.frames().len(),
+        whole_frames,
         bytes: page.len(),
     })
-}
-
-/// At most `most` of `count` things, evenly spread, the first and the last among them.
-fn spread(count: usize, most: usize) -> Vec<usize> {
-    if count <= most {
-        return (0..count).collect();
-    }
-    (0..most).map(|i| i * (count - 1) / (most - 1)).collect()
 }
 
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;
-
-#[cfg(test)]
-mod tests {
-    use super::spread;
-
-    #[test]
-    fn what_is_shown_is_spread_evenly() {
-        assert_eq!(spread(3, 24), [0, 1, 2]);
-        assert_eq!(spread(101, 3), [0, 50, 100]);
-        let some = spread(1000, 24);
-        assert_eq!((some.len(), some[0], some[23]), (24, 0, 999));
-        assert!(some.windows(2).all(|w| (43..=44).contains(&(w[1] - w[0]))));
-    }
-}

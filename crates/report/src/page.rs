@@ -1,17 +1,23 @@
 //! The page as text.
 
+use std::collections::BTreeMap;
+
 use nemoral_dataset::Dataset;
 use serde::Serialize;
 
+use crate::budget::{Budget, halving_order};
 use crate::maps::{View, view};
 use crate::scans::{Scan, scan};
-use crate::summary::summary;
-use crate::{Error, MAX_WHOLE_FRAMES, spread};
+use crate::summary::{Summary, candidates};
+use crate::{Error, MAX_WHOLE_FRAMES};
 
 const TEMPLATE: &str = include_str!("../page/page.html");
 const STYLE: &str = include_str!("../page/style.css");
 const SCRIPT: &str = include_str!("../page/page.js");
 const THREE: &str = include_str!("../page/three.js");
+
+/// One part in so many of a page's bytes is for thumbnails, at most.
+const THUMBNAIL_SHARE: usize = 4;
 
 /// A frame with all its maps.
 #[derive(Debug, Serialize)]
@@ -20,22 +26,49 @@ struct Whole {
     scans: Vec<Scan>,
 }
 
-/// Reads the data set and writes its page.
-pub(crate) fn page(dataset: &Dataset) -> Result<String, Error> {
-    let whole = spread(dataset.frames().len(), MAX_WHOLE_FRAMES);
-    let mut data = block("summary", &summary(dataset, &whole)?);
-    let ontology = &dataset.manifest().header.ontology;
-    for (i, &at) in whole.iter().enumerate() {
-        let frame = dataset.read_frame(at)?;
-        let (cameras, lidars) = (frame.cameras.len(), frame.lidars.len());
-        let views = frame.cameras.iter().map(|c| view(c, cameras, ontology));
-        let scans = frame.lidars.iter().map(|l| scan(l, lidars));
-        let whole = Whole {
-            views: views.collect(),
-            scans: scans.collect(),
-        };
-        data += &block(&format!("frame-{i}"), &whole);
+/// Reads the data set and writes its page of at most `max_bytes`, if what has no bound of its own
+/// leaves room; the number of frames that have all their maps, too.
+pub(crate) fn page(dataset: &Dataset, max_bytes: usize) -> Result<(String, usize), Error> {
+    let mut summary = Summary::new(dataset, max_bytes / THUMBNAIL_SHARE)?;
+    let mut budget = Budget::new(max_bytes);
+    budget.take((assembled("").len() + block("summary", &summary).len()).min(budget.left()));
+    let candidates = candidates(dataset.frames().len());
+    let mut wholes = BTreeMap::new();
+    for i in halving_order(candidates.len()) {
+        let whole = whole(dataset, candidates[i])?;
+        // The id's length is that of the last possible one, at most.
+        if !budget.take(block(&id(MAX_WHOLE_FRAMES), &whole).len()) {
+            // A smaller one may fit still, but then frames would not be spread.
+            break;
+        }
+        wholes.insert(candidates[i], whole);
     }
+    summary.set_whole(wholes.keys().copied());
+    let mut data = block("summary", &summary);
+    for (i, whole) in wholes.values().enumerate() {
+        data += &block(&id(i), whole);
+    }
+    Ok((assembled(&data), wholes.len()))
+}
+
+fn id(whole: usize) -> String {
+    format!("frame-{whole}")
+}
+
+fn whole(dataset: &Dataset, at: usize) -> Result<Whole, Error> {
+    let ontology = &dataset.manifest().header.ontology;
+    let frame = dataset.read_frame(at)?;
+    let (cameras, lidars) = (frame.cameras.len(), frame.lidars.len());
+    let views = frame.cameras.iter().map(|c| view(c, cameras, ontology));
+    let scans = frame.lidars.iter().map(|l| scan(l, lidars));
+    Ok(Whole {
+        views: views.collect(),
+        scans: scans.collect(),
+    })
+}
+
+/// The page with this data.
+fn assembled(data: &str) -> String {
     let mut page = String::new();
     for part in TEMPLATE.split_inclusive("-->") {
         // A placeholder is a comment on a line of its own.
@@ -43,12 +76,12 @@ pub(crate) fn page(dataset: &Dataset) -> Result<String, Error> {
         page += before;
         match name.trim_end_matches("-->").trim() {
             "style" => page += &format!("<style>\n{STYLE}</style>"),
-            "data" => page += &data,
+            "data" => page += data,
             "script" => page += &format!("<script>\n{THREE}</script>\n<script>\n{SCRIPT}</script>"),
             _ => {}
         }
     }
-    Ok(page)
+    page
 }
 
 /// Data for the page's script. No text in it can end the block, as `<` is escaped.

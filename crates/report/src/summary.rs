@@ -5,7 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use nemoral_dataset::{Dataset, Quantiles, Stats};
 use serde::Serialize;
 
-use crate::{Error, MAX_THUMBNAILS, MAX_TREES, maps, spread, warnings};
+use crate::budget::{Budget, halving_order, spread};
+use crate::{Error, MAX_PLACES, MAX_THUMBNAILS, MAX_TREES, MAX_WHOLE_FRAMES, maps, warnings};
 
 /// The page's main data.
 #[derive(Debug, Serialize)]
@@ -25,6 +26,8 @@ pub(crate) struct Summary {
     trees_total: usize,
     trees_shown: usize,
     sequences: Vec<Sequence>,
+    frames_total: usize,
+    /// Those whose places are on the maps, all that have more among them.
     frames: Vec<Frame>,
 }
 
@@ -49,6 +52,8 @@ struct Sequence {
     seed: String,
     split: Option<&'static str>,
     drawn: BTreeMap<String, serde_json::Value>,
+    /// Frames, which need not all be listed.
+    frames: usize,
     /// LiDAR points by class id.
     points: BTreeMap<u8, u64>,
     /// Species, east, north, DBH, height, crown radius; metres.
@@ -59,6 +64,9 @@ struct Sequence {
 
 #[derive(Debug, Serialize)]
 struct Frame {
+    /// Its place among all frames of the data set.
+    #[serde(skip)]
+    number: usize,
     sequence: u32,
     index: u64,
     time_s: f64,
@@ -73,37 +81,79 @@ fn rounded(v: f64) -> f32 {
     ((v * 100.0).round() / 100.0) as f32
 }
 
-/// Reads what is needed of every file; `whole` are the frames that have all their maps.
-pub(crate) fn summary(dataset: &Dataset, whole: &[usize]) -> Result<Summary, Error> {
+impl Summary {
+    /// Reads what is needed of every file. No frame has its maps yet; thumbnails take at most
+    /// `thumbnail_bytes`.
+    pub(crate) fn new(dataset: &Dataset, thumbnail_bytes: usize) -> Result<Self, Error> {
+        let (thumbnails, brightness) = thumbnails(dataset, Budget::new(thumbnail_bytes))?;
+        summary(dataset, thumbnails, &brightness)
+    }
+
+    /// Says which frames of the data set (ascending) have all their maps.
+    pub(crate) fn set_whole(&mut self, frames: impl Iterator<Item = usize>) {
+        for (whole, number) in frames.enumerate() {
+            let listed = self.frames.binary_search_by_key(&number, |f| f.number);
+            let listed = listed.expect("all that may have their maps are listed");
+            self.frames[listed].whole = Some(whole);
+        }
+    }
+}
+
+/// The frames that may have all their maps.
+pub(crate) fn candidates(frames: usize) -> Vec<usize> {
+    spread(frames, MAX_WHOLE_FRAMES)
+}
+
+/// Thumbnails of frames that are spread over the data set, as many as fit, and their brightness.
+fn thumbnails(
+    dataset: &Dataset,
+    mut budget: Budget,
+) -> Result<(BTreeMap<usize, String>, Vec<f64>), Error> {
+    let frames = dataset.frames();
+    let mut pictured = spread(frames.len(), MAX_THUMBNAILS);
+    pictured.extend(candidates(frames.len()));
+    pictured.retain(|&i| !dataset.sequence_of(&frames[i]).cameras.is_empty());
+    pictured.sort_unstable();
+    pictured.dedup();
+    let (mut thumbnails, mut brightness) = (BTreeMap::new(), Vec::new());
+    for i in halving_order(pictured.len()) {
+        let number = pictured[i];
+        let (thumbnail, bright) = maps::thumbnail(&dataset.picture(&frames[number], 0)?);
+        if !budget.take(thumbnail.len()) {
+            break;
+        }
+        brightness.push(bright);
+        thumbnails.insert(number, thumbnail);
+    }
+    Ok((thumbnails, brightness))
+}
+
+fn summary(
+    dataset: &Dataset,
+    mut thumbnails: BTreeMap<usize, String>,
+    brightness: &[f64],
+) -> Result<Summary, Error> {
     let stats = nemoral_dataset::stats(dataset.root())?;
     let manifest = dataset.manifest();
     let header = &manifest.header;
     let frames = dataset.frames();
-    let pictured: BTreeSet<usize> = spread(frames.len(), MAX_THUMBNAILS)
-        .into_iter()
-        .chain(whole.iter().copied())
-        .collect();
-    let mut brightness = Vec::new();
-    let mut shown = Vec::new();
-    for (i, frame) in frames.iter().enumerate() {
-        let has_camera = !dataset.sequence_of(frame).cameras.is_empty();
-        let thumbnail = if has_camera && pictured.contains(&i) {
-            let (thumbnail, bright) = maps::thumbnail(&dataset.picture(frame, 0)?);
-            brightness.push(bright);
-            Some(thumbnail)
-        } else {
-            None
-        };
+    let mut listed = BTreeSet::from_iter(spread(frames.len(), MAX_PLACES));
+    listed.extend(thumbnails.keys());
+    listed.extend(candidates(frames.len()));
+    let shown = listed.into_iter().map(|number| {
+        let frame = &frames[number];
         let at = frame.world_from_body().translation_m;
-        shown.push(Frame {
+        Frame {
+            number,
             sequence: frame.sequence,
             index: frame.index,
             time_s: frame.time_s,
             at: [rounded(at.x), rounded(at.y)],
-            whole: whole.binary_search(&i).ok(),
-            thumbnail,
-        });
-    }
+            whole: None,
+            thumbnail: thumbnails.remove(&number),
+        }
+    });
+    let shown = shown.collect();
     let mut species = Vec::new();
     let mut sequences = Vec::new();
     // An even choice of trees, of the same share in each sequence.
@@ -132,8 +182,9 @@ pub(crate) fn summary(dataset: &Dataset, whole: &[usize]) -> Result<Summary, Err
                 ));
             }
         }
-        let mut points = BTreeMap::new();
+        let (mut points, mut of_sequence) = (BTreeMap::new(), 0);
         for frame in frames.iter().filter(|f| f.sequence == track.sequence) {
+            of_sequence += 1;
             for (&class, n) in &frame.point_classes {
                 *points.entry(class).or_default() += n;
             }
@@ -144,6 +195,7 @@ pub(crate) fn summary(dataset: &Dataset, whole: &[usize]) -> Result<Summary, Err
             seed: spec.seed.to_string(),
             split: spec.split.map(|s| s.name()),
             drawn: spec.drawn.clone(),
+            frames: of_sequence,
             points,
             trees,
             counts,
@@ -160,7 +212,7 @@ pub(crate) fn summary(dataset: &Dataset, whole: &[usize]) -> Result<Summary, Err
         seed: header.seed.to_string(),
         bytes: stats.bytes,
         config: header.config_toml.clone(),
-        warnings: warnings::warnings(dataset, &stats, &brightness),
+        warnings: warnings::warnings(dataset, &stats, brightness),
         quantiles: quantiles(&stats),
         classes: classes(dataset, &stats),
         species,
@@ -171,6 +223,7 @@ pub(crate) fn summary(dataset: &Dataset, whole: &[usize]) -> Result<Summary, Err
         trees_total: stats.trees,
         trees_shown: sequences.iter().map(|s| s.trees.len()).sum(),
         sequences,
+        frames_total: frames.len(),
         frames: shown,
     })
 }

@@ -12,7 +12,7 @@ use nemoral_dataset::{
     CameraData, CameraSpec, DatasetHeader, FrameData, LidarData, LidarSpec, OpenMode, Track,
     WorldTables, Writer,
 };
-use nemoral_report::{Error, MAX_WHOLE_FRAMES, report};
+use nemoral_report::{Error, MAX_WHOLE_FRAMES, report, report_within};
 use nemoral_scene::glam::{DVec3, Vec3};
 use nemoral_scene::{
     AnnotationKinds, Annotations, ChunkCoord, Image, Intrinsics, ObjectId, Ontology,
@@ -109,6 +109,7 @@ fn a_page_has_all_frames_and_loads_nothing() {
     let made = report(&dataset, &out).expect("a page");
     let page = fs::read_to_string(&out).expect("a file");
     assert_eq!((made.frames, made.bytes), (30, page.len()));
+    assert_eq!(made.whole_frames, MAX_WHOLE_FRAMES);
     let blocks = blocks(&page);
     assert_eq!(blocks.len(), 1 + MAX_WHOLE_FRAMES);
     let summary = &blocks[0].1;
@@ -151,6 +152,80 @@ fn a_page_has_all_frames_and_loads_nothing() {
     let again = folder.path().join("again.html");
     report(&dataset, &again).expect("a page");
     assert_eq!(fs::read_to_string(again).expect("a file"), page);
+}
+
+#[test]
+fn a_page_keeps_to_its_budget_and_spreads_what_it_shows() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (dataset, out) = (folder.path().join("d"), folder.path().join("d.html"));
+    write(&dataset, 60, 60);
+    let page_within = |max_bytes: usize| {
+        let made = report_within(&dataset, &out, max_bytes).expect("a page");
+        let page = fs::read_to_string(&out).expect("a file");
+        let blocks = blocks(&page);
+        assert_eq!(
+            (made.bytes, 1 + made.whole_frames),
+            (page.len(), blocks.len())
+        );
+        let frames = blocks[0].1["frames"].as_array().expect("frames").clone();
+        let at = |key: &str| -> Vec<usize> {
+            let has = |f: &&Value| !f[key].is_null();
+            let frames = frames.iter().filter(has);
+            frames
+                .map(|f| f["index"].as_u64().expect("a number") as usize)
+                .collect()
+        };
+        assert_eq!(
+            (frames.len(), &blocks[0].1["frames_total"]),
+            (60, &60.into())
+        );
+        (made, at("whole"), at("thumbnail"))
+    };
+    let is_spread = |shown: &[usize]| {
+        let even = 59 / (shown.len() - 1);
+        let (first, last) = (shown.first(), shown.last());
+        assert_eq!((first, last), (Some(&0), Some(&59)));
+        assert!(
+            shown.windows(2).all(|w| w[1] - w[0] <= 2 * even + 3),
+            "{shown:?}"
+        );
+    };
+    let (all, whole, thumbnails) = page_within(usize::MAX);
+    assert_eq!((whole.len(), thumbnails.len()), (MAX_WHOLE_FRAMES, 60));
+    let (bare, whole, thumbnails) = page_within(0);
+    assert_eq!((whole.len(), thumbnails.len()), (0, 0));
+
+    // Half of what pictures need.
+    let max_bytes = (all.bytes + bare.bytes) / 2;
+    let (made, whole, thumbnails) = page_within(max_bytes);
+    assert!(made.bytes <= max_bytes, "{} of {max_bytes}", made.bytes);
+    assert!((6..18).contains(&whole.len()), "{whole:?}");
+    is_spread(&whole);
+    assert_eq!(thumbnails.len(), 60, "they are small");
+}
+
+#[test]
+fn thumbnails_of_many_frames_leave_room_for_whole_ones() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (dataset, out) = (folder.path().join("d"), folder.path().join("d.html"));
+    write(&dataset, 160, 160);
+    let thumbnails = |max_bytes: usize| {
+        report_within(&dataset, &out, max_bytes).expect("a page");
+        let page = fs::read_to_string(&out).expect("a file");
+        let summary = blocks(&page).swap_remove(0).1;
+        let frames = summary["frames"].as_array().expect("frames");
+        let thumbnails = frames.iter().enumerate();
+        let lengths = thumbnails.filter_map(|(i, f)| Some((i, f["thumbnail"].as_str()?.len())));
+        let (frames, lengths): (Vec<usize>, Vec<usize>) = lengths.unzip();
+        (frames, lengths.iter().sum::<usize>())
+    };
+    let (all, bytes) = thumbnails(usize::MAX);
+    assert_eq!(all.len(), 160);
+    let (some, fewer) = thumbnails(2 * bytes);
+    assert!(fewer <= bytes / 2, "{fewer} of {bytes}");
+    assert!((60..=80).contains(&some.len()), "{some:?}");
+    assert_eq!((some.first(), some.last()), (Some(&0), Some(&159)));
+    assert!(some.windows(2).all(|w| w[1] - w[0] <= 4), "{some:?}");
 }
 
 #[test]

@@ -23,6 +23,8 @@ const draft = { area: 480 * 270, milliseconds: 80 };
 let active = 0;        // until when something moves, milliseconds
 let fresh = false;     // whether what is seen is whole
 let asking = null;     // the request for a whole picture, which moving gives up
+let drawing = Promise.resolve();  // until the newest draft is drawn
+let arrived = 0;       // when the newest draft arrived, milliseconds
 const touch = () => { active = performance.now() + 220; fresh = false; asking?.abort(); };
 
 function size(still) {
@@ -65,21 +67,38 @@ async function picture(still) {
   const answer = await fetch("picture?" + query(still), { signal: abort?.signal });
   if (answer.status === 204) return wait(60);
   if (!answer.ok) { complain((await answer.json()).error); return wait(500); }
-  const bitmap = await createImageBitmap(await answer.blob());
-  show(bitmap);
   const [x, y] = answer.headers.get("X-Place").split(" ").map(Number);
   // The program keeps you out of stems.
   you.x += x - from.x; you.y += y - from.y;
+  // The next draft is asked for while this one is decoded and drawn.
+  const before = drawing;
+  drawing = draw(answer, before, still);
   if (still) {
-    fresh = answer.headers.get("X-Final") === "1" && asked === map;
+    const drawn = await drawing;
+    fresh = drawn && !abort.signal.aborted && answer.headers.get("X-Final") === "1" && asked === map;
     if (!fresh) await wait(250);
   } else {
     // As large as is smooth: some twelve pictures a second.
-    draft.milliseconds += (performance.now() - began - draft.milliseconds) * 0.2;
+    const took = performance.now() - Math.max(began, arrived);
+    arrived = performance.now();
+    await before;
+    draft.milliseconds += (took - draft.milliseconds) * 0.2;
     draft.area = Math.min(960 * 540, Math.max(320 * 180, draft.area * (draft.milliseconds > 88 ? 0.97 : 1.02)));
   }
-  document.documentElement.dataset.pictures = Number(document.documentElement.dataset.pictures ?? 0) + 1;
   document.documentElement.dataset.final = Number(still && fresh);
+}
+
+// Draws an answer's picture after the one before it. The result is whether it has arrived whole.
+async function draw(answer, before, still) {
+  const arriving = answer.blob().then(createImageBitmap).catch(() => null);
+  await before;
+  const bitmap = await arriving;
+  if (!bitmap) return false;
+  const { dataset } = document.documentElement;
+  dataset.pictures = Number(dataset.pictures ?? 0) + 1;
+  if (!still) Object.assign(dataset, { draftWidth: bitmap.width, draftHeight: bitmap.height });
+  show(bitmap);
+  return true;
 }
 
 function show(bitmap) {
