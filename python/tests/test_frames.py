@@ -6,6 +6,7 @@ import gc
 import pickle
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -37,6 +38,38 @@ def compare(frame: nemoral.Frame, folder: Path) -> None:
     assert points.labels.tobytes() == (folder / "labels" / f"{name}.label").read_bytes()
     ply = (folder / "points" / f"{name}.ply").read_bytes()
     assert frame.points.array.tobytes() == ply.split(b"end_header\n", 1)[1]
+
+
+def everything(frame: nemoral.Frame) -> dict[str, Any]:
+    """All arrays of a frame, and what else it knows, by name."""
+    found: dict[str, Any] = {
+        name: getattr(frame, name)
+        for name in ("index", "sequence", "time_s", "world_from_body", "classes", "colours")
+    }
+    for sensor in [*frame.cameras.values(), *frame.lidars.values()]:
+        for name in dir(type(sensor)) + list(vars(sensor)):
+            if not name.startswith("_"):
+                found[f"{sensor.name}.{name}"] = getattr(sensor, name)
+    for lidar in frame.lidars.values():
+        points = found.pop(f"{lidar.name}.points")
+        found[f"{lidar.name}.points"] = points.array
+        for name in ("xyz", "normal", "object", "ring", "instance"):
+            found[f"{lidar.name}.points.{name}"] = getattr(points, name)
+    return found
+
+
+def equal(one: dict[str, Any], other: dict[str, Any]) -> list[str]:
+    """The names of what differs."""
+    assert one.keys() == other.keys()
+
+    def is_same(a: Any, b: Any) -> bool:
+        if isinstance(a, dict):
+            return a.keys() == b.keys() and all(is_same(a[key], b[key]) for key in a)
+        if isinstance(a, np.ndarray):
+            return (a.dtype, a.shape, a.tobytes()) == (b.dtype, b.shape, b.tobytes())
+        return bool(a == b)
+
+    return [name for name in one if not is_same(one[name], other[name])]
 
 
 def test_frames_are_those_of_the_command(forest: nemoral.Forest, written: Path) -> None:
@@ -155,6 +188,52 @@ def test_a_forest_is_pickled_as_its_config(forest: nemoral.Forest) -> None:
     assert len(data) < 2000
     again = pickle.loads(data)
     assert np.array_equal(again.frame(1).image, forest.frame(1).image)
+
+
+def test_a_frame_is_pickled_with_its_arrays(cache: Path, tmp_path: Path) -> None:
+    config = {
+        **SMALL,
+        "camera": {"sky": True, "flow": True, "trunks": True, "boxes": True, "radiance": True},
+        "lidars": {"rear": {"mount_yaw_deg": 180.0, "pulses": 500}},
+    }
+    forest = nemoral.Forest("demo", cache=cache, **config)
+    nemoral.generate("demo", out=tmp_path, cache=cache, backend="cpu", **config)
+    observed = forest.observe(forest.pose(1), time_s=2.0)
+    for frame in (forest.frame(0), observed, nemoral.Dataset(tmp_path)[1]):
+        before = set(vars(frame.camera))
+        data = pickle.dumps(frame)
+        # The frame itself does not keep what was computed for that.
+        assert set(vars(frame.camera)) == before
+        again = pickle.loads(data)
+        assert equal(everything(again), everything(frame)) == []
+        assert repr(again) == repr(frame) and again._repr_html_() == frame._repr_html_()
+        assert equal(everything(pickle.loads(pickle.dumps(again))), everything(frame)) == []
+        # Parts of it, too, and what was changed.
+        camera = pickle.loads(pickle.dumps(frame.camera))
+        assert np.array_equal(camera.radiance, frame.camera.radiance)
+        assert np.array_equal(pickle.loads(pickle.dumps(frame.points)).xyz, frame.points.xyz)
+        frame.image[:] = 7
+        assert (pickle.loads(pickle.dumps(frame)).image == 7).all()
+
+
+def test_points_without_ply_are_pickled(cache: Path, tmp_path: Path) -> None:
+    nemoral.generate("demo", out=tmp_path, cache=cache, **{**SMALL, "output.ply": False})
+    lidar = nemoral.Dataset(tmp_path)[0].lidar
+    again = pickle.loads(pickle.dumps(lidar))
+    assert again.labels.tobytes() == lidar.labels.tobytes() and len(lidar.labels) > 100
+    assert again.velodyne.tobytes() == lidar.velodyne.tobytes()
+
+
+@pytest.mark.parametrize("count", [0, 1, 2])
+def test_columns_of_few_points_are_packed(forest: nemoral.Forest, count: int) -> None:
+    points = nemoral.Points(forest.frame(0).points.array[:count])
+    for name in ("xyz", "normal", "intensity", "semantic", "fine_semantic", "instance", "object",
+                 "range_m", "true_range_m", "time_s", "ring", "flags"):
+        column = getattr(points, name)
+        # Torch takes no other strides, not even of no points.
+        assert len(column) == count and column.flags.c_contiguous, name
+        assert all(stride % column.itemsize == 0 for stride in column.strides), name
+        assert not np.shares_memory(column, points.array)
 
 
 def test_to_toml_makes_the_same_forest(forest: nemoral.Forest, cache: Path, tmp_path: Path) -> None:

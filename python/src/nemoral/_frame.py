@@ -7,7 +7,7 @@ import os
 import struct
 import zlib
 from functools import cached_property
-from typing import Any, Iterator, Literal, Mapping
+from typing import Any, Iterable, Iterator, Literal, Mapping
 
 import numpy as np
 import numpy.typing as npt
@@ -65,7 +65,9 @@ class Points:
     def _column(self, name: str) -> Array:
         if name not in (self.array.dtype.names or ()):
             raise AttributeError(f"these points have no {name}: the data set has no PLY files")
-        return np.ascontiguousarray(self.array[name])
+        # A copy in any case: NumPy takes a view of at most one point for contiguous.
+        found: Array = self.array[name].copy()
+        return found
 
     def _vector(self, first: Literal["x", "nx"]) -> Array:
         self._column(first)
@@ -74,7 +76,7 @@ class Points:
         offset = fields[first][1]
         flat = np.ascontiguousarray(self.array).view(np.uint8)
         rows = flat.reshape(len(self), self.array.dtype.itemsize)
-        packed = np.ascontiguousarray(rows[:, offset : offset + 12])
+        packed: Array = rows[:, offset : offset + 12].copy()
         return packed.view("<f4").reshape(len(self), 3)
 
     @cached_property
@@ -99,7 +101,8 @@ class Points:
 
     @cached_property
     def fine_semantic(self) -> Array:
-        """(N,) uint8: what the surface is, finer than classes: an index into ``SEMANTICS``."""
+        """(N,) uint8: what the surface is, finer than classes: a place in
+        ``nemoral.SEMANTICS``."""
         return self._column("semantic")
 
     @cached_property
@@ -143,19 +146,38 @@ class Points:
         return self._column("flags")
 
 
+def _state(holder: object, names: Iterable[str]) -> dict[str, Any]:
+    """What of an object is pickled: its attributes, and those that are computed when they are asked
+    for, so that the compiled part is not needed afterwards. The object itself keeps no more than
+    before."""
+    found = dict(vars(holder))
+    found.pop("_native", None)
+    for name in names:
+        if name not in found:
+            found[name] = getattr(type(holder), name).func(holder)
+    return found
+
+
 class _Sensor:
     """What cameras and LiDARs have in common."""
+
+    _native: _native.Frame | None = None
+    """None of a frame from another process, which has all arrays."""
+
+    _pickled: tuple[str, ...] = ()
 
     def __init__(self, frame: Frame, number: int, about: Mapping[str, Any]) -> None:
         self._native = frame._native
         self._number = number
-        self._about = about
         self.name: str = about["name"]
         """Its name: that of its table in the config."""
         self.body_from_sensor: Array = about["body_from_sensor"]
         """(4, 4) float64: where it is on the body."""
         self.world_from_sensor: Array = frame.world_from_body @ self.body_from_sensor
         """(4, 4) float64: its pose in the world at the frame's time."""
+
+    def __getstate__(self) -> dict[str, Any]:
+        return _state(self, self._pickled)
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({self.name!r})"
@@ -167,6 +189,19 @@ class Camera(_Sensor):
     Images become arrays when they are first asked for. The truth that a config must ask for is
     None otherwise.
     """
+
+    _pickled = (
+        "image",
+        "semantic",
+        "instance",
+        "depth_m",
+        "normal",
+        "sky",
+        "_flow",
+        "trunks",
+        "radiance",
+        "boxes",
+    )
 
     def __init__(self, frame: Frame, number: int, about: Mapping[str, Any]) -> None:
         super().__init__(frame, number, about)
@@ -182,8 +217,12 @@ class Camera(_Sensor):
         """float64: k1, k2, p1, p2, k3 of Brown and Conrady, k1 to k4 of a fisheye, as OpenCV has
         them; empty for none."""
 
+    def _asked(self, kind: str) -> Array | None:
+        assert self._native is not None
+        return self._native.image(self._number, kind)
+
     def _must(self, kind: str) -> Array:
-        image = self._native.image(self._number, kind)
+        image = self._asked(kind)
         assert image is not None
         return image
 
@@ -217,16 +256,17 @@ class Camera(_Sensor):
     @cached_property
     def sky(self) -> Array | None:
         """(H, W) bool: where nothing was hit; if `camera.sky`."""
-        return self._native.image(self._number, "sky")
+        return self._asked("sky")
 
     @cached_property
     def _flow(self) -> Array | None:
-        return self._native.image(self._number, "flow")
+        return self._asked("flow")
 
     @cached_property
     def flow(self) -> Array | None:
         """(H, W, 2) float32: where each point is in the next frame's picture, pixels to the right
-        and down; NaN where there is none; if `camera.flow`."""
+        and down; NaN where there is none; if `camera.flow`. Data sets have it to 1/64 pixel,
+        and none of more than 512 pixels."""
         return None if self._flow is None else np.ascontiguousarray(self._flow[..., :2])
 
     @cached_property
@@ -238,24 +278,28 @@ class Camera(_Sensor):
     def trunks(self) -> Array | None:
         """(H, W) uint32: instance ids of the nearest trunks, also where they are hidden; if
         `camera.trunks`."""
-        return self._native.image(self._number, "trunks")
+        return self._asked("trunks")
 
     @cached_property
     def radiance(self) -> Array | None:
         """(H, W, 3) float32: linear sRGB, cd/m2, behind the lens; if `camera.radiance`."""
-        return self._native.image(self._number, "radiance")
+        return self._asked("radiance")
 
     @cached_property
     def boxes(self) -> dict[str, Any] | None:
         """Columns of B boxes around objects, if `camera.boxes`: `object` (B,) uint64, `instance`
         (B,) uint32, `kind` list of text, `visible` and `whole` (B, 4) int64 (left, top, right,
         bottom; -1 if no pixel shows it), `visible_px` and `whole_px` (B,) uint32,
-        `camera_from_box` (B, 4, 4) float64, `size_m` (B, 3) float64."""
+        `camera_from_box` (B, 4, 4) float64, `size_m` (B, 3) float64; data sets have metres to four
+        digits."""
+        assert self._native is not None
         return self._native.boxes(self._number)
 
 
 class Lidar(_Sensor):
     """A LiDAR's scan."""
+
+    _pickled = ("points",)
 
     def __init__(self, frame: Frame, number: int, about: Mapping[str, Any]) -> None:
         super().__init__(frame, number, about)
@@ -265,10 +309,11 @@ class Lidar(_Sensor):
     @cached_property
     def points(self) -> Points:
         """The points."""
+        assert self._native is not None
         packed = self._native.points(self._number)
         if packed is not None:
             return Points(packed.view(POINT_DTYPE))
-        xyzi, labels = self._native.plain_points(self._number)
+        xyzi, labels = self._plain
         plain = np.zeros(len(xyzi), _PLAIN_DTYPE)
         for i, name in enumerate(("x", "y", "z", "intensity")):
             plain[name] = xyzi[:, i]
@@ -276,15 +321,25 @@ class Lidar(_Sensor):
         plain["label_instance"] = labels >> 16
         return Points(plain)
 
+    @property
+    def _plain(self) -> tuple[Array, Array]:
+        """What `.bin` and `.label` files hold."""
+        if self._native is not None:
+            return self._native.plain_points(self._number)
+        points = self.points.array
+        xyzi = np.stack([points[name] for name in ("x", "y", "z", "intensity")], axis=1)
+        instance = points["label_instance"].astype(np.uint32)
+        return xyzi, points["class"] | instance << 16
+
     @cached_property
     def velodyne(self) -> Array:
         """(N, 4) float32: x, y, z, intensity: what a `.bin` file holds."""
-        return self._native.plain_points(self._number)[0]
+        return self._plain[0]
 
     @cached_property
     def labels(self) -> Array:
         """(N,) uint32: class in the lower, instance in the upper 16 bits: a `.label` file."""
-        return self._native.plain_points(self._number)[1]
+        return self._plain[1]
 
 
 class Frame:
@@ -292,22 +347,27 @@ class Frame:
 
     The images and points of the first camera and LiDAR are attributes of the frame; those of all
     are in :attr:`cameras` and :attr:`lidars`. A frame does not need its forest or data set to stay.
+    It is pickled with all its arrays, as they are then.
     """
 
     def __init__(self, native: _native.Frame) -> None:
         self._native = native
 
-    @property
+    def __getstate__(self) -> dict[str, Any]:
+        names = ("index", "sequence", "time_s", "world_from_body", "classes", "colours")
+        return _state(self, (*names, "cameras", "lidars"))
+
+    @cached_property
     def index(self) -> int | None:
         """The frame's number in its sequence; None if it was observed without one."""
         return self._native.index
 
-    @property
+    @cached_property
     def sequence(self) -> int:
         """The number of its sequence."""
         return self._native.sequence
 
-    @property
+    @cached_property
     def time_s(self) -> float:
         """Seconds after the start of the sequence: the middle of exposure and scan."""
         return self._native.time_s
