@@ -169,9 +169,9 @@ impl Table {
         &self.text
     }
 
-    /// The id for each class of an ontology, in its order. The id for a class that is a semantic
-    /// ([`Ontology::semantics`]) is that of the class which lists it, or else of the one which lists
-    /// the paper's class of it.
+    /// The id for each class of an ontology, in its order. A class that is a semantic
+    /// ([`Ontology::semantics`]) has the id of the class which lists it, or else of the one which
+    /// lists the paper's class of it.
     ///
     /// # Errors
     /// [`Error::Ontology`] with the names that the table lists and nobody knows, or the classes

@@ -172,10 +172,10 @@ impl Agreement {
         )
     }
 
-    /// What is worse than allowed of [what is judged](JudgedAgreement): agreement with the pixel under 97 % overall, or with one of the
-    /// four around under 98.5 % (of fewer than 1,000 comparable points, by more than chance
-    /// explains); with one of the four under 92 % for a class with at least 1,000; a median depth
-    /// residual over 2 cm.
+    /// What of [what is judged](JudgedAgreement) is worse than allowed: agreement with the pixel
+    /// under 97 % overall, or with one of the four around under 98.5 % (of fewer than 1,000
+    /// comparable points, by more than chance explains); with one of the four under 92 % for a
+    /// class with at least 1,000; a median depth residual over 2 cm.
     #[must_use]
     pub fn failures(&self) -> Vec<String> {
         if !self.judged {

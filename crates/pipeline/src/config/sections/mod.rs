@@ -155,7 +155,8 @@ section! {
     /// What is written.
     Output at "output" {
         /// The class table: the paper's eight classes, its fuel, or each semantic as a class.
-        ontology: String = "paper".into(), OneOf(&["paper", "fuel", "semantics"]), "paper, V-A and VII";
+        ontology: String = "paper".into(), OneOf(&["paper", "fuel", "semantics"]),
+            "paper, V-A and VII";
         /// Write a PLY with every field of every point, besides `.bin` and `.label`.
         ply: bool = true, Flag, "true range, true id, time, normal and more";
         /// Write depth as float32 `.npy` instead of 16-bit PNG.
