@@ -76,18 +76,21 @@ def of_folder(root, size):
     return tensors(pictures, masks)
 
 
-def augmented(x, y, chance):
-    """Mirrors half of the pictures, and varies brightness and contrast."""
+def augmented(x, y, chance, colours=True):
+    """Mirrors half of the pictures, and varies the brightness and contrast of their channels."""
     mirrored = torch.from_numpy(chance.random(len(x)) < 0.5)
     x = torch.where(mirrored[:, None, None, None], x.flip(3), x)
     y = torch.where(mirrored[:, None, None], y.flip(2), y)
+    if not colours:
+        return x, y
     gain = torch.from_numpy(chance.uniform(0.7, 1.3, (len(x), 3, 1, 1)).astype(np.float32))
     shift = torch.from_numpy(chance.uniform(-0.2, 0.2, (len(x), 1, 1, 1)).astype(np.float32))
     return x * gain + shift, y
 
 
-def learn(sets, classes, steps, seed, batch=8, weights=None, say=print):
-    """Trains on sets of pictures, of which each gives its share of a batch's pictures."""
+def learn(sets, classes, steps, seed, batch=8, weights=None, colours=True, say=print):
+    """Trains on sets of pictures, of which each gives its share of a batch's pictures; `colours`
+    are augmented, too."""
     chance = seeded(seed)
     network = UNet(classes)
     sets = [(x, y, share) for x, y, share in sets if share > 0]
@@ -101,7 +104,7 @@ def learn(sets, classes, steps, seed, batch=8, weights=None, say=print):
             for i in [torch.from_numpy(chance.integers(len(x), size=n))]
         ]
         x, y = (torch.cat(t) for t in zip(*picked))
-        x, y = augmented(x, y, chance)
+        x, y = augmented(x, y, chance, colours)
         return (x,), y
 
     return fit(network, batches, steps, weights=weights, say=say)

@@ -1,14 +1,20 @@
 #!/usr/bin/env bash
 # Lets a foreign program read what a data set becomes in every format, and its own files:
-#   run.sh NEMORAL PYTHON DATASET FOLDER
+#   run.sh NEMORAL PYTHON DATASET FOLDER [CLIENT...]
+# CLIENT is such as `coco`, for read_coco.py; all if none is given.
 # A client's first line names the format that it reads (`--to FORMAT`); one that names none reads
 # the data set itself.
 set -euo pipefail
 nemoral=$1 python=$2 dataset=$3 folder=$4
 here=$(dirname "$0")
-for client in "$here"/read_*.py; do
-    name=$(basename "$client" .py)
-    name=${name#read_}
+shift 4
+if [ $# = 0 ]; then
+    clients=$(cd "$here" && ls read_*.py | sed -E 's/read_(.*)\.py/\1/')
+    # shellcheck disable=SC2086
+    set -- $clients
+fi
+for name in "$@"; do
+    client="$here/read_$name.py"
     format=$(sed -nE '1s/.*--to ([a-z0-9]+).*/\1/p' "$client")
     arguments=("$dataset")
     if [ -n "$format" ]; then
