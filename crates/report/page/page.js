@@ -31,13 +31,14 @@ const svg = (tag, attributes, text) => {
 };
 
 // Head.
+const many = (n) => (n < 1e6 ? count(n) : `${(n / 1e6).toFixed(1)} million`);
 const pixels = data.classes.reduce((sum, c) => sum + c.pixels, 0);
 const points = data.classes.reduce((sum, c) => sum + c.points, 0);
 document.title = get("name").textContent = data.name;
 get("facts").textContent = [
   `${count(data.frames_total)} frames in ${data.sequences.length} sequence${data.sequences.length === 1 ? "" : "s"}`,
-  pixels && `${(pixels / 1e6).toFixed(1)} million pixels`,
-  points && `${(points / 1e6).toFixed(2)} million points`,
+  pixels && `${many(pixels)} pixels`,
+  points && `${many(points)} points`,
   data.trees_total && `${count(data.trees_total)} trees`,
   `${(data.bytes / 1e6).toFixed(0)} MB`,
 ].filter(Boolean).join(" · ");
