@@ -10,15 +10,13 @@ each channel; pictures are mirrored in any case.
 
 import argparse
 import shutil
-import subprocess
 from pathlib import Path
 
 import numpy as np
 
 import pictures
 from common import frames, mean, ontology
-
-HERE = Path(__file__).parent
+from variety import make
 
 # Of each sequence's camera: the middle of a range, and half its width.
 DRAWN = {
@@ -48,14 +46,10 @@ def drawn_cameras(wider=1.0):
     return [part for setting in settings for part in ("--set", setting)]
 
 
-def make(program, out, seed, worlds, *arguments):
-    """A data set; one that is there is finished."""
-    command = [program, "generate", HERE / "variety.toml", "--out", out, "--resume", "--quiet"]
+def pictured(program, out, seed, worlds, settings):
+    """A data set of one frame of each world, with next to no scans, which are of no use here."""
     numbers = ["--seed", str(seed), "--sequences", str(worlds), "--frames", "1"]
-    # Scans are of no use here.
-    few = ["--set", "lidar.pulses=100"]
-    subprocess.run([*command, *numbers, *few, *arguments], check=True)
-    return out
+    return make(program, out, *numbers, "--set", "lidar.pulses=100", *settings)
 
 
 def main():
@@ -72,14 +66,14 @@ def main():
     tests = []
     for name, settings in others.items():
         out = args.folder / f"test {name}".replace(" ", "-")
-        make(args.program, out, 2, args.test_worlds, *settings)
+        pictured(args.program, out, 2, args.test_worlds, settings)
         names, ids = ontology(out)
         tests.append(pictures.of_dataset(frames(out)))
     print("| learnt from | plain augmentation | " + " | ".join(others) + " |")
     print("|---|---|" + "---|" * len(others))
     for name, settings in cameras.items():
         out = args.folder / f"train {name}".replace(" ", "-")
-        make(args.program, out, 1, args.worlds, *settings)
+        pictured(args.program, out, 1, args.worlds, settings)
         x, y = pictures.of_dataset(frames(out))
         for colours in (False, True):
             means = []
