@@ -45,22 +45,29 @@ def main(dataset, out):
         found = np.zeros_like(instance)
         for a in coco.loadAnns(coco.getAnnIds(imgIds=image["id"])):
             mask = coco.annToMask(a).astype(bool)
-            rows, columns = np.nonzero(mask)
-            box = [columns.min(), rows.min(), np.ptp(columns) + 1, np.ptp(rows) + 1]
-            assert a["area"] == mask.sum() and a["bbox"] == box, a["id"]
+            left, top, width, height = map(int, a["bbox"])
+            box = (slice(top, top + height), slice(left, left + width))
+            inside = mask[box]
+            assert inside.shape == (height, width), a["id"]
+            assert a["area"] == np.count_nonzero(mask) == np.count_nonzero(inside), a["id"]
+            # The box is the least one.
+            assert all(edge.any() for edge in (inside[0], inside[-1], inside[:, 0], inside[:, -1]))
             assert names[a["category_id"]] == kinds[a["instance_id"]]
-            assert not found[mask].any()
-            found[mask] = a["instance_id"]
+            assert not found[box][inside].any()
+            found[box][inside] = a["instance_id"]
             objects += 1
         assert (found == instance).all(), image["file_name"]
         annotation = segments[image["id"]]
         map_ = ids(out / "panoptic" / annotation["file_name"])
-        assert set(np.unique(map_)) == {s["id"] for s in annotation["segments_info"]}
+        order = np.argsort(map_, axis=None, kind="stable")
+        numbers, first = np.unique(map_.ravel()[order], return_index=True)
+        pixels_of = dict(zip(numbers.tolist(), np.split(order, first[1:])))
+        assert set(pixels_of) == {s["id"] for s in annotation["segments_info"]}
         for s in annotation["segments_info"]:
-            mask = map_ == s["id"]
-            assert s["area"] == mask.sum()
-            assert (semantic[mask] == s["category_id"] - 1).all()
-            assert (instance[mask] == s["instance_id"]).all()
+            pixels = pixels_of[s["id"]]
+            assert s["area"] == len(pixels)
+            assert (semantic.ravel()[pixels] == s["category_id"] - 1).all()
+            assert (instance.ravel()[pixels] == s["instance_id"]).all()
             crowd = classes[s["category_id"]]["isthing"] and s["instance_id"] == 0
             assert s["iscrowd"] == int(crowd)
             parts += 1
