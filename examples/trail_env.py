@@ -32,6 +32,8 @@ class TrailEnv(gym.Env[np.ndarray, np.ndarray]):
     def __init__(
         self, config: Any = "medium", render_mode: str | None = None, **overrides: Any
     ) -> None:
+        if render_mode not in (None, *self.metadata["render_modes"]):
+            raise ValueError(f"render_mode = {render_mode!r}: must be None or \"rgb_array\"")
         self.render_mode = render_mode
         keys = {
             "camera.enabled": render_mode is not None,

@@ -165,7 +165,7 @@ fn run_convert(a: &Convert) -> Result<bool, Failure> {
     };
     let reporter = Reporter::of_data_set("converting", a.reporting);
     let done = convert_watched(&a.dir, &a.out, &params, &reporter.watch());
-    let done = done.inspect_err(|_| reporter.fail())?;
+    let done = done.inspect_err(|_| reporter.clear())?;
     let out = a.out.display().to_string();
     let answer = format!(
         "{} frames in {out}: {} files, {:.1} MB",
@@ -187,7 +187,7 @@ fn run_merge(a: &Merge) -> Result<bool, Failure> {
     };
     let reporter = Reporter::of_data_set("merging", a.reporting);
     let merged = merge_watched(&shards, &a.out, params, &reporter.watch());
-    let merged = merged.inspect_err(|_| reporter.fail())?;
+    let merged = merged.inspect_err(|_| reporter.clear())?;
     let (frames, out) = (merged.frames.len(), a.out.display().to_string());
     let answer = format!("{frames} frames in {out}");
     reporter.answer(&answer, json!({ "frames": frames, "out": out }))?;
@@ -259,7 +259,7 @@ fn run_generate(
         backend: backend.with_gpu_memory(a.gpu_memory),
     };
     let manifest = generate(&request, &reporter, &stop);
-    let manifest = manifest.inspect_err(|_| reporter.fail())?;
+    let manifest = manifest.inspect_err(|_| reporter.clear())?;
     reporter.finish(manifest.frames.len(), &a.out);
     Ok(true)
 }

@@ -12,8 +12,12 @@ pub(crate) struct Failure {
 
 impl From<Error> for Failure {
     fn from(error: Error) -> Self {
+        let remedy = match &error {
+            Error::Dataset(error) => remedy(error),
+            _ => "",
+        };
         Self {
-            message: error.to_string(),
+            message: format!("{error}{remedy}"),
             is_request: error.is_request(),
         }
     }
@@ -25,11 +29,27 @@ impl From<nemoral_dataset::Error> for Failure {
     }
 }
 
+/// What to do about a folder that holds something already.
+const RESUME_OR_OVERWRITE: &str = "; use --resume to go on with it or --overwrite to replace it";
+
+/// The options by which a command could go on all the same.
+fn remedy(error: &nemoral_dataset::Error) -> &'static str {
+    match error {
+        nemoral_dataset::Error::Exists { .. } => RESUME_OR_OVERWRITE,
+        nemoral_dataset::Error::Incomplete { .. } => "; --partial merges what there is",
+        _ => "",
+    }
+}
+
 impl From<nemoral_convert::Error> for Failure {
     fn from(error: nemoral_convert::Error) -> Self {
         let is_request = error.is_request();
         match error {
             nemoral_convert::Error::Dataset(e) => e.into(),
+            nemoral_convert::Error::Exists { .. } => Self {
+                message: format!("{error}{RESUME_OR_OVERWRITE}"),
+                is_request,
+            },
             error => Self {
                 message: error.to_string(),
                 is_request,

@@ -132,8 +132,8 @@ impl Reporter {
         let _ = say(&event.to_string());
     }
 
-    /// Ends the report of a run that failed.
-    pub(crate) fn fail(&self) {
+    /// Takes the bar away; an error or the answer follows.
+    pub(crate) fn clear(&self) {
         if let Report::Bar(bar) = &self.report {
             bar.finish_and_clear();
         }
@@ -142,7 +142,7 @@ impl Reporter {
     /// Ends the report of work on a data set: `answer` is for a person, and `facts`, an object, for
     /// a program.
     pub(crate) fn answer(&self, answer: &str, mut facts: Value) -> io::Result<()> {
-        self.fail();
+        self.clear();
         match self.report {
             Report::Nowhere => Ok(()),
             Report::Bar(_) | Report::Lines => say(answer),
@@ -157,7 +157,7 @@ impl Reporter {
 
     /// Ends the report of a run whose data set now has this number of frames.
     pub(crate) fn finish(&self, frames: usize, out: &Path) {
-        self.fail();
+        self.clear();
         let (megabytes, seconds) = self.totals();
         let out = out.display();
         if let Report::Json = self.report {

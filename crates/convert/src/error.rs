@@ -26,8 +26,7 @@ pub enum Error {
     },
     /// The output folder holds a conversion already; nothing was touched.
     #[error(
-        "{}: the folder holds {} conversion; use --resume to go on with it or --overwrite to \
-         replace it",
+        "{}: the folder holds {} conversion",
         path.display(),
         if *finished { "a" } else { "an unfinished" }
     )]

@@ -10,6 +10,8 @@ pub(crate) struct LabelClass {
     pub(crate) id: u16,
     pub(crate) name: String,
     pub(crate) colour: [u8; 3],
+    /// Whether it is neither learnt nor evaluated.
+    pub(crate) ignored: bool,
 }
 
 /// From the class ids on disk to those that are written.
@@ -37,10 +39,12 @@ impl Labels {
             for class in own.classes() {
                 id_of[usize::from(class.id)] = u16::from(class.id);
             }
+            let sky = own.class(Semantic::Sky);
             let classes = own.classes().iter().map(|c| LabelClass {
                 id: u16::from(c.id),
                 name: c.name.clone(),
                 colour: c.colour,
+                ignored: c == sky,
             });
             let id = |s: &Semantic| u16::from(own.class(*s).id);
             return Ok(Self {
@@ -58,6 +62,7 @@ impl Labels {
             id: c.id,
             name: c.name.clone(),
             colour: c.colour,
+            ignored: c.ignored,
         });
         Ok(Self {
             name: table.name.clone(),

@@ -79,6 +79,9 @@ pub use sink::{Files, Mode, Notes, Sink, Stream};
 pub use source::{FrameRef, Sequence, Source};
 pub use table::{Table, TableClass};
 
+/// Raised with each change of any format's files, so that nobody goes on with those of before.
+const LAYOUT: u32 = 2;
+
 /// A format that data sets can be written in.
 pub trait Format {
     /// Writes all files. Everything that it writes must be a function of the source and of the
@@ -163,7 +166,7 @@ pub fn convert_watched(
     if params.ontology.is_some() && !params.format.takes_ontology() {
         return Err(Error::Unsuitable {
             format: params.format.name(),
-            reason: "it has no place for the classes of a table; leave --ontology out".to_owned(),
+            reason: "it has no place for the classes of a table; leave the table out".to_owned(),
         });
     }
     let format = params.format.with(params.ontology.clone());
@@ -173,7 +176,10 @@ pub fn convert_watched(
         .as_ref()
         .map(|t| digest(t.text().as_bytes()));
     let request = sink::Request {
-        converter: format!("nemoral-convert {}", env!("CARGO_PKG_VERSION")),
+        converter: format!(
+            "nemoral-convert {} layout {LAYOUT}",
+            env!("CARGO_PKG_VERSION")
+        ),
         format: params.format.name().to_owned(),
         source: source.digest().to_owned(),
         ontology,

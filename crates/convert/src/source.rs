@@ -180,11 +180,7 @@ impl Source {
     /// How many LiDAR points have a class, by its id.
     #[must_use]
     pub fn point_classes(&self) -> BTreeMap<u8, u64> {
-        let mut points = BTreeMap::new();
-        for (&class, count) in self.dataset.frames().iter().flat_map(|f| &f.point_classes) {
-            *points.entry(class).or_insert(0) += count;
-        }
-        points
+        self.manifest().point_classes()
     }
 
     /// The number of frames that exist, of all sequences.

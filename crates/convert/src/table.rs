@@ -43,6 +43,7 @@ const BUILT_IN: [(&str, &str); 8] = [
 /// name = "void"
 /// colour = [0, 0, 0]       # sRGB
 /// from = []                # classes of the data set, or fine semantics
+/// ignored = true           # neither learnt nor evaluated; optional
 ///
 /// [[class]]
 /// id = 4
@@ -77,6 +78,9 @@ pub struct TableClass {
     pub colour: [u8; 3],
     /// Names of the data set's classes that it is made of.
     pub from: Vec<String>,
+    /// Whether it is neither learnt nor evaluated.
+    #[serde(default)]
+    pub ignored: bool,
 }
 
 #[derive(Deserialize)]

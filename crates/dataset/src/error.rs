@@ -29,8 +29,7 @@ pub enum Error {
     },
     /// The output folder holds a data set already; nothing was touched.
     #[error(
-        "{}: the folder holds {} data set; use --resume to go on with it or --overwrite to replace \
-         it",
+        "{}: the folder holds {} data set",
         path.display(),
         if *finished { "a" } else { "an unfinished" }
     )]
@@ -64,7 +63,7 @@ pub enum Error {
         path: PathBuf,
     },
     /// The parts of a merge do not have all frames of a sequence; nothing was written.
-    #[error("sequence {sequence}: no part has {missing}; --partial merges what there is")]
+    #[error("sequence {sequence}: no part has {missing}")]
     Incomplete {
         /// The sequence.
         sequence: u32,

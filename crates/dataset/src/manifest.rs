@@ -102,6 +102,16 @@ impl FrameRecord {
 }
 
 impl Manifest {
+    /// How many LiDAR points have a class, by its id.
+    #[must_use]
+    pub fn point_classes(&self) -> BTreeMap<u8, u64> {
+        let mut points = BTreeMap::new();
+        for (&class, count) in self.frames.iter().flat_map(|f| &f.point_classes) {
+            *points.entry(class).or_insert(0) += count;
+        }
+        points
+    }
+
     /// Pretty-printed JSON, but with each frame on one line, as a long drive has many. The text
     /// contains its own checksum.
     pub(crate) fn to_json(&self) -> String {

@@ -87,7 +87,7 @@ impl Dataset {
         if folder.kind(&layout::inner(layout::MANIFEST))?.is_none() {
             let entries = folder.entries()?;
             let message = if entries.iter().any(|e| e.name == layout::STATE) {
-                "holds an unfinished data set: go on with --resume"
+                "holds an unfinished data set: resume what was writing it"
             } else if !dir.is_dir() {
                 "there is no such folder"
             } else {

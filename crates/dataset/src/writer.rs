@@ -370,11 +370,7 @@ impl Writer {
             let record = FileRecord::put(&self.folder, path.clone(), content)?;
             manifest.files.push(record);
         }
-        let mut point_classes = BTreeMap::new();
-        for (&class, count) in manifest.frames.iter().flat_map(|f| &f.point_classes) {
-            *point_classes.entry(class).or_insert(0) += count;
-        }
-        let ontology = ontology_yaml::encode(&self.header, &point_classes);
+        let ontology = ontology_yaml::encode(&self.header, &manifest.point_classes());
         for (name, text) in [
             (layout::README, data_card::encode(&manifest)),
             (layout::CONFIG, self.header.config_toml.clone()),

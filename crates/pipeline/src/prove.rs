@@ -47,7 +47,7 @@ pub(crate) fn within_sequence(config: &Config, frame: u64) -> Result<(), Error> 
         return Ok(());
     }
     Err(Error::request(format!(
-        "frame {frame}: the sequence has {frames} frames, 0..{frames}; --frames N or --set \
-         frames=N makes it longer"
+        "frame {frame}: the sequence has {frames} frames, counted from 0; the config's `frames` \
+         makes it longer"
     )))
 }

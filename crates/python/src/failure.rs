@@ -63,41 +63,21 @@ impl Failure {
                     message,
                     value,
                     allowed,
-                } => {
-                    let allowed = allowed.as_deref().map(in_python);
-                    let message = in_python(&message);
-                    (errors.getattr("_of_argument")?).call1((key, message, value, allowed))
-                }
+                } => (errors.getattr("_of_argument")?).call1((key, message, value, allowed)),
                 Self::Io { path, error } => {
                     let (code, text) = (error.raw_os_error(), error.to_string());
                     errors.getattr("_of_file")?.call1((path, code, text))
                 }
-                Self::Dataset(message) => {
-                    (errors.getattr("DatasetError")?).call1((in_python(&message),))
-                }
+                Self::Dataset(message) => errors.getattr("DatasetError")?.call1((message,)),
                 Self::Interrupted => Ok(PyKeyboardInterrupt::new_err(())
                     .into_value(py)
                     .into_bound(py)
                     .into_any()),
-                Self::Other(message) => (errors.getattr("Error")?).call1((in_python(&message),)),
+                Self::Other(message) => errors.getattr("Error")?.call1((message,)),
             }
         })();
         made.map_or_else(|error| error, PyErr::from_value)
     }
-}
-
-/// A message in the words of this package, where it has those of Rust or of the command.
-fn in_python(message: &str) -> String {
-    let pairs = [
-        ("..=", " to "),
-        ("--frames N or --set frames=N", "frames=N in the config"),
-        ("--resume", "mode=\"resume\""),
-        ("--overwrite", "mode=\"overwrite\""),
-        ("--partial", "partial=True"),
-        ("--ontology", "ontology"),
-    ];
-    let said = |text: String, (theirs, ours)| text.replace(theirs, ours);
-    pairs.into_iter().fold(message.to_owned(), said)
 }
 
 /// What a key of the config may be.
@@ -117,7 +97,9 @@ fn allowed(path: &str) -> Option<String> {
 }
 
 impl From<ParamError> for Failure {
-    fn from(error: ParamError) -> Self {
+    fn from(mut error: ParamError) -> Self {
+        // Ranges are in Rust's notation.
+        error.allowed = error.allowed.replace("..=", " to ");
         Self::Argument {
             message: error.to_string(),
             key: error.field,
@@ -126,6 +108,10 @@ impl From<ParamError> for Failure {
         }
     }
 }
+
+/// What to do about a folder that holds something already.
+const RESUME_OR_OVERWRITE: &str =
+    "; mode=\"resume\" goes on with it, and mode=\"overwrite\" replaces it";
 
 impl From<nemoral_pipeline::Error> for Failure {
     fn from(error: nemoral_pipeline::Error) -> Self {
@@ -169,6 +155,12 @@ impl Failure {
                 value,
                 allowed,
             } => Self::argument(field, value, allowed),
+            nemoral_dataset::Error::Exists { .. } => {
+                Self::Dataset(format!("{error}{RESUME_OR_OVERWRITE}"))
+            }
+            nemoral_dataset::Error::Incomplete { .. } => {
+                Self::Dataset(format!("{error}; partial=True merges what there is"))
+            }
             error => Self::Dataset(error.to_string()),
         }
     }
@@ -184,6 +176,9 @@ impl From<nemoral_convert::Error> for Failure {
     fn from(error: nemoral_convert::Error) -> Self {
         match error {
             nemoral_convert::Error::Dataset(error) => error.into(),
+            nemoral_convert::Error::Exists { .. } => {
+                Self::Dataset(format!("{error}{RESUME_OR_OVERWRITE}"))
+            }
             error => Self::Dataset(error.to_string()),
         }
     }

@@ -466,6 +466,9 @@ impl Forest {
 /// The mean of the origins of rays, none of which may be farther from it than one sees: it would
 /// miss everything.
 fn mean_within(rays: &[(DVec3, DVec3)], visible_radius_m: f64) -> Result<DVec2, Failure> {
+    for (i, (origin, _)) in rays.iter().enumerate() {
+        place(&format!("rays[{i}]"), origin.x, origin.y)?;
+    }
     let sum: DVec2 = rays.iter().map(|(origin, _)| origin.truncate()).sum();
     let mean = sum / rays.len().max(1) as f64;
     let mean_m = place("mean of the origins", mean.x, mean.y)?;

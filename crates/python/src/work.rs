@@ -88,13 +88,13 @@ fn attend<T: Send + 'static>(
                 Some(progress) if raised.is_none() => tell(py, progress, event),
                 _ => Ok(()),
             },
-            Err(RecvTimeoutError::Timeout) => py.check_signals(),
+            Err(RecvTimeoutError::Timeout) => Ok(()),
             // The thread ended without a result, which it never does.
             Err(RecvTimeoutError::Disconnected) => {
                 return Err(Failure::Other("a thread was lost".to_owned()).raise(py));
             }
         };
-        if let Err(error) = told {
+        if let Err(error) = told.and_then(|()| py.check_signals()) {
             match &stop {
                 Some(stop) if raised.is_none() => {
                     stop.store(true, Ordering::Relaxed);

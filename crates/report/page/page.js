@@ -49,7 +49,8 @@ const wholes = data.frames.map((f, i) => [f.whole, i]).filter(([w]) => w !== nul
 const nearest = (i) => wholes.reduce((best, w) =>
   Math.abs(w[1] - i) < Math.abs(best[1] - i) ? w : best);
 const total = count(data.frames_total);
-get("whole").textContent = wholes.length < data.frames_total
+get("whole").textContent = wholes.length === 0 ? "No frame is shown in full."
+  : wholes.length < data.frames_total
   ? `${wholes.length} of ${total} frames are shown in full, with a line below: they have all their maps here, and of the others the nearest such frame is shown.`
   : "All frames are shown in full.";
 for (const id of wholes.length ? [] : ["viewer", "slide", "scan"]) get(id).hidden = true;
@@ -412,7 +413,8 @@ get("quantiles").append(head("", "least", "5 %", "median", "95 %", "most"),
 const ground = get("ground");
 let centre = [0, 0];
 let scale = 1;
-const framesOf = (number) => data.frames.map((f, i) => [f, i]).filter(([f]) => f.sequence === number);
+const listed = Map.groupBy(data.frames.map((f, i) => [f, i]), ([f]) => f.sequence);
+const framesOf = (number) => listed.get(number) ?? [];
 const theWorld = () => data.sequences.find((s) => s.number === Number(get("world").value));
 get("world").append(...data.sequences.map((s) => make("option",
   { value: s.number, textContent: `sequence ${s.number}${s.split ? ` (${s.split})` : ""}` })));
@@ -420,6 +422,7 @@ function fitMap() {
   const world = theWorld();
   if (!world) return;
   const at = framesOf(world.number).map(([f]) => f.at);
+  if (at.length === 0) return;
   const range = (k) => [Math.min(...at.map((p) => p[k])) - 25, Math.max(...at.map((p) => p[k])) + 25];
   const [[west, east], [south, north]] = [range(0), range(1)];
   centre = [(west + east) / 2, (south + north) / 2];
@@ -551,8 +554,10 @@ get("sequences").append(
     }
     const trees = Object.values(s.counts).reduce((a, n) => a + n, 0);
     const [stems, area] = trees ? density(s) : [0, 0];
+    // There is none of a sequence of whose frames no place is listed.
+    const known = (v, text) => (Number.isFinite(v) ? text(v) : "–");
     const cells = [s.number, s.split ?? "", count(s.frames), count(trees),
-      count(Math.round(stems)), area.toFixed(1), bar,
+      known(stems, (v) => count(Math.round(v))), known(area, (v) => v.toFixed(1)), bar,
       ...keys.map((k) => value(s.drawn[k])), s.seed];
     return make("tr", {}, ...cells.map((cell) => make("td", {}, cell instanceof Node ? cell : String(cell))));
   }));

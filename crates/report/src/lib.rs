@@ -9,10 +9,10 @@
 //! - Equal data sets in folders of equal names give equal bytes.
 //! - Every file that is read is compared with its checksum; a damaged one is an error, and no page
 //!   is written.
-//! - The size is bounded: a page has at most [`MAX_PAGE_BYTES`]. At most [`MAX_WHOLE_FRAMES`]
-//!   frames have all their maps and a thinned scan, and at most [`MAX_THUMBNAILS`] others have a
-//!   thumbnail; fewer, if they do not fit. At most [`MAX_TREES`] trees and [`MAX_PLACES`] frames
-//!   are on the maps. Only the tables of sequences and the config are there whatever their size.
+//! - A page has at most [`MAX_PAGE_BYTES`], unless the table of sequences and the config alone are
+//!   larger, which are there whatever their size. At most [`MAX_WHOLE_FRAMES`] frames have all
+//!   their maps and a thinned scan, and at most [`MAX_THUMBNAILS`] others have a thumbnail; fewer,
+//!   if they do not fit. At most [`MAX_TREES`] trees and [`MAX_PLACES`] frames are on the maps.
 //! - Names and texts of a data set are data on the page, never markup.
 //!
 //! # Example
@@ -68,7 +68,7 @@ use nemoral_files::Folder;
 
 pub use error::Error;
 
-/// The most bytes of a page.
+/// The most bytes of a page, unless what has no bound of its own is larger.
 pub const MAX_PAGE_BYTES: usize = 50_000_000;
 /// The most frames that are on the page with all their maps.
 pub const MAX_WHOLE_FRAMES: usize = 24;
@@ -91,7 +91,7 @@ pub struct Made {
 }
 
 /// Writes the page of a data set to the file `out`, which appears when it is whole. It has at most
-/// [`MAX_PAGE_BYTES`].
+/// [`MAX_PAGE_BYTES`], with the exception of [`report_within`].
 ///
 /// # Errors
 /// [`Error::Name`] and [`Error::Inside`] for a name that cannot be used; [`Error::Dataset`] and

@@ -30,12 +30,12 @@ struct Whole {
 /// leaves room; the number of frames that have all their maps, too.
 pub(crate) fn page(dataset: &Dataset, max_bytes: usize) -> Result<(String, usize), Error> {
     let mut summary = Summary::new(dataset, max_bytes / THUMBNAIL_SHARE)?;
-    let mut budget = Budget::new(max_bytes);
-    budget.take((assembled("").len() + block("summary", &summary).len()).min(budget.left()));
+    let fixed = assembled("").len() + block("summary", &json(&summary)).len();
+    let mut budget = Budget::new(max_bytes.saturating_sub(fixed));
     let candidates = candidates(dataset.frames().len());
     let mut wholes = BTreeMap::new();
     for i in halving_order(candidates.len()) {
-        let whole = whole(dataset, candidates[i])?;
+        let whole = json(&whole(dataset, candidates[i])?);
         // The id's length is that of the last possible one, at most.
         if !budget.take(block(&id(MAX_WHOLE_FRAMES), &whole).len()) {
             // A smaller one may fit still, but then frames would not be spread.
@@ -44,7 +44,7 @@ pub(crate) fn page(dataset: &Dataset, max_bytes: usize) -> Result<(String, usize
         wholes.insert(candidates[i], whole);
     }
     summary.set_whole(wholes.keys().copied());
-    let mut data = block("summary", &summary);
+    let mut data = block("summary", &json(&summary));
     for (i, whole) in wholes.values().enumerate() {
         data += &block(&id(i), whole);
     }
@@ -84,10 +84,14 @@ fn assembled(data: &str) -> String {
     page
 }
 
-/// Data for the page's script. No text in it can end the block, as `<` is escaped.
-fn block(id: &str, value: &impl Serialize) -> String {
+/// Data as JSON in which no text can end a block, as `<` is escaped.
+fn json(value: &impl Serialize) -> String {
     let json = serde_json::to_string(value).expect("all keys are strings");
-    let json = json.replace('<', "\\u003c");
+    json.replace('<', "\\u003c")
+}
+
+/// A block of data for the page's script.
+fn block(id: &str, json: &str) -> String {
     format!("<script type=\"application/json\" id=\"{id}\">{json}</script>\n")
 }
 
@@ -97,7 +101,7 @@ mod tests {
 
     #[test]
     fn no_text_ends_its_block() {
-        let block = block("a", &"</script><script>alert(1)</script><!--");
+        let block = block("a", &json(&"</script><script>alert(1)</script><!--"));
         assert_eq!(block.matches('<').count(), 2, "{block}");
     }
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import operator
 import os
 from dataclasses import dataclass
 from typing import Any, Iterable, Sequence, SupportsIndex, Union
@@ -46,8 +47,9 @@ def generate(
     chosen: list[tuple[int, int]] | None = None
     if frames is not None:
         try:
-            one = frames.__index__()  # type: ignore[union-attr]
-        except AttributeError:
+            # Arrays have this, too, and refuse.
+            one = operator.index(frames)  # type: ignore[arg-type]
+        except TypeError:
             chosen = _ranges(frames)
         else:
             overrides = {**overrides, "frames": arguments.whole("frames", one, 1, 10_000_000)}

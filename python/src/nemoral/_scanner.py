@@ -64,9 +64,9 @@ def _noise_keys(noise: str | Mapping[str, Any]) -> dict[str, Any]:
 class Scan(np.ndarray[Any, np.dtype[Any]]):
     """The points of a :class:`Scanner`: an (N,) structured array, in the order of firing.
 
-    Fields are ``scan["return_no"]``; the attributes are those of :class:`nemoral.Points`, but for
-    the flags, which are ``scan["flags"]``. Positions are in the LiDAR's frame (x forward, y left,
-    z up), metres.
+    All fields are there by name, as in ``scan["return_no"]``. The most used ones are attributes,
+    too, named as those of :class:`nemoral.Points`. Positions are in the LiDAR's frame (x forward,
+    y left, z up), metres.
     """
 
     def __getitem__(self, key: Any) -> Any:
@@ -74,6 +74,11 @@ class Scan(np.ndarray[Any, np.dtype[Any]]):
         # A column is a plain array.
         if isinstance(found, Scan) and found.dtype != SCAN_DTYPE:
             return found.view(np.ndarray)
+        return found
+
+    def _column(self, name: str) -> Array:
+        # A copy in any case: NumPy takes a view of at most one point for contiguous.
+        found: Array = self[name].copy()
         return found
 
     def _vector(self, names: tuple[str, str, str]) -> Array:
@@ -97,37 +102,37 @@ class Scan(np.ndarray[Any, np.dtype[Any]]):
     @property
     def intensity(self) -> Array:
         """(N,) float32: received power, 0 to 1, of a perfect plate at the same place."""
-        return np.ascontiguousarray(self["intensity"])
+        return self._column("intensity")
 
     @property
     def semantic(self) -> Array:
         """(N,) uint32: the meshes' numbers of that name."""
-        return np.ascontiguousarray(self["semantic"])
+        return self._column("semantic")
 
     @property
     def instance(self) -> Array:
         """(N,) uint32: the instances' numbers."""
-        return np.ascontiguousarray(self["instance"])
+        return self._column("instance")
 
     @property
     def range_m(self) -> Array:
         """(N,) float32: measured ranges, metres."""
-        return np.ascontiguousarray(self["range"])
+        return self._column("range")
 
     @property
     def true_range_m(self) -> Array:
         """(N,) float32: ranges without error, metres; 0 for false alarms."""
-        return np.ascontiguousarray(self["range_true"])
+        return self._column("range_true")
 
     @property
     def time_s(self) -> Array:
         """(N,) float64: times of firing, seconds after the time of the scan."""
-        return np.ascontiguousarray(self["t"])
+        return self._column("t")
 
     @property
     def ring(self) -> Array:
         """(N,) uint8: laser lines."""
-        return np.ascontiguousarray(self["ring"])
+        return self._column("ring")
 
 
 class Scanner:

@@ -54,6 +54,9 @@ def _place_of_process() -> tuple[int, int]:
     """This process's rank, and how many ranks there are."""
     if _is_distributed():
         return torch.distributed.get_rank(), torch.distributed.get_world_size()
+    found = {name: os.environ.get(name) for name in ("RANK", "WORLD_SIZE")}
+    if (found["RANK"] is None) != (found["WORLD_SIZE"] is None):
+        raise arguments.refuse("RANK, WORLD_SIZE", found, "both in the environment, or neither")
     world_size = _variable("WORLD_SIZE", 1, 1, 2**31)
     return _variable("RANK", 0, 0, world_size - 1), world_size
 
@@ -83,17 +86,17 @@ def _given(count: int, lengths: list[int], batch_size: int) -> list[int]:
     return given
 
 
-def _take_turns() -> None:
-    """Shares the processor's cores among the workers of this process's loader, once."""
-    global _shared
+def _share_cores() -> None:
+    """Shares this process's threads among the workers of its loader, once in each worker."""
+    global _sharing_process
     info = get_worker_info()
-    if info is None or _shared == os.getpid():
+    if info is None or _sharing_process == os.getpid():
         return
-    _native.set_threads(max(1, (os.cpu_count() or 1) // info.num_workers))
-    _shared = os.getpid()
+    _native.set_threads(max(1, _native.threads() // info.num_workers))
+    _sharing_process = os.getpid()
 
 
-_shared = 0
+_sharing_process = 0
 
 
 class Frames(TorchDataset[Any]):
@@ -155,7 +158,7 @@ class Frames(TorchDataset[Any]):
         return len(self.forest)
 
     def __getitem__(self, i: SupportsIndex) -> Any:
-        _take_turns()
+        _share_cores()
         return self.transform(self.forest[i])
 
     def stream(
@@ -171,7 +174,8 @@ class Frames(TorchDataset[Any]):
         """The same items as an iterable data set, world by world.
 
         Args:
-            start: how many items its first pass leaves out, to go on where training was stopped:
+            start: how many items its first pass leaves out (that which is begun first, be it for a
+                single item), to go on where training was stopped:
                 those that a loader of this rank with the same number of workers gave before, in
                 the same epoch.
             batch_size: that of the loader, for `start` if it has several workers, which take turns
@@ -201,6 +205,11 @@ class Frames(TorchDataset[Any]):
 
 _WORKERS_MAX = 1024
 """The most workers of a loader."""
+
+# What a stream's memory has that it shares with the workers of a loader: the epoch; by how many
+# workers its first pass is iterated, and the last one, plus 1 (0 for no pass yet); and of each
+# worker whether it has begun the first pass.
+_EPOCH, _FIRST_BY, _LAST_BY, _BEGUN = range(4)
 
 
 class FrameStream(IterableDataset[Any]):
@@ -245,9 +254,8 @@ class FrameStream(IterableDataset[Any]):
         self._done = 0
         # Where it is iterated.
         self._process: int | None = None
-        # The epoch, and of each worker whether its first pass has begun. Workers that live on, and
-        # those that are made for another pass, see what is written here.
-        self._shared = torch.zeros(1 + _WORKERS_MAX, dtype=torch.int64).share_memory_()
+        # Workers that live on, and those that are made for another pass, see what is written here.
+        self._shared = torch.zeros(_BEGUN + _WORKERS_MAX, dtype=torch.int64).share_memory_()
         # What is wrong is said here, and not in a worker.
         len(self)
 
@@ -277,7 +285,7 @@ class FrameStream(IterableDataset[Any]):
     @property
     def epoch(self) -> int:
         """What :meth:`set_epoch` was given last; 0 before."""
-        return int(self._shared[0])
+        return int(self._shared[_EPOCH])
 
     def _place(self) -> tuple[int, int]:
         return self._ranks or _place_of_process()
@@ -298,25 +306,29 @@ class FrameStream(IterableDataset[Any]):
 
     def _start(self, count: int) -> int:
         """How many of this rank's items the next pass leaves out."""
-        worker, _ = _place_of_worker()
-        # The process of a loader does not iterate itself.
-        begun = self._shared[1:] if get_worker_info() is None else self._shared[1 + worker]
-        if begun.any():
-            return 0
-        return arguments.whole("start", self.start, 0, count)
+        worker, workers = _place_of_worker()
+        first_by = int(self._shared[_FIRST_BY])
+        is_first = first_by == 0
+        if workers:
+            # Other workers of the same pass may have begun before.
+            is_first |= first_by == workers + 1 and not self._shared[_BEGUN + worker]
+        return arguments.whole("start", self.start, 0, count) if is_first else 0
 
     def __len__(self) -> int:
         count = len(self._worlds()) * self.frames.frames_per_world
         return count - self._start(count)
 
     def __iter__(self) -> Iterator[Any]:
-        _take_turns()
+        _share_cores()
         worker, workers = _place_of_worker()
         per_world = self.frames.frames_per_world
         worlds = self._worlds()
         start = self._start(len(worlds) * per_world)
         own_start, self._own_start = self._own_start, None
-        self._shared[1 + worker] = 1
+        if not self._shared[_FIRST_BY]:
+            self._shared[_FIRST_BY] = workers + 1
+        self._shared[_LAST_BY] = workers + 1
+        self._shared[_BEGUN + worker] = 1
         self._process = os.getpid()
         mine = slice(worker, None, max(1, workers))
         if own_start is not None:
@@ -355,7 +367,7 @@ class FrameStream(IterableDataset[Any]):
     def set_epoch(self, epoch: SupportsIndex) -> None:
         """Which epoch the next pass is, for the order of worlds. Workers that live on
         (``persistent_workers``) see it, too."""
-        self._shared[0] = arguments.whole("epoch", epoch, 0, 2**62)
+        self._shared[_EPOCH] = arguments.whole("epoch", epoch, 0, 2**62)
 
     def state_dict(self) -> dict[str, int]:
         """What :meth:`load_state_dict` needs to go on from here: the epoch, and how many items were
@@ -371,15 +383,13 @@ class FrameStream(IterableDataset[Any]):
         worker, workers = _place_of_worker()
         if self._own_start is not None:
             done = self._own_start
-        elif self._process == os.getpid():
-            done = self._done
-        elif workers or not self._shared[1:].any():
-            done = self.start
-        else:
+        elif self._shared[_LAST_BY] > 1 and not workers:
             raise Error(
                 "state_dict: this stream is iterated by the workers of a loader; count the items "
                 "that the loader gives, and go on by stream(start=...)"
             )
+        else:
+            done = self._done if self._process == os.getpid() else self.start
         return {"epoch": self.epoch, "start": done, "worker": worker, "workers": workers}
 
     def load_state_dict(self, state: Mapping[str, int]) -> None:
@@ -401,12 +411,12 @@ class FrameStream(IterableDataset[Any]):
         if place != [worker, workers]:
             here = f"of worker {worker} of {workers}" if workers else "of a stream without workers"
             raise arguments.refuse("state", state, here)
-        self._shared[0] = epoch
+        self._shared[_EPOCH] = epoch
         if workers:
             self._own_start = start
         else:
             self.start, self._counted_by, self._process = start, 1, None
-            self._shared[1:] = 0
+            self._shared[_FIRST_BY:] = 0
 
 
 class _Coming:
@@ -460,8 +470,8 @@ class FrameDataset(TorchDataset[Any]):
         return len(self._items)
 
     def __getitem__(self, i: SupportsIndex) -> Any:
-        _take_turns()
-        return self.transform(self.dataset[self._items[i.__index__()]])
+        _share_cores()
+        return self.transform(self.dataset[self._items[arguments.item(i, len(self))]])
 
 
 __all__ = ["FrameDataset", "FrameStream", "Frames", "tensors"]

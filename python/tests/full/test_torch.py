@@ -169,6 +169,40 @@ def test_a_stream_is_resumed_from_an_index(
         stream.state_dict()
 
 
+def test_the_second_pass_is_whole_whoever_iterates_it(frames: Frames) -> None:
+    for first, second in [(1, 2), (2, 1), (2, 3), (0, 2)]:
+        stream = frames.stream(start=4)
+        assert len(delivered(stream, first)) == 11
+        assert len(stream) == 15
+        assert sorted(delivered(stream, second)) == list(range(15)), (first, second)
+
+
+def test_a_process_does_not_say_what_its_workers_know(frames: Frames) -> None:
+    stream = frames.stream()
+    next(iter(stream))
+    assert stream.state_dict()["start"] == 1
+    delivered(stream, 2)
+    with pytest.raises(nemoral.Error, match="workers of a loader"):
+        stream.state_dict()
+    assert delivered(stream, 0) == list(range(15)) and stream.state_dict()["start"] == 0
+
+
+def test_workers_share_the_threads_of_their_process(frames: Frames) -> None:
+    before = nemoral.threads()
+    try:
+        nemoral.set_threads(5)
+        shown = Frames("demo", worlds=2, frames_per_world=1, transform=threads_here)
+        loader = DataLoader(shown, batch_size=None, num_workers=2, timeout=120,
+                            multiprocessing_context="fork")
+        assert list(loader) == [2, 2]
+    finally:
+        nemoral.set_threads(before)
+
+
+def threads_here(_: nemoral.Frame) -> int:
+    return nemoral.threads()
+
+
 def test_workers_that_live_on(frames: Frames) -> None:
     stream = frames.stream(start=4, shuffle=True)
     loader = DataLoader(
@@ -267,9 +301,12 @@ def test_ranks_of_torch_distributed(cache: Path, tmp_path: Path) -> None:
 
 
 def test_ranks_of_the_environment(frames: Frames, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("RANK", "WORLD_SIZE"):
+        with monkeypatch.context() as changed:
+            changed.setenv(name, "1")
+            with pytest.raises(nemoral.ConfigError, match="RANK, WORLD_SIZE.*or neither"):
+                frames.stream()
     monkeypatch.setenv("RANK", "1")
-    with pytest.raises(nemoral.ConfigError, match="RANK = '1': must be a whole number from 0 to 0"):
-        frames.stream()
     monkeypatch.setenv("WORLD_SIZE", "2")
     stream = frames.stream()
     assert (stream.rank, stream.world_size, len(stream)) == (1, 2, 6)

@@ -70,6 +70,9 @@ fn quiet_commands_print_nothing_but_errors() {
                 assert_eq!(done.code, Some(2), "{name}: {}", done.stderr);
                 assert_eq!(done.stdout, "", "{name}");
                 assert!(done.stderr.starts_with("error: "), "{}", done.stderr);
+                for way_out in ["--resume", "--overwrite"] {
+                    assert!(done.stderr.contains(way_out), "{}", done.stderr);
+                }
                 assert_eq!(done.stderr.lines().count(), 1, "{}", done.stderr);
             }
         }

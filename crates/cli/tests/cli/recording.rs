@@ -135,6 +135,9 @@ fn parts_and_shards_make_the_whole() {
         merge.push(part.to_string_lossy().into_owned());
     }
     let whole = folder.join("whole");
+    let some = run(&["merge", &merge[1], "--out", &whole.to_string_lossy()]);
+    assert_eq!(some.code, Some(2), "{}", some.stderr);
+    assert!(some.stderr.contains("--partial"), "{}", some.stderr);
     merge.extend(["--out".to_owned(), whole.to_string_lossy().into_owned()]);
     let merged = run(&merge.iter().map(String::as_str).collect::<Vec<_>>());
     assert_eq!(merged.code, Some(0), "{}", merged.stderr);

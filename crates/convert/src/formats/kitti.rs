@@ -14,7 +14,7 @@
 //! relative to the first of them. Source: the benchmark's development kit, `readme.txt`.
 
 use nemoral_dataset::{ClassTable, TableRow};
-use nemoral_scene::{Image, RigidTransform, Semantic};
+use nemoral_scene::{Image, RigidTransform};
 use png::{BitDepth, ColorType};
 
 use crate::geometry::{line, relative, rows_line};
@@ -27,27 +27,15 @@ const RIGHT: &str = "right";
 /// The format.
 #[derive(Debug)]
 pub(crate) struct Kitti {
-    pub(crate) classes: Classes,
-}
-
-/// Which classes labels have.
-#[derive(Debug)]
-pub(crate) enum Classes {
-    /// The data set's own.
-    Own,
-    /// SemanticKITTI's.
-    SemanticKitti,
-    /// Those of a table.
-    Of(Table),
+    pub(crate) ontology: Option<Table>,
+    /// The built-in table that labels follow if none is given; the data set's classes without one.
+    pub(crate) built_in: Option<&'static str>,
 }
 
 impl Kitti {
     fn labels(&self, source: &Source) -> Result<Labels, Error> {
-        match &self.classes {
-            Classes::Own => Labels::of(source, None),
-            Classes::SemanticKitti => Labels::of(source, Some(&Table::load("semantickitti")?)),
-            Classes::Of(table) => Labels::of(source, Some(table)),
-        }
+        let built_in = self.built_in.map(Table::load).transpose()?;
+        Labels::of(source, self.ontology.as_ref().or(built_in.as_ref()))
     }
 }
 
@@ -115,12 +103,12 @@ fn ontology(source: &Source, labels: &Labels) -> String {
         name: &c.name,
         colour: c.colour,
         points: count(c.id),
+        ignored: c.ignored,
     });
     let sequences = source.sequences().map(|s| s.number);
     let table = ClassTable {
         name: &labels.name,
         classes: rows.collect(),
-        ignored: labels.id_of_semantic(Semantic::Sky),
         sequences: sequences.map(|n| (n, Some(source.split(n)))).collect(),
     };
     table.to_yaml()

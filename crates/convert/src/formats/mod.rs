@@ -119,10 +119,12 @@ impl FormatName {
     pub fn with(self, ontology: Option<Table>) -> Box<dyn Format> {
         match self {
             Self::Kitti => Box::new(kitti::Kitti {
-                classes: ontology.map_or(kitti::Classes::Own, kitti::Classes::Of),
+                ontology,
+                built_in: None,
             }),
             Self::SemanticKitti => Box::new(kitti::Kitti {
-                classes: ontology.map_or(kitti::Classes::SemanticKitti, kitti::Classes::Of),
+                ontology,
+                built_in: Some("semantickitti"),
             }),
             Self::Tum => Box::new(tum::Tum),
             Self::Coco => Box::new(coco::Coco { ontology }),

@@ -118,7 +118,7 @@ pub fn check_watched(dir: &Path, watch: &Watch) -> Result<CheckReport, Error> {
         checker.verified(std::slice::from_ref(file));
     }
     checker.ontology();
-    for message in splits::common_seeds(&manifest.header) {
+    for message in splits::common_sources(&manifest.header) {
         checker.problem(layout::MANIFEST, message);
     }
     for track in &manifest.tracks {
@@ -299,11 +299,7 @@ impl Checker<'_> {
     /// Checks `ontology.yaml`.
     fn ontology(&mut self) {
         let manifest = self.dataset.manifest();
-        let mut point_classes = BTreeMap::new();
-        for (&class, count) in manifest.frames.iter().flat_map(|f| &f.point_classes) {
-            *point_classes.entry(class).or_insert(0) += count;
-        }
-        let yaml = ontology_yaml::encode(&manifest.header, &point_classes);
+        let yaml = ontology_yaml::encode(&manifest.header, &manifest.point_classes());
         let found = self.dataset.read_text(layout::ONTOLOGY);
         if self
             .read(layout::ONTOLOGY, found)

@@ -14,8 +14,6 @@ pub struct ClassTable<'a> {
     pub name: &'a str,
     /// The classes.
     pub classes: Vec<TableRow<'a>>,
-    /// The class that evaluations ignore.
-    pub ignored: u16,
     /// The sequences of a split; those of none are in `train`.
     pub sequences: Vec<(u32, Option<Split>)>,
 }
@@ -31,21 +29,24 @@ pub struct TableRow<'a> {
     pub colour: [u8; 3],
     /// How many LiDAR points have it, for `content`.
     pub points: u64,
+    /// Whether it is neither learnt nor evaluated.
+    pub ignored: bool,
 }
 
 /// The table of a data set. `point_classes` has the numbers of its LiDAR points by class.
 pub(crate) fn encode(header: &DatasetHeader, point_classes: &BTreeMap<u8, u64>) -> String {
     let ontology = &header.ontology;
+    let sky = ontology.class(Semantic::Sky);
     let classes = ontology.classes().iter().map(|c| TableRow {
         id: c.id.into(),
         name: &c.name,
         colour: c.colour,
         points: point_classes.get(&c.id).copied().unwrap_or(0),
+        ignored: c == sky,
     });
     let table = ClassTable {
         name: ontology.name(),
         classes: classes.collect(),
-        ignored: ontology.class(Semantic::Sky).id.into(),
         sequences: (header.sequences.iter())
             .map(|s| (s.number, s.split))
             .collect(),
@@ -56,12 +57,18 @@ pub(crate) fn encode(header: &DatasetHeader, point_classes: &BTreeMap<u8, u64>) 
 impl ClassTable<'_> {
     /// The file `ontology.yaml`.
     ///
-    /// Training ids are 0, 1, 2, …, in the table's order, after the ignored class, which is 0, as
-    /// SemanticKITTI's evaluation expects.
+    /// Training ids are 0 for all ignored classes, as SemanticKITTI's evaluation expects, and 1, 2,
+    /// … in the table's order for the others; from 0 if none is ignored.
     #[must_use]
     pub fn to_yaml(&self) -> String {
-        let mut learning: Vec<u16> = self.classes.iter().map(|c| c.id).collect();
-        learning.sort_by_key(|&id| id != self.ignored);
+        let (ignored, learnt): (Vec<&TableRow<'_>>, Vec<_>) =
+            self.classes.iter().partition(|c| c.ignored);
+        // The classes of each training id.
+        let training: Vec<Vec<u16>> = (!ignored.is_empty())
+            .then(|| ignored.iter().map(|c| c.id).collect())
+            .into_iter()
+            .chain(learnt.iter().map(|c| vec![c.id]))
+            .collect();
         let total = self.classes.iter().map(|c| c.points).sum::<u64>().max(1) as f64;
 
         let mut out = format!(
@@ -94,20 +101,24 @@ impl ClassTable<'_> {
                 .map(|c| format!("  {}: {}\n", c.id, c.points as f64 / total))
                 .collect(),
         );
-        let train = || learning.iter().enumerate();
+        let each = || training.iter().enumerate();
         section(
             "learning_map",
-            train().map(|(i, id)| format!("  {id}: {i}\n")).collect(),
+            each()
+                .flat_map(|(i, ids)| ids.iter().map(move |id| format!("  {id}: {i}\n")))
+                .collect(),
         );
         section(
             "learning_map_inv",
-            train().map(|(i, id)| format!("  {i}: {id}\n")).collect(),
+            each()
+                .map(|(i, ids)| format!("  {i}: {}\n", ids[0]))
+                .collect(),
         );
-        let ignored = |id| if id == self.ignored { "True" } else { "False" };
+        let is_ignored = |i| i == 0 && !ignored.is_empty();
         section(
             "learning_ignore",
-            train()
-                .map(|(i, &id)| format!("  {i}: {}\n", ignored(id)))
+            each()
+                .map(|(i, _)| format!("  {i}: {}\n", if is_ignored(i) { "True" } else { "False" }))
                 .collect(),
         );
         let list = |name: &str, splits: &[Option<Split>]| {
@@ -127,9 +138,20 @@ impl ClassTable<'_> {
     }
 }
 
-/// A double-quoted scalar; a JSON string is one.
+/// A double-quoted scalar: a JSON string, with escapes for what YAML calls not printable besides.
 fn quoted(text: &str) -> String {
-    serde_json::to_string(text).expect("a string is JSON")
+    let json = serde_json::to_string(text).expect("a string is JSON");
+    let is_printable = |c| {
+        !matches!(
+            c,
+            '\u{7f}'..='\u{9f}' | '\u{2028}' | '\u{2029}' | '\u{feff}' | '\u{fffe}' | '\u{ffff}'
+        )
+    };
+    let escaped = |c: char| match is_printable(c) {
+        true => c.to_string(),
+        false => format!("\\u{:04x}", u32::from(c)),
+    };
+    json.chars().map(escaped).collect()
 }
 
 #[cfg(test)]
@@ -149,6 +171,40 @@ mod tests {
         header.sequences[1].split = Some(Split::Val);
         let split = "  train: []\n  valid: [2]\n  test: [0]\n";
         assert!(encode(&header, &points).ends_with(split));
+    }
+
+    #[test]
+    fn ignored_classes_are_one_in_training_and_names_are_escaped() {
+        let row = |id, name, ignored| TableRow {
+            id,
+            name,
+            colour: [0; 3],
+            points: 0,
+            ignored,
+        };
+        let mut table = ClassTable {
+            name: "a\u{7f}\"b\u{85}\n",
+            classes: vec![
+                row(10, "car", false),
+                row(0, "unlabeled", true),
+                row(99, "other", true),
+            ],
+            sequences: Vec::new(),
+        };
+        let yaml = table.to_yaml();
+        assert!(
+            yaml.contains("name: \"a\\u007f\\\"b\\u0085\\n\"\n"),
+            "{yaml}"
+        );
+        let learning = "learning_map:\n  0: 0\n  99: 0\n  10: 1\nlearning_map_inv:\n  0: 0\n  \
+                        1: 10\nlearning_ignore:\n  0: True\n  1: False\n";
+        assert!(yaml.contains(learning), "{yaml}");
+        for class in &mut table.classes {
+            class.ignored = false;
+        }
+        let learning = "learning_map_inv:\n  0: 10\n  1: 0\n  2: 99\nlearning_ignore:\n  \
+                        0: False\n";
+        assert!(table.to_yaml().contains(learning), "{}", table.to_yaml());
     }
 
     const FUEL: &str = r#"# The class table of this data set, in SemanticKITTI's form.

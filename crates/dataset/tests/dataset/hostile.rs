@@ -452,7 +452,7 @@ fn merge_says_which_frames_are_missing() {
     let e = merge(&[&first, &third], &out, MergeParams::default()).expect_err("incomplete");
     assert!(
         e.to_string()
-            .contains("frames 1..2, 3..4 of its 4; --partial"),
+            .contains("no part has frames 1..2, 3..4 of its 4"),
         "{e}"
     );
     assert!(!out.exists());

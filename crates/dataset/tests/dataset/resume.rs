@@ -62,19 +62,16 @@ fn an_existing_data_set_needs_a_word() {
     let e = create(dir.path(), OpenMode::Fresh)
         .expect_err("exists")
         .to_string();
-    assert!(e.contains("unfinished") && e.contains("--resume"), "{e}");
+    assert!(e.contains("holds an unfinished data set"), "{e}");
     let e = Dataset::open(dir.path())
         .expect_err("unfinished")
         .to_string();
-    assert!(e.contains("--resume"), "{e}");
+    assert!(e.contains("resume what was writing it"), "{e}");
     finish(create(dir.path(), OpenMode::Resume).expect("resume"), 4);
     let e = create(dir.path(), OpenMode::Fresh)
         .expect_err("exists")
         .to_string();
-    assert!(
-        e.contains("holds a data set") && e.contains("--overwrite"),
-        "{e}"
-    );
+    assert!(e.contains("holds a data set"), "{e}");
 }
 
 #[test]

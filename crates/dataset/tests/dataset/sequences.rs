@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use nemoral_dataset::{
-    CloudParams, Dataset, DatasetHeader, Error, MergeParams, OpenMode, Split, WorldTables, Writer,
-    check, cloud, merge, stats,
+    CloudParams, Dataset, DatasetHeader, Error, FileRecord, MergeParams, OpenMode, Split,
+    WorldTables, Writer, check, cloud, input_path, merge, stats,
 };
 use nemoral_scene::Intrinsics;
 use nemoral_scene::{Ontology, TreeRecord};
@@ -161,6 +161,25 @@ fn worlds_that_two_splits_have_are_found() {
         found[0].1.starts_with("seed = 7 of sequence 100 (test)"),
         "{found:?}"
     );
+    // Another name of the same stem map.
+    let of_site = |header: &mut DatasetHeader| {
+        for (spec, name) in header.sequences.iter_mut().zip(["a.csv", "b.csv", "c.csv"]) {
+            let map: &[u8] = if name == "b.csv" {
+                b"x_m,y_m\n"
+            } else {
+                b"x_m,y_m\n1,2\n"
+            };
+            let path = input_path(name, map);
+            spec.config["site"] = serde_json::json!({ "stems": { "path": path.as_str() } });
+            spec.inputs = vec![FileRecord::of(path.clone(), map)];
+            header.input_files.insert(path, map.into());
+        }
+    };
+    let found = problems_of(&of_site, 100);
+    let [(_, message)] = &found[..] else {
+        panic!("{found:?}");
+    };
+    assert!(message.starts_with("site.stems.path = "), "{message}");
     let found = problems_of(&|_| {}, 7);
     let [(path, message)] = &found[..] else {
         panic!("{found:?}");

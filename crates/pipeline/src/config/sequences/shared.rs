@@ -1,13 +1,16 @@
 //! What would make parts of worlds the same in different splits.
+//!
+//! A file stands for its content, as everywhere: another path to it, or a copy, is the same.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 
 use nemoral_dataset::Split;
 use toml::Value;
 
 use super::Sequences;
 use crate::Error;
-use crate::config::dotted_keys::value_at;
+use crate::config::dotted_keys::{most_bytes, value_at};
 use crate::config::errors::{ConfigError, ConfigErrors, Place};
 use crate::config::source::Source;
 use crate::config::words::shown;
@@ -59,13 +62,18 @@ impl Sequences {
     /// What is wrong with a key if sequences of different splits have the same value of it.
     fn shared_by(&self, key: &SharingKey) -> Option<ConfigError> {
         let mut first_with: BTreeMap<String, (usize, Split)> = BTreeMap::new();
+        // Each file is read once.
+        let mut identities: BTreeMap<String, String> = BTreeMap::new();
         for (number, &split) in self.splits.iter().enumerate() {
             let found = self.value_of(key.path, number as u32);
             let Some((value, place)) = found.filter(|(value, _)| !is_none(value)) else {
                 continue;
             };
+            let identity = identities
+                .entry(value.to_string())
+                .or_insert_with(|| identity(key.path, &value));
             let &mut (first, of_first) =
-                (first_with.entry(value.to_string())).or_insert((number, split));
+                (first_with.entry(identity.clone())).or_insert((number, split));
             if of_first != split {
                 let SharingKey {
                     path,
@@ -111,6 +119,16 @@ impl Sequences {
         };
         Some((value, place))
     }
+}
+
+/// What equal values have in common: the content of the file that a path names. A file that cannot
+/// be read is refused where its sequence is made.
+fn identity(path: &str, value: &Value) -> String {
+    let content = value.as_str().and_then(|file| {
+        let bytes = nemoral_files::read(Path::new(file), most_bytes(path)).ok()?;
+        Some(blake3::hash(&bytes).to_string())
+    });
+    content.unwrap_or_else(|| value.to_string())
 }
 
 /// Whether a value stands for no seed or no file.

@@ -112,7 +112,11 @@ fn what_different_splits_would_share_is_refused() {
         nemoral_files::write(path.as_ref(), text.as_bytes()).expect("a writable folder");
         path
     };
-    let stems = ["a.csv", "b.csv"].map(|name| write(name, "x_m,y_m\n0,0\n5,3\n"));
+    let map = "x_m,y_m\n0,0\n5,3\n";
+    let stems = [("a.csv", map), ("b.csv", "x_m,y_m\n0,0\n5,4\n")];
+    let stems = stems.map(|(name, map)| write(name, map));
+    // A copy, and another path to the same file, are the same trees.
+    let again = [write("copy.csv", map), file("./a.csv")];
     let of_stems = format!("site.stems.path = {:?}", stems[0]);
     let parts = [
         "site.stems.path = \"",
@@ -125,6 +129,13 @@ fn what_different_splits_would_share_is_refused() {
         &format!("[vary]\nsite.stems.path = {stems:?}"),
         &["site.stems.path", "c.toml:5"],
     );
+    for path in again {
+        let both = [&stems[0], &path];
+        fails(
+            &format!("[vary]\nsite.stems.path = {both:?}"),
+            &["trees in common"],
+        );
+    }
     let trails = write("trails.csv", "trail,x_m,y_m\na,0,0\na,90,5\n");
     let of_trails = format!("site.trails.path = {trails:?}");
     fails(&of_trails, &["site.trails.path", "trails in common"]);
