@@ -292,6 +292,11 @@ pub(crate) struct Generate {
     /// The output folder.
     #[arg(long, short, value_name = "DIR", default_value = "nemoral-out")]
     pub(crate) out: PathBuf,
+    /// Other people's formats to write, too, each into a folder beside the output folder.
+    ///
+    /// The folder of a format is DIR-FORMAT. Shards write none; `merge` does.
+    #[arg(long, value_name = "FORMAT,..", value_delimiter = ',', value_parser = formats())]
+    pub(crate) formats: Vec<FormatName>,
     /// Which renderer takes the pictures.
     #[arg(long, value_enum, default_value_t = Backend::Auto)]
     pub(crate) backend: Backend,

@@ -14,6 +14,8 @@ impl From<Error> for Failure {
     fn from(error: Error) -> Self {
         let remedy = match &error {
             Error::Dataset(error) => remedy(error),
+            Error::Convert(error) => remedy_of_conversion(error),
+            Error::Interrupted => "; go on with --resume",
             _ => "",
         };
         Self {
@@ -41,20 +43,16 @@ fn remedy(error: &nemoral_dataset::Error) -> &'static str {
     }
 }
 
+fn remedy_of_conversion(error: &nemoral_convert::Error) -> &'static str {
+    match error {
+        nemoral_convert::Error::Exists { .. } => RESUME_OR_OVERWRITE,
+        _ => "",
+    }
+}
+
 impl From<nemoral_convert::Error> for Failure {
     fn from(error: nemoral_convert::Error) -> Self {
-        let is_request = error.is_request();
-        match error {
-            nemoral_convert::Error::Dataset(e) => e.into(),
-            nemoral_convert::Error::Exists { .. } => Self {
-                message: format!("{error}{RESUME_OR_OVERWRITE}"),
-                is_request,
-            },
-            error => Self {
-                message: error.to_string(),
-                is_request,
-            },
-        }
+        Error::from(error).into()
     }
 }
 

@@ -7,6 +7,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
+use nemoral_convert::{Converted, FormatName};
 use nemoral_dataset::{FrameDone, Watch};
 use nemoral_pipeline::{Done, Observer, Spent};
 use serde_json::{Value, json};
@@ -56,6 +57,8 @@ pub(crate) struct Reporter {
     report: Report,
     names_sequences: bool,
     started: Instant,
+    /// The other format that is being written, and since when.
+    converting: Mutex<Option<(FormatName, Instant)>>,
     last_line: Mutex<Option<Instant>>,
     bytes: Mutex<u64>,
     spent: Mutex<Spent>,
@@ -96,6 +99,7 @@ impl Reporter {
             report: Report::choose(reporting, bar),
             names_sequences,
             started: Instant::now(),
+            converting: Mutex::default(),
             last_line: Mutex::new(None),
             bytes: Mutex::new(0),
             spent: Mutex::default(),
@@ -186,7 +190,9 @@ impl Reporter {
     /// Reports a frame that is done, and what was written of it if it was recorded.
     fn reach(&self, at: FrameDone, recorded: Option<&Done>) {
         let elapsed = self.started.elapsed().as_secs_f64();
-        let rate = elapsed / at.done as f64;
+        let (format, since) = lock(&self.converting).unzip();
+        let since = since.unwrap_or(self.started);
+        let rate = since.elapsed().as_secs_f64() / at.done as f64;
         if let Report::Json = self.report {
             let mut event = json!({
                 "event": "frame",
@@ -196,6 +202,9 @@ impl Reporter {
                 "total": at.total,
                 "elapsed_s": elapsed,
             });
+            if let Some(format) = format {
+                event["format"] = format.name().into();
+            }
             if let Some(recorded) = recorded {
                 event["bytes"] = recorded.bytes.into();
                 event["resumed"] = recorded.resumed.into();
@@ -206,7 +215,8 @@ impl Reporter {
         if let Report::Bar(bar) = &self.report {
             bar.set_length(at.total);
             bar.set_position(at.done);
-            bar.set_message(format!("{rate:.2} s a frame"));
+            let as_format = format.map_or_else(String::new, |f| format!("as {f}, "));
+            bar.set_message(format!("{as_format}{rate:.2} s a frame"));
             return;
         }
         // Logs of long runs stay short: a line a second, and the last.
@@ -215,11 +225,10 @@ impl Reporter {
         if due || at.done == at.total {
             *last = Some(Instant::now());
             let left = rate * (at.total - at.done) as f64;
-            let of = if self.names_sequences {
-                format!("sequence {}, ", at.sequence)
-            } else {
-                String::new()
-            };
+            let mut of = format.map_or_else(String::new, |f| format!("as {f}: "));
+            if self.names_sequences {
+                of += &format!("sequence {}, ", at.sequence);
+            }
             let was_there = recorded.is_some_and(|r| r.resumed);
             let kept = if was_there { " (was there)" } else { "" };
             self.line(&format!(
@@ -245,6 +254,35 @@ impl Observer for Reporter {
 
     fn spent(&self, spent: Spent) {
         *lock(&self.spent) = spent;
+    }
+
+    fn converting(&self, format: FormatName, frame: FrameDone) {
+        let mut converting = lock(&self.converting);
+        if converting.is_none_or(|(before, _)| before != format) {
+            *converting = Some((format, Instant::now()));
+        }
+        drop(converting);
+        self.reach(frame, None);
+    }
+
+    fn converted(&self, format: FormatName, folder: &Path, converted: Converted) {
+        *lock(&self.converting) = None;
+        let Converted { files, bytes, .. } = converted;
+        let out = folder.display();
+        if let Report::Json = self.report {
+            self.event(&json!({
+                "event": "converted",
+                "format": format.name(),
+                "frames": converted.frames,
+                "out": out.to_string(),
+                "files": files,
+                "bytes": bytes,
+            }));
+        }
+        let megabytes = bytes as f64 / 1e6;
+        self.line(&format!(
+            "as {format} in {out}: {files} files, {megabytes:.1} MB"
+        ));
     }
 
     fn frame(&self, done: Done) {

@@ -2,7 +2,7 @@
 
 use nemoral_scene::{Ontology, Semantic};
 
-use crate::{Error, Source, Table};
+use crate::{Error, Table};
 
 /// A class that is written.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -27,13 +27,8 @@ pub(crate) struct Labels {
 }
 
 impl Labels {
-    /// The classes of a source, through a table if there is one.
-    pub(crate) fn of(source: &Source, table: Option<&Table>) -> Result<Self, Error> {
-        Self::of_ontology(source.ontology(), table)
-    }
-
     /// The classes of a data set's ontology, through a table if there is one.
-    pub(crate) fn of_ontology(own: &Ontology, table: Option<&Table>) -> Result<Self, Error> {
+    pub(crate) fn of(own: &Ontology, table: Option<&Table>) -> Result<Self, Error> {
         let mut id_of = [0; 256];
         let Some(table) = table else {
             for class in own.classes() {
@@ -70,6 +65,17 @@ impl Labels {
             id_of,
             id_of_semantic: table.ids_for_semantics(own)?,
         })
+    }
+
+    /// The same, for a place of 8 bits a class.
+    pub(crate) fn in_bytes(self) -> Result<Self, Error> {
+        match self.classes.iter().find(|c| c.id > 255) {
+            None => Ok(self),
+            Some(class) => Err(Error::Ontology {
+                reason: format!("class {} has id {}: 0 to 255 fit", class.name, class.id),
+                table: self.name,
+            }),
+        }
     }
 
     /// The id that is written for a fine semantic.

@@ -69,7 +69,7 @@ mod table;
 
 use std::path::Path;
 
-use nemoral_dataset::Watch;
+use nemoral_dataset::{DatasetHeader, FORMAT_VERSION, Manifest, Watch};
 use nemoral_files::Folder;
 
 pub use cloud::{LazCloudParams, LazTile, laz_cloud};
@@ -91,12 +91,13 @@ pub trait Format {
     /// Of reading and of writing.
     fn write(&self, source: &Source, sink: &mut Sink) -> Result<(), Error>;
 
-    /// Refuses a source that lacks what the format needs, before anything is written.
+    /// Refuses a data set that lacks what the format needs, before anything is written. One that
+    /// is still to be made has no frames yet.
     ///
     /// # Errors
     /// [`Error::Unsuitable`] and [`Error::Ontology`], saying what is needed.
-    fn check(&self, source: &Source) -> Result<(), Error> {
-        let _ = source;
+    fn check(&self, manifest: &Manifest) -> Result<(), Error> {
+        let _ = manifest;
         Ok(())
     }
 }
@@ -158,19 +159,8 @@ pub fn convert_watched(
     watch: &Watch,
 ) -> Result<Converted, Error> {
     let source = Source::open(dataset)?.watched_by(watch.clone());
-    if nemoral_files::is_same(dataset, out) || Folder::new(dataset).inner_path_of(out).is_some() {
-        return Err(Error::Inside {
-            path: out.to_owned(),
-        });
-    }
-    if params.ontology.is_some() && !params.format.takes_ontology() {
-        return Err(Error::Unsuitable {
-            format: params.format.name(),
-            reason: "it has no place for the classes of a table; leave the table out".to_owned(),
-        });
-    }
-    let format = params.format.with(params.ontology.clone());
-    format.check(&source)?;
+    apart(dataset, out)?;
+    let format = suitable(source.manifest(), params)?;
     let ontology = params
         .ontology
         .as_ref()
@@ -202,6 +192,53 @@ pub fn convert_watched(
             Ok(converted(files, bytes))
         }
     }
+}
+
+/// Refuses a data set that is still to be made if the format cannot hold it.
+///
+/// # Errors
+/// [`Error::Unsuitable`] and [`Error::Ontology`].
+pub fn check_header(header: &DatasetHeader, params: &ConvertParams) -> Result<(), Error> {
+    let manifest = Manifest {
+        format_version: FORMAT_VERSION,
+        header: header.clone(),
+        tracks: vec![],
+        files: vec![],
+        frames: vec![],
+    };
+    suitable(&manifest, params).map(drop)
+}
+
+/// Refuses an output folder that [`convert()`] will refuse. `dataset` need not exist yet.
+///
+/// # Errors
+/// Those of [`convert()`] about the folder.
+pub fn check_folder(dataset: &Path, out: &Path, mode: Mode) -> Result<(), Error> {
+    apart(dataset, out)?;
+    Sink::probe(out, mode)
+}
+
+/// Refuses an output folder in the data set's own.
+fn apart(dataset: &Path, out: &Path) -> Result<(), Error> {
+    if nemoral_files::is_same(dataset, out) || Folder::new(dataset).inner_path_of(out).is_some() {
+        return Err(Error::Inside {
+            path: out.to_owned(),
+        });
+    }
+    Ok(())
+}
+
+/// The format, if it can hold the data set.
+fn suitable(manifest: &Manifest, params: &ConvertParams) -> Result<Box<dyn Format>, Error> {
+    if params.ontology.is_some() && !params.format.takes_ontology() {
+        return Err(Error::Unsuitable {
+            format: params.format.name(),
+            reason: "it has no place for the classes of a table; leave the table out".to_owned(),
+        });
+    }
+    let format = params.format.with(params.ontology.clone());
+    format.check(manifest)?;
+    Ok(format)
 }
 
 /// BLAKE3, hexadecimal.

@@ -204,16 +204,29 @@ impl Write for Stream {
 }
 
 impl Sink {
+    /// Refuses a folder that may not be written to, and one that cannot be.
+    pub(crate) fn probe(root: &Path, mode: Mode) -> Result<(), Error> {
+        let folder = Folder::new(root);
+        Self::admit(&folder, mode)?;
+        Ok(folder.probe()?)
+    }
+
+    /// What a folder holds, unless it may not be written to.
+    fn admit(folder: &Folder, mode: Mode) -> Result<Option<Found>, Error> {
+        let found = look(folder)?;
+        match (mode, found) {
+            (Mode::Fresh, Some(found)) => Err(Error::Exists {
+                path: folder.root().to_owned(),
+                finished: found.finished.is_some(),
+            }),
+            (_, found) => Ok(found),
+        }
+    }
+
     /// Looks into a folder and takes hold of it.
     pub(crate) fn open(root: &Path, mode: Mode, request: Request) -> Result<Opened, Error> {
         let folder = Folder::new(root);
-        let found = look(&folder)?;
-        if let (Mode::Fresh, Some(found)) = (mode, &found) {
-            return Err(Error::Exists {
-                path: root.to_owned(),
-                finished: found.finished.is_some(),
-            });
-        }
+        let found = Self::admit(&folder, mode)?;
         if let (Mode::Resume, Some(found)) = (mode, &found) {
             request.compare(root, &found.request)?;
             if let Some(files) = &found.finished

@@ -105,7 +105,7 @@ impl Source {
         self.dataset.root()
     }
 
-    fn manifest(&self) -> &Manifest {
+    pub(crate) fn manifest(&self) -> &Manifest {
         self.dataset.manifest()
     }
 

@@ -3,13 +3,14 @@
 use std::sync::Arc;
 
 use crate::config::Sequences;
+use crate::formats::check_formats;
 use crate::header::header;
 use crate::plan::{Cache, Store};
 use crate::worlds::Worlds;
 use crate::{Backend, Error};
 
 /// Refuses everything that [`generate`](crate::generate) refuses before its first frame, except
-/// what depends on the output folder and the GPU. The result is a list of notes for the user.
+/// what depends on output folders and the GPU. The result is a list of notes for the user.
 ///
 /// The density of a stand can only be checked with grown plants, so these are grown; `cache` may
 /// store them.
@@ -21,7 +22,7 @@ pub fn check(
     threads: usize,
     cache: Option<Arc<Cache>>,
 ) -> Result<Vec<String>, Error> {
-    header(sequences, &Backend::Cpu)?;
+    check_formats(&header(sequences, &Backend::Cpu)?)?;
     let store = Store::unlimited().with_cache(cache);
     let worlds = Worlds::new(sequences, &Backend::Cpu, &store, threads);
     let mut notes = Vec::new();

@@ -39,8 +39,11 @@ pub enum Error {
     /// A data set could not be written, opened or resumed.
     #[error("{0}")]
     Dataset(Arc<nemoral_dataset::Error>),
+    /// A data set could not be written in another format.
+    #[error("{0}")]
+    Convert(Arc<nemoral_convert::Error>),
     /// The run was asked to stop.
-    #[error("interrupted: the data set is whole up to its last frame; go on with --resume")]
+    #[error("interrupted: the data set is whole up to its last frame, and can be resumed")]
     Interrupted,
 }
 
@@ -86,6 +89,7 @@ impl Error {
                         | E::Invalid { .. }
                 )
             }
+            Self::Convert(e) => e.is_request(),
             _ => false,
         }
     }
@@ -118,6 +122,17 @@ impl StageError<At> for Error {
 impl From<nemoral_dataset::Error> for Error {
     fn from(error: nemoral_dataset::Error) -> Self {
         Self::Dataset(Arc::new(error))
+    }
+}
+
+impl From<nemoral_convert::Error> for Error {
+    fn from(error: nemoral_convert::Error) -> Self {
+        use nemoral_dataset::Error as E;
+        match error {
+            nemoral_convert::Error::Dataset(E::Stopped { .. }) => Self::Interrupted,
+            nemoral_convert::Error::Dataset(error) => error.into(),
+            error => Self::Convert(Arc::new(error)),
+        }
     }
 }
 

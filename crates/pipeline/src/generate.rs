@@ -1,13 +1,15 @@
 //! Makes a data set from a request.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
+use nemoral_convert::{Converted, FormatName};
 use nemoral_dataset::{
-    CameraData, FrameChoice, FrameData, LidarData, Manifest, OpenMode, WorldTables, Writer,
+    CameraData, FrameChoice, FrameData, FrameDone, LidarData, Manifest, OpenMode, WorldTables,
+    Writer,
 };
 use nemoral_render::CameraImages;
 use nemoral_scene::{Annotations, LidarPoint};
@@ -15,6 +17,7 @@ use nemoral_scene::{Annotations, LidarPoint};
 use crate::chunks::ChunkManager;
 use crate::config::Sequences;
 use crate::drive::{inventory, track};
+use crate::formats::{check_formats, probe_formats, write_formats};
 use crate::header::header;
 use crate::plan::{At, Cache, Hasher, Runner, Stage, Store};
 use crate::prove::within_sequence;
@@ -36,6 +39,9 @@ pub struct Request {
     pub out: PathBuf,
     /// What to do if the folder is not empty.
     pub mode: OpenMode,
+    /// Whether `frames` are a part of a data set that is made in parts. The other formats that it
+    /// asks for are then left to [`write_formats`](crate::write_formats), once the parts are merged.
+    pub is_shard: bool,
     /// How many threads compute chunks. Pixels and pulses are shared among rayon's threads.
     pub threads: usize,
     /// The renderer that takes the pictures.
@@ -55,6 +61,16 @@ pub trait Observer: Sync {
     /// Reports, after the last frame, where the time of the run went.
     fn spent(&self, spent: Spent) {
         let _ = spent;
+    }
+
+    /// Reports a frame that is done in another format.
+    fn converting(&self, format: FormatName, frame: FrameDone) {
+        let _ = (format, frame);
+    }
+
+    /// Reports that the data set is written in another format, too, and where.
+    fn converted(&self, format: FormatName, folder: &Path, converted: Converted) {
+        let _ = (format, folder, converted);
     }
 }
 
@@ -104,7 +120,7 @@ struct Finished {
     key: [u8; 32],
 }
 
-/// Makes a data set.
+/// Makes a data set, and writes it in the formats of `output.formats`, too.
 ///
 /// `stop` is checked between frames. Once it is true, frames that were begun are finished and the
 /// run ends with [`Error::Interrupted`], leaving a folder that [`OpenMode::Resume`] can continue.
@@ -120,6 +136,11 @@ pub fn generate(
     // Everything that can be refused is refused before anything is written.
     let header = header(&request.sequences, &request.backend)?;
     Writer::probe(&request.out, request.mode, &header)?;
+    if request.is_shard {
+        check_formats(&header)?;
+    } else {
+        probe_formats(&header, &request.out, request.mode)?;
+    }
     let store = Store::unlimited().with_cache(request.cache.clone());
     let (backend, threads) = (&request.backend, request.threads);
     let worlds = Worlds::new(&request.sequences, backend, &store, threads);
@@ -169,6 +190,10 @@ pub fn generate(
     }
     let manifest = writer.finish()?;
     observer.spent(spent);
+    if !request.is_shard {
+        let Request { out, mode, .. } = request;
+        write_formats(&manifest.header, out, *mode, observer, stop)?;
+    }
     Ok(manifest)
 }
 

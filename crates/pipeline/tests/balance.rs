@@ -77,6 +77,7 @@ fn make(out: &Path, config: &Config, shard: Option<(u64, u64)>, mode: OpenMode) 
         frames: shard.map_or(all.clone(), |(i, n)| all.shard(i, n)),
         out: out.to_owned(),
         mode,
+        is_shard: shard.is_some(),
         threads: 2,
         backend: Backend::Cpu,
         cache: grown(),

@@ -86,6 +86,7 @@ impl Place {
             frames: SequenceFrames::new(FrameSelection::first(2), 1),
             out: self.out(),
             mode,
+            is_shard: false,
             threads: 1,
             backend: Backend::Cpu,
             cache: Some(Arc::new(cache)),

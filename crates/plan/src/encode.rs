@@ -98,6 +98,12 @@ impl<T: Encode> Encode for [T] {
     }
 }
 
+impl<T: Encode> Encode for Vec<T> {
+    fn encode(&self, encoder: &mut dyn Encoder) {
+        self.as_slice().encode(encoder);
+    }
+}
+
 impl<T: Encode, const N: usize> Encode for [T; N] {
     fn encode(&self, encoder: &mut dyn Encoder) {
         self.as_slice().encode(encoder);

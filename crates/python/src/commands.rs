@@ -2,13 +2,17 @@
 
 use std::ffi::OsString;
 use std::ops::ControlFlow;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use nemoral_convert::{ConvertParams, FormatName, Mode, Table};
-use nemoral_dataset::{Cloud, CloudParams, MergeParams, OpenMode, Quantiles, Watch};
-use nemoral_pipeline::{Done, FrameSelection, Observer, Request, SequenceFrames};
+use nemoral_convert::{ConvertParams, Converted, FormatName, Mode, Table};
+use nemoral_dataset::{
+    Cloud, CloudParams, Dataset, FrameDone, MergeParams, OpenMode, Quantiles, Watch,
+};
+use nemoral_pipeline::{
+    Done, FrameSelection, Observer, Request, SequenceFrames, probe_formats, write_formats,
+};
 use pyo3::prelude::*;
 use pyo3::types::PyList;
 use serde_json::json;
@@ -41,6 +45,23 @@ impl Observer for Reporter {
             frame: done.frame,
         });
     }
+
+    fn converting(&self, _: FormatName, frame: FrameDone) {
+        (self.0)(event(frame));
+    }
+
+    fn converted(&self, format: FormatName, folder: &Path, _: Converted) {
+        (self.0)(Event::Note(format!("as {format} in {}", folder.display())));
+    }
+}
+
+fn event(done: FrameDone) -> Event {
+    Event::Frame {
+        done: done.done,
+        total: done.total,
+        sequence: done.sequence,
+        frame: done.frame,
+    }
 }
 
 /// Hands the progress of work on a data set to the calling thread, and ends the work if that wants
@@ -48,12 +69,7 @@ impl Observer for Reporter {
 fn watch(tell: &Tell, stop: &Arc<AtomicBool>) -> Watch {
     let (tell, stop) = (Arc::clone(tell), Arc::clone(stop));
     Watch::new(move |done| {
-        tell(Event::Frame {
-            done: done.done,
-            total: done.total,
-            sequence: done.sequence,
-            frame: done.frame,
-        });
+        tell(event(done));
         match stop.load(Ordering::Relaxed) {
             true => ControlFlow::Break(()),
             false => ControlFlow::Continue(()),
@@ -106,6 +122,7 @@ pub(crate) fn generate(
             frames,
             out,
             mode,
+            is_shard: shard.is_some(),
             threads,
             cache: keeping.cache(),
         };
@@ -202,8 +219,13 @@ pub(crate) fn merge(
     let mode = open_mode(mode).map_err(|e| e.raise(py))?;
     work::run_stoppable(py, progress, move |tell, stop| {
         let parts: Vec<_> = parts.iter().map(PathBuf::as_path).collect();
+        if let [first, ..] = &*parts {
+            probe_formats(&Dataset::open(first)?.manifest().header, &out, mode)?;
+        }
         let (params, watch) = (MergeParams { mode, partial }, watch(tell, stop));
         let merged = nemoral_dataset::merge_watched(&parts, &out, params, &watch)?;
+        let reporter = Reporter(Arc::clone(tell));
+        write_formats(&merged.header, &out, mode, &reporter, stop)?;
         Ok(merged.frames.len() as u64)
     })
 }

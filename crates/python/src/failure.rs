@@ -136,6 +136,7 @@ impl From<nemoral_pipeline::Error> for Failure {
                 error => Self::Dataset(error.to_string()),
             },
             E::Dataset(error) => Self::of_dataset(&error),
+            E::Convert(error) => Self::of_conversion(&error),
             E::Interrupted => Self::Interrupted,
             error => Self::Other(error.to_string()),
         }
@@ -164,6 +165,15 @@ impl Failure {
             error => Self::Dataset(error.to_string()),
         }
     }
+
+    fn of_conversion(error: &nemoral_convert::Error) -> Self {
+        match error {
+            nemoral_convert::Error::Exists { .. } => {
+                Self::Dataset(format!("{error}{RESUME_OR_OVERWRITE}"))
+            }
+            error => Self::Dataset(error.to_string()),
+        }
+    }
 }
 
 impl From<nemoral_dataset::Error> for Failure {
@@ -174,13 +184,7 @@ impl From<nemoral_dataset::Error> for Failure {
 
 impl From<nemoral_convert::Error> for Failure {
     fn from(error: nemoral_convert::Error) -> Self {
-        match error {
-            nemoral_convert::Error::Dataset(error) => error.into(),
-            nemoral_convert::Error::Exists { .. } => {
-                Self::Dataset(format!("{error}{RESUME_OR_OVERWRITE}"))
-            }
-            error => Self::Dataset(error.to_string()),
-        }
+        nemoral_pipeline::Error::from(error).into()
     }
 }
 

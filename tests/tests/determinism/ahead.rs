@@ -60,6 +60,7 @@ fn frames_drawn_ahead_are_those_drawn_in_turn() {
             sequences: Sequences::of(&config).expect("valid"),
             out: folder.join(name),
             mode,
+            is_shard: false,
             threads: 2,
             backend: backend.clone().with_gpu_memory(1500),
             cache: grown(),

@@ -56,6 +56,7 @@ fn a_rolling_shutter_in_a_forest_passes_the_check() {
         sequences: Sequences::of(&config).expect("valid"),
         out: out.clone(),
         mode: OpenMode::Fresh,
+        is_shard: false,
         threads: 2,
         backend: Backend::Cpu,
         cache: grown(),

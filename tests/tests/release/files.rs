@@ -40,6 +40,7 @@ fn record(preset: &str, settings: &[&str], choice: BackendChoice) -> TempDir {
         sequences: Sequences::of(&config).expect("valid"),
         out: folder.path().join("recorded"),
         mode: OpenMode::Fresh,
+        is_shard: false,
         threads: 2,
         backend,
     };

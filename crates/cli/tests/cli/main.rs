@@ -8,6 +8,7 @@
 mod breakdown;
 mod common;
 mod export;
+mod formats;
 mod hostile;
 mod progress;
 mod questions;

@@ -157,7 +157,7 @@ fn wrong_arguments() {
         (&["--frames", "5..2"], &["5..2"]),
         (
             &["--preset", "demo", "--frames", "1..3"],
-            &["frame 2", "--frames N"],
+            &["frame 2", "the config's `frames`"],
         ),
         (&["--shard", "3/3"], &["3/3", "0 to N - 1"]),
         (&["--resume", "--overwrite"], &["--resume", "--overwrite"]),

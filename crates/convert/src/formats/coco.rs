@@ -14,6 +14,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use nemoral_dataset::Manifest;
 use nemoral_scene::{ObjectKind, ObjectRecord};
 use png::{BitDepth, ColorType};
 use serde::{Deserialize, Serialize};
@@ -59,13 +60,13 @@ struct Segment {
 }
 
 impl Format for Coco {
-    fn check(&self, source: &Source) -> Result<(), Error> {
-        needs_cameras("coco", source)?;
-        Labels::of(source, self.ontology.as_ref()).map(drop)
+    fn check(&self, manifest: &Manifest) -> Result<(), Error> {
+        needs_cameras("coco", manifest)?;
+        Labels::of(&manifest.header.ontology, self.ontology.as_ref()).map(drop)
     }
 
     fn write(&self, source: &Source, sink: &mut Sink) -> Result<(), Error> {
-        let labels = Labels::of(source, self.ontology.as_ref())?;
+        let labels = Labels::of(source.ontology(), self.ontology.as_ref())?;
         let mut keys = Vec::new();
         for sequence in source.sequences() {
             let kinds = Kinds::of(source, sequence.number)?;
@@ -164,8 +165,9 @@ impl Kinds {
 }
 
 /// Refuses a data set without pictures.
-pub(super) fn needs_cameras(format: &'static str, source: &Source) -> Result<(), Error> {
-    if source.sequences().any(|s| !s.cameras.is_empty()) {
+pub(super) fn needs_cameras(format: &'static str, manifest: &Manifest) -> Result<(), Error> {
+    let mut sequences = manifest.header.sequences.iter();
+    if sequences.any(|s| !s.cameras.is_empty()) {
         return Ok(());
     }
     Err(Error::Unsuitable {

@@ -11,6 +11,7 @@
 //! rolling shutter's picture has the pose of its middle row. Source: COLMAP's page "Output Format",
 //! and `src/colmap/sensor/models.h`.
 
+use nemoral_dataset::Manifest;
 use nemoral_scene::glam::DQuat;
 use nemoral_scene::{Distortion, Intrinsics, RigidTransform};
 
@@ -23,8 +24,8 @@ use crate::{Error, Format, Sequence, Sink, Source};
 pub(crate) struct Colmap;
 
 impl Format for Colmap {
-    fn check(&self, source: &Source) -> Result<(), Error> {
-        needs_cameras("colmap", source)
+    fn check(&self, manifest: &Manifest) -> Result<(), Error> {
+        needs_cameras("colmap", manifest)
     }
 
     fn write(&self, source: &Source, sink: &mut Sink) -> Result<(), Error> {

@@ -15,8 +15,10 @@ use exr::prelude::{
     AnyChannel, AnyChannels, Encoding, FlatSamples, Image as Exr, Layer, LayerAttributes,
     WritableImage,
 };
+use nemoral_dataset::Manifest;
 use nemoral_scene::Image;
 
+use crate::formats::coco::needs_cameras;
 use crate::{Error, Format, Sink, Source};
 
 /// The format, by the container of its files.
@@ -43,14 +45,8 @@ impl Depth {
 }
 
 impl Format for Depth {
-    fn check(&self, source: &Source) -> Result<(), Error> {
-        if source.sequences().all(|s| s.cameras.is_empty()) {
-            return Err(Error::Unsuitable {
-                format: self.extension(),
-                reason: "the data set has no camera".to_owned(),
-            });
-        }
-        Ok(())
+    fn check(&self, manifest: &Manifest) -> Result<(), Error> {
+        needs_cameras(self.extension(), manifest)
     }
 
     fn write(&self, source: &Source, sink: &mut Sink) -> Result<(), Error> {

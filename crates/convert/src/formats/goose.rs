@@ -14,7 +14,8 @@
 
 use std::collections::BTreeSet;
 
-use nemoral_scene::{Image, Semantic};
+use nemoral_dataset::Manifest;
+use nemoral_scene::{Image, Ontology, Semantic};
 use png::{BitDepth, ColorType};
 
 use crate::labels::Labels;
@@ -27,29 +28,22 @@ pub(crate) struct Goose {
 }
 
 impl Goose {
-    fn labels(&self, source: &Source) -> Result<Labels, Error> {
+    fn labels(&self, own: &Ontology) -> Result<Labels, Error> {
         let table = match &self.ontology {
             Some(table) => table.clone(),
             None => Table::load("goose")?,
         };
-        let labels = Labels::of(source, Some(&table))?;
-        match labels.classes.iter().find(|c| c.id > 255) {
-            None => Ok(labels),
-            Some(class) => Err(Error::Ontology {
-                table: table.name,
-                reason: format!("class {} has id {}: a map has 8 bits", class.name, class.id),
-            }),
-        }
+        Labels::of(own, Some(&table))?.in_bytes()
     }
 }
 
 impl Format for Goose {
-    fn check(&self, source: &Source) -> Result<(), Error> {
-        self.labels(source).map(drop)
+    fn check(&self, manifest: &Manifest) -> Result<(), Error> {
+        self.labels(&manifest.header.ontology).map(drop)
     }
 
     fn write(&self, source: &Source, sink: &mut Sink) -> Result<(), Error> {
-        let labels = self.labels(source)?;
+        let labels = self.labels(source.ontology())?;
         let sky = source.ontology().class(Semantic::Sky).id;
         for sequence in source.sequences() {
             let split = source.split(sequence.number).name();

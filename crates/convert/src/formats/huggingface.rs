@@ -13,8 +13,8 @@
 //! `world_from_camera` (3 × 4). Source: the pages "Create an image dataset" and "Dataset Cards" of
 //! Hugging Face; Croissant's specification 1.0 (MLCommons).
 
-use nemoral_dataset::CameraFile;
-use nemoral_scene::Image;
+use nemoral_dataset::{CameraFile, Manifest};
+use nemoral_scene::{Image, Ontology};
 use png::{BitDepth, ColorType};
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -34,26 +34,19 @@ pub(crate) struct HuggingFace {
 const MAPS: [&str; 4] = ["semantic", "instance", "depth", "normals"];
 
 impl HuggingFace {
-    fn labels(&self, source: &Source) -> Result<Labels, Error> {
-        let labels = Labels::of(source, self.ontology.as_ref())?;
-        match labels.classes.iter().find(|c| c.id > 255) {
-            None => Ok(labels),
-            Some(class) => Err(Error::Ontology {
-                table: self.ontology.as_ref().map_or("", |t| &t.name).to_owned(),
-                reason: format!("class {} has id {}: a map has 8 bits", class.name, class.id),
-            }),
-        }
+    fn labels(&self, own: &Ontology) -> Result<Labels, Error> {
+        Labels::of(own, self.ontology.as_ref())?.in_bytes()
     }
 }
 
 impl Format for HuggingFace {
-    fn check(&self, source: &Source) -> Result<(), Error> {
-        needs_cameras("hf", source)?;
-        self.labels(source).map(drop)
+    fn check(&self, manifest: &Manifest) -> Result<(), Error> {
+        needs_cameras("hf", manifest)?;
+        self.labels(&manifest.header.ontology).map(drop)
     }
 
     fn write(&self, source: &Source, sink: &mut Sink) -> Result<(), Error> {
-        let labels = self.labels(source)?;
+        let labels = self.labels(source.ontology())?;
         let mut keys = Vec::new();
         for sequence in source.sequences() {
             for frame in source.frames(sequence.number) {

@@ -13,8 +13,8 @@
 //! Frames that exist are numbered from 0 without gaps, because readers count lines, and poses are
 //! relative to the first of them. Source: the benchmark's development kit, `readme.txt`.
 
-use nemoral_dataset::{ClassTable, TableRow};
-use nemoral_scene::{Image, RigidTransform};
+use nemoral_dataset::{ClassTable, Manifest, TableRow};
+use nemoral_scene::{Image, Ontology, RigidTransform};
 use png::{BitDepth, ColorType};
 
 use crate::geometry::{line, relative, rows_line};
@@ -33,19 +33,19 @@ pub(crate) struct Kitti {
 }
 
 impl Kitti {
-    fn labels(&self, source: &Source) -> Result<Labels, Error> {
+    fn labels(&self, own: &Ontology) -> Result<Labels, Error> {
         let built_in = self.built_in.map(Table::load).transpose()?;
-        Labels::of(source, self.ontology.as_ref().or(built_in.as_ref()))
+        Labels::of(own, self.ontology.as_ref().or(built_in.as_ref()))
     }
 }
 
 impl Format for Kitti {
-    fn check(&self, source: &Source) -> Result<(), Error> {
-        self.labels(source).map(drop)
+    fn check(&self, manifest: &Manifest) -> Result<(), Error> {
+        self.labels(&manifest.header.ontology).map(drop)
     }
 
     fn write(&self, source: &Source, sink: &mut Sink) -> Result<(), Error> {
-        let labels = self.labels(source)?;
+        let labels = self.labels(source.ontology())?;
         for sequence in source.sequences() {
             for (k, frame) in source.frames(sequence.number).enumerate() {
                 sink.step(&format!("frame-{}", frame.name()), |files| {

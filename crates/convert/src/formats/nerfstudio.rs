@@ -9,6 +9,7 @@
 //! camera: `OPENCV` or `OPENCV_FISHEYE`; the first pixel's centre is (0.5, 0.5). `time` is in
 //! seconds. Source: nerfstudio's page "Data conventions".
 
+use nemoral_dataset::Manifest;
 use nemoral_scene::glam::DQuat;
 use nemoral_scene::{Distortion, Intrinsics, RigidTransform};
 use serde_json::{Value, json};
@@ -22,8 +23,8 @@ use crate::{Error, Format, Sink, Source};
 pub(crate) struct Nerfstudio;
 
 impl Format for Nerfstudio {
-    fn check(&self, source: &Source) -> Result<(), Error> {
-        needs_cameras("nerfstudio", source)
+    fn check(&self, manifest: &Manifest) -> Result<(), Error> {
+        needs_cameras("nerfstudio", manifest)
     }
 
     fn write(&self, source: &Source, sink: &mut Sink) -> Result<(), Error> {

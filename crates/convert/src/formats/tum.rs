@@ -8,6 +8,7 @@
 //! forward), or a LiDAR's (x forward, y left, z up), which has `groundtruth.txt` alone. Depth
 //! beyond 13.1 m, which 16 bits cannot hold, is 0. Source: the benchmark's page "File Formats".
 
+use nemoral_dataset::{FrameRecord, Manifest};
 use nemoral_scene::{Image, RigidTransform};
 use png::{BitDepth, ColorType};
 
@@ -19,17 +20,18 @@ use crate::{Error, Format, FrameRef, Sink, Source, pictures};
 pub(crate) struct Tum;
 
 impl Format for Tum {
-    fn check(&self, source: &Source) -> Result<(), Error> {
-        for sequence in source.sequences() {
-            let frames: Vec<_> = source.frames(sequence.number).collect();
-            // Pictures are called by their times.
-            let same = frames.windows(2).find(|p| p[1].time_s - p[0].time_s < 1e-6);
-            if let Some([a, b]) = same {
-                return Err(Error::Unsuitable {
-                    format: "tum",
-                    reason: format!("frames {} and {} have the same time", a.name(), b.name()),
-                });
-            }
+    fn check(&self, manifest: &Manifest) -> Result<(), Error> {
+        // Pictures are called by their times.
+        let is_same = |a: &FrameRecord, b: &FrameRecord| {
+            a.sequence == b.sequence && b.time_s - a.time_s < 1e-6
+        };
+        let mut pairs = manifest.frames.windows(2);
+        if let Some([a, b]) = pairs.find(|p| is_same(&p[0], &p[1])) {
+            let name = |f: &FrameRecord| format!("{:02}_{:06}", f.sequence, f.index);
+            return Err(Error::Unsuitable {
+                format: "tum",
+                reason: format!("frames {} and {} have the same time", name(a), name(b)),
+            });
         }
         Ok(())
     }

@@ -9,7 +9,7 @@
 
 use std::collections::BTreeMap;
 
-use nemoral_dataset::Split;
+use nemoral_dataset::{Manifest, Split};
 use nemoral_scene::ObjectKind;
 
 use crate::formats::coco::{Kinds, needs_cameras};
@@ -21,8 +21,8 @@ use crate::{Error, Format, Sink, Source};
 pub(crate) struct Yolo;
 
 impl Format for Yolo {
-    fn check(&self, source: &Source) -> Result<(), Error> {
-        needs_cameras("yolo", source)
+    fn check(&self, manifest: &Manifest) -> Result<(), Error> {
+        needs_cameras("yolo", manifest)
     }
 
     fn write(&self, source: &Source, sink: &mut Sink) -> Result<(), Error> {

@@ -1,5 +1,6 @@
 //! Keys whose value is one of a few words. Each has an enum, so that every use names every case.
 
+use nemoral_convert::FormatName;
 use nemoral_lidar::Device;
 use nemoral_scene::TrailSurfaceKind;
 
@@ -184,6 +185,17 @@ pub(super) const TRAIL_SURFACES: [&str; 1 + TrailSurfaceKind::ALL.len()] = {
     let mut i = 0;
     while i < TrailSurfaceKind::ALL.len() {
         words[i + 1] = TrailSurfaceKind::ALL[i].name();
+        i += 1;
+    }
+    words
+};
+
+/// The words of `output.formats`.
+pub(super) const FORMATS: [&str; FormatName::ALL.len()] = {
+    let mut words = [""; FormatName::ALL.len()];
+    let mut i = 0;
+    while i < FormatName::ALL.len() {
+        words[i] = FormatName::ALL[i].name();
         i += 1;
     }
     words

@@ -18,6 +18,8 @@ pub enum Allowed {
     Flag,
     /// One of these words.
     OneOf(&'static [&'static str]),
+    /// A list of some of these words, each once.
+    SomeOf(&'static [&'static str]),
     /// Any text.
     Text,
     /// The path of a file of at most this number of bytes.
@@ -37,10 +39,8 @@ impl Allowed {
             Self::RealAbove(low, high) => format!("a number above {low}, at most {high}"),
             Self::Whole(low, high) => format!("a whole number from {low} to {high}"),
             Self::Flag => "true or false".to_owned(),
-            Self::OneOf(words) => {
-                let quoted: Vec<String> = words.iter().map(|w| format!("\"{w}\"")).collect();
-                format!("one of {}", quoted.join(", "))
-            }
+            Self::OneOf(words) => format!("one of {}", quoted(words)),
+            Self::SomeOf(words) => format!("a list, each at most once, of {}", quoted(words)),
             Self::Text => "text in quotes".to_owned(),
             Self::File(most) => {
                 let mib = most >> 20;
@@ -64,6 +64,13 @@ impl Allowed {
             (Self::Flag, Value::Boolean(_))
             | (Self::Text | Self::File(_) | Self::Model(_), Value::String(_)) => true,
             (Self::OneOf(words), Value::String(s)) => words.contains(&s.as_str()),
+            (Self::SomeOf(words), Value::Array(list)) => {
+                let is_new = |i: usize| !list[..i].contains(&list[i]);
+                let is_word = |v: &Value| v.as_str().is_some_and(|s| words.contains(&s));
+                list.iter()
+                    .enumerate()
+                    .all(|(i, v)| is_word(v) && is_new(i))
+            }
             (Self::Triple(low, high), Value::Array(a)) => {
                 let inside = |v| number(v).is_some_and(|x| (*low..=*high).contains(&x));
                 a.len() == 3 && a.iter().all(inside)
@@ -84,6 +91,9 @@ impl Allowed {
             Self::Whole(low, high) => json!({"type": "integer", "minimum": low, "maximum": high}),
             Self::Flag => json!({"type": "boolean"}),
             Self::OneOf(words) => json!({"enum": words}),
+            Self::SomeOf(words) => {
+                json!({"type": "array", "items": {"enum": words}, "uniqueItems": true})
+            }
             Self::Text | Self::File(_) | Self::Model(_) => json!({"type": "string"}),
             Self::Triple(low, high) => json!({
                 "type": "array", "minItems": 3, "maxItems": 3,
@@ -91,6 +101,12 @@ impl Allowed {
             }),
         }
     }
+}
+
+/// Words in quotes, with commas.
+fn quoted(words: &[&str]) -> String {
+    let quoted: Vec<String> = words.iter().map(|w| format!("\"{w}\"")).collect();
+    quoted.join(", ")
 }
 
 /// A TOML number, which may be a whole number.

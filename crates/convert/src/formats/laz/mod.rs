@@ -15,7 +15,7 @@ mod file;
 
 use std::io::Cursor;
 
-use nemoral_dataset::PlyPoint;
+use nemoral_dataset::{Manifest, PlyPoint};
 use nemoral_scene::{Ontology, RigidTransform};
 
 pub(crate) use self::file::{LazPoint, LazWriter};
@@ -35,24 +35,19 @@ impl Laz {
             Some(table) => table.clone(),
             None => Table::load("asprs")?,
         };
-        let labels = Labels::of_ontology(own, Some(&table))?;
-        if let Some(class) = labels.classes.iter().find(|c| c.id > 255) {
-            let reason = format!("class {} has id {}, LAS has 0 to 255", class.name, class.id);
-            let table = table.name;
-            return Err(Error::Ontology { table, reason });
-        }
-        Ok(labels)
+        Labels::of(own, Some(&table))?.in_bytes()
     }
 }
 
 impl Format for Laz {
-    fn check(&self, source: &Source) -> Result<(), Error> {
-        let mut lidars = source.sequences().flat_map(|s| s.lidars.iter());
+    fn check(&self, manifest: &Manifest) -> Result<(), Error> {
+        let sequences = &manifest.header.sequences;
+        let mut lidars = sequences.iter().flat_map(|s| &s.lidars);
         let unsuitable = |reason: &str| Error::Unsuitable {
             format: "laz",
             reason: reason.to_owned(),
         };
-        if source.sequences().all(|s| s.lidars.is_empty()) {
+        if sequences.iter().all(|s| s.lidars.is_empty()) {
             return Err(unsuitable("the data set has no LiDAR"));
         }
         if !lidars.all(|l| l.ply) {
@@ -60,7 +55,7 @@ impl Format for Laz {
                           data set with output.ply = true";
             return Err(unsuitable(reason));
         }
-        self.labels(source.ontology()).map(drop)
+        self.labels(&manifest.header.ontology).map(drop)
     }
 
     fn write(&self, source: &Source, sink: &mut Sink) -> Result<(), Error> {

@@ -22,8 +22,8 @@ mod bag;
 mod cdr;
 mod container;
 
-use nemoral_dataset::{CameraSpec, PlyPoint};
-use nemoral_scene::{Distortion, Image, RigidTransform, Twist};
+use nemoral_dataset::{CameraSpec, Manifest, PlyPoint};
+use nemoral_scene::{Distortion, Image, Ontology, RigidTransform, Twist};
 
 use crate::labels::Labels;
 use crate::{Error, Format, FrameRef, Sequence, Sink, Source, Stream, Table};
@@ -45,21 +45,15 @@ pub(crate) struct Mcap {
 }
 
 impl Mcap {
-    fn labels(&self, source: &Source) -> Result<Labels, Error> {
-        let labels = Labels::of(source, self.ontology.as_ref())?;
-        match labels.classes.iter().find(|c| c.id > 255) {
-            None => Ok(labels),
-            Some(class) => Err(Error::Ontology {
-                table: self.ontology.as_ref().map_or("", |t| &t.name).to_owned(),
-                reason: format!("class {} has id {}: a map has 8 bits", class.name, class.id),
-            }),
-        }
+    fn labels(&self, own: &Ontology) -> Result<Labels, Error> {
+        Labels::of(own, self.ontology.as_ref())?.in_bytes()
     }
 }
 
 impl Format for Mcap {
-    fn check(&self, source: &Source) -> Result<(), Error> {
-        if source.sequences().flat_map(|s| s.lidars).any(|l| !l.ply) {
+    fn check(&self, manifest: &Manifest) -> Result<(), Error> {
+        let mut lidars = manifest.header.sequences.iter().flat_map(|s| &s.lidars);
+        if lidars.any(|l| !l.ply) {
             return Err(Error::Unsuitable {
                 format: "mcap",
                 reason: "points/*.ply are missing, which alone have rings and times; make the \
@@ -67,11 +61,11 @@ impl Format for Mcap {
                     .to_owned(),
             });
         }
-        self.labels(source).map(drop)
+        self.labels(&manifest.header.ontology).map(drop)
     }
 
     fn write(&self, source: &Source, sink: &mut Sink) -> Result<(), Error> {
-        let labels = self.labels(source)?;
+        let labels = self.labels(source.ontology())?;
         for sequence in source.sequences() {
             let name = format!("{:02}", sequence.number);
             let file = format!("{name}_0.mcap");

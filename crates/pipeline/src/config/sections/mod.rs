@@ -20,7 +20,8 @@ mod ways;
 
 use std::collections::BTreeMap;
 
-use crate::config::schema::Allowed::{Flag, OneOf, Real, Text, Whole};
+use crate::config::choices::FORMATS;
+use crate::config::schema::Allowed::{Flag, OneOf, Real, SomeOf, Text, Whole};
 use crate::config::schema::{SectionSpec, section};
 
 use self::balance::TARGETS;
@@ -157,6 +158,9 @@ section! {
         /// The class table: the paper's eight classes, its fuel, or each semantic as a class.
         ontology: String = "paper".into(), OneOf(&["paper", "fuel", "semantics"]),
             "paper, V-A and VII";
+        /// Formats of other people's programs that are written besides the data set's own, each
+        /// into a folder beside it, `OUT-FORMAT`. Shards write none; `nemoral merge` does.
+        formats: Vec<String> = Vec::new(), SomeOf(&FORMATS), "none";
         /// Write a PLY with every field of every point, besides `.bin` and `.label`.
         ply: bool = true, Flag, "true range, true id, time, normal and more";
         /// Write depth as float32 `.npy` instead of 16-bit PNG.
