@@ -7,6 +7,7 @@ use nemoral_pipeline::config::Config;
 use nemoral_scene::ChunkCoord;
 use nemoral_scene::glam::DVec2;
 
+use super::known_shadows::KnownShadows;
 use super::world::{Shown, World};
 use super::{Growing, Mind, Shared, Stage, lock};
 use crate::Error;
@@ -86,6 +87,7 @@ pub(super) fn grow(shared: &Shared, task: &Task) -> Result<(), Error> {
                 scene: Arc::clone(&shown.scene),
                 centre_m: shown.centre_m,
                 complete: shown.complete,
+                shadows: KnownShadows::new(),
             },
         );
         shared.store.retain_plan(world.forest.plan());
@@ -144,6 +146,7 @@ pub(super) fn grow(shared: &Shared, task: &Task) -> Result<(), Error> {
                 scene: Arc::new(scene),
                 centre_m: place_m,
                 complete: reach_m >= visible_m,
+                shadows: KnownShadows::new(),
             },
         );
     }

@@ -2,6 +2,7 @@
 
 mod caster;
 mod growth;
+mod known_shadows;
 mod paint;
 mod world;
 

@@ -12,6 +12,7 @@ use nemoral_scene::glam::DVec2;
 use nemoral_scene::{Image, RayCaster};
 
 use super::Shared;
+use super::known_shadows::Remembering;
 use super::world::Shown;
 use crate::Error;
 use crate::seen::{Glance, Map, Place};
@@ -61,9 +62,6 @@ pub(super) fn paint(
         .level_pose(&runner, place_m, robot.heading_deg)?;
     let pose = FramePose::still(body, 0.0, &world.lidars, seen.chunks.size_m);
     let materials = &world.assets.library.materials;
-    let mut moment = Moment::new(world.forest.world(), FRAME, &pose, &shown.scene, materials);
-    moment.caster = caster;
-
     let mut rig = world.cameras[usize::from(!glance.still)].clone();
     let intrinsics = seen.camera.intrinsics();
     let refused = |e| Error::value("camera", e, "possible at this size");
@@ -71,6 +69,15 @@ pub(super) fn paint(
     rig.body_from_camera = seen.camera.body_from_camera();
     rig.renderer
         .check_size(rig.intrinsics.width, rig.intrinsics.height)?;
+    let eye_m = (body * rig.body_from_camera).translation_m - shown.scene.origin_m;
+    let remembering = Remembering {
+        caster,
+        shadows: &shown.shadows,
+        eye_m: eye_m.as_vec3(),
+        pixel_rad: (1.0 / rig.intrinsics.fx) as f32,
+    };
+    let mut moment = Moment::new(world.forest.world(), FRAME, &pose, &shown.scene, materials);
+    moment.caster = if glance.still { caster } else { &remembering };
     let truth = || moment.truth(&rig);
     let image = match glance.map {
         Map::Colour => moment.picture(0, &rig)?.rgb,

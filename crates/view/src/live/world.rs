@@ -13,6 +13,7 @@ use nemoral_scene::glam::{DVec2, DVec3};
 use nemoral_scene::{ChunkCoord, Ontology};
 
 use super::Shared;
+use super::known_shadows::KnownShadows;
 use crate::Error;
 
 /// Distance that is kept from stems and rocks, metres.
@@ -45,6 +46,8 @@ pub(super) struct Shown {
     pub(super) centre_m: DVec2,
     /// Whether all is there that is visible from that place.
     pub(super) complete: bool,
+    /// The shadows that drafts of it have found.
+    pub(super) shadows: KnownShadows,
 }
 
 /// The config's classes.
