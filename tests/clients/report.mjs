@@ -2,8 +2,10 @@
 //     node report.mjs PAGE.html FOLDER-FOR-SCREENSHOTS CHROMIUM
 // Needs the npm package puppeteer-core 25. The page may not ask the network for anything.
 import puppeteer from "puppeteer-core";
+import { mkdirSync } from "node:fs";
 import { pathToFileURL } from "node:url";
 const [page, out, executablePath] = process.argv.slice(2);
+mkdirSync(out, { recursive: true });
 const args = ["--no-sandbox", "--enable-unsafe-swiftshader", "--use-gl=angle", "--use-angle=swiftshader"];
 const browser = await puppeteer.launch({ executablePath, args });
 const problems = [];

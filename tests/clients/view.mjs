@@ -3,10 +3,11 @@
 // Needs the npm package puppeteer-core 25. The page may ask nobody but its own server.
 import puppeteer from "puppeteer-core";
 import { spawn } from "node:child_process";
-import { mkdtempSync, readFileSync, readdirSync } from "node:fs";
+import { mkdirSync, mkdtempSync, readFileSync, readdirSync } from "node:fs";
 import { loadavg, tmpdir } from "node:os";
 import { join } from "node:path";
 const [nemoral, out, executablePath, ...rest] = process.argv.slice(2);
+mkdirSync(out, { recursive: true });
 const problems = [];
 const say = (what, ok) => { console.log(ok ? "ok  " : "FAIL", what); if (!ok) problems.push(what); };
 const sleep = (ms) => new Promise((r) => setTimeout(r, ms));
