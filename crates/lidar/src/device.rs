@@ -3,8 +3,8 @@
 use std::f64::consts::PI;
 
 use crate::{
-    Beam, HorizonLike, Mid40, Mid70, Panorama, PanoramaParams, PulseErrors, Returns, ScanPattern,
-    ScannerParams, Spinning, Wavelength,
+    AirParams, Beam, HorizonLike, Mid40, Mid70, Panorama, PanoramaParams, PulseErrors, Returns,
+    ScanPattern, ScannerParams, Spinning, Wavelength,
 };
 
 /// A real scanner that is or was on sale.
@@ -170,6 +170,7 @@ impl Device {
                 resolution_m: 0.5 * 0.299_792_458 * pulse_ns,
             },
             returns: Returns::Strongest,
+            air: AirParams::default(),
             errors: PulseErrors {
                 angular_sigma_rad: f64::to_radians(angular_deg),
                 range_step_m: step_m,

@@ -17,10 +17,13 @@ pub enum Returns {
     All(u8),
 }
 
+/// The sub-ray of an echo of air.
+pub(crate) const AIR: usize = usize::MAX;
+
 /// What one sub-ray hit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct SubRayHit {
-    /// The number of the sub-ray.
+    /// The number of the sub-ray; [`AIR`] for what the air before them sends back.
     pub(crate) ray: usize,
     /// The number in the batch of what it met by way of a liquid's surface; `None` for what it hit.
     pub(crate) mirrored: Option<u32>,

@@ -9,12 +9,13 @@ use nemoral_scene::{
 };
 use nemoral_seed::{Domain, Draw};
 
-use crate::echo::{Echo, SubRayHit, group_hits};
+use crate::echo::{AIR, Echo, SubRayHit, group_hits};
 use crate::mirror::Mirrored;
 use crate::pulse_batch::{PulseBatch, ScanContext};
 
 const DROPOUT: Domain = Domain::new("lidar.dropout");
 const FALSE_ALARM: Domain = Domain::new("lidar.false_alarm");
+const FOG: Domain = Domain::new("lidar.air");
 const LATER_ECHO: Domain = Domain::new("lidar.later_echo");
 
 /// A surface that is farther than this from the plane of the strongest one counts as another
@@ -36,8 +37,10 @@ pub(crate) struct Return {
     /// The number of the pulse in its batch.
     shot: u32,
     /// The number in the batch of the ray that brought most of the light; [`NO_RAY`] for a false
-    /// alarm.
+    /// alarm and for air.
     ray: u32,
+    /// What there is without a ray.
+    of_none: Semantic,
     /// The number in the batch of what that met by way of a liquid's surface.
     mirrored: Option<u32>,
     true_range_m: f32,
@@ -114,6 +117,7 @@ impl ScanContext<'_> {
                 continue;
             }
             let rays = &cast.rays[shot as usize * of_shot..][..of_shot];
+            let air = self.air.at_height(rays[0].origin.z.into());
             let first = all.sub_ray_hits.len();
             for (i, hit) in hits.iter().enumerate() {
                 let Some(hit) = hit else { continue };
@@ -131,6 +135,26 @@ impl ScanContext<'_> {
                 });
             }
             self.add_mirrored(cast, shot as usize * of_shot, &mut all.sub_ray_hits);
+            if let Some(air) = air {
+                let direction = rays[0].direction.into();
+                for hit in &mut all.sub_ray_hits[first..] {
+                    hit.sent_back *= air.two_way(hit.range_m, direction);
+                }
+                // Whatever blocks all of the beam ends the air, seen or not.
+                let blocked = hits.iter().map(|hit| hit.as_ref().map(|h| h.distance_m));
+                let clear = blocked.map(|m| m.unwrap_or(self.params.max_range_m));
+                let before_m = clear.fold(0.0, f32::max);
+                let rng = || self.key_of(number, FOG).rng();
+                if let Some(echo) = air.echo(direction, before_m.into(), rng) {
+                    all.sub_ray_hits.push(SubRayHit {
+                        ray: AIR,
+                        mirrored: None,
+                        range_m: echo.range_m,
+                        sent_back: echo.sent_back,
+                        incidence_cos: 1.0,
+                    });
+                }
+            }
             group_hits(
                 &mut all.sub_ray_hits,
                 first,
@@ -213,11 +237,27 @@ impl ScanContext<'_> {
     ) -> Return {
         let strongest = &sub_ray_hits[echo.strongest];
         let of_pulse = shot as usize * self.sub_rays.len();
+        if strongest.ray == AIR {
+            return Return {
+                measured_m: echo.measured_m,
+                shot,
+                mirrored: None,
+                ray: NO_RAY,
+                of_none: Semantic::AirborneEcho,
+                true_range_m: echo.range_m as f32,
+                intensity: echo.sent_back as f32,
+                incidence_cos: 0.0,
+                reflectivity: (150.0 * echo.sent_back).round() as u8,
+                return_number: 0,
+                returns: 0,
+                flags: PointFlags(PointFlags::FALSE_ALARM),
+            };
+        }
         let (rays, hits) = (&cast.rays[of_pulse..], &cast.hits[of_pulse..]);
         let pure = match &sub_ray_hits[echo.first..echo.end] {
             [only] => only.ray == 0,
-            // One by way of a mirror is on no surface that another could share.
-            group if group.iter().any(|c| c.mirrored.is_some()) => false,
+            // One by way of a mirror is on no surface that another could share; nor is air.
+            group if group.iter().any(|c| c.mirrored.is_some() || c.ray == AIR) => false,
             group => {
                 let hit_of = |c: &SubRayHit| hits[c.ray].as_ref().expect("it is a hit");
                 let at = |c: &SubRayHit| {
@@ -242,6 +282,7 @@ impl ScanContext<'_> {
             shot,
             mirrored: strongest.mirrored,
             ray: (of_pulse + strongest.ray) as u32,
+            of_none: Semantic::Sky,
             true_range_m: echo.range_m as f32,
             intensity: echo.sent_back as f32,
             incidence_cos: echo.incidence_cos as f32,
@@ -262,6 +303,7 @@ impl ScanContext<'_> {
             measured_m: self.params.errors.quantised_m(range_m),
             shot,
             ray: NO_RAY,
+            of_none: Semantic::Sky,
             mirrored: None,
             true_range_m: 0.0,
             intensity: 0.0,
@@ -305,7 +347,7 @@ impl ScanContext<'_> {
             (material.semantic, material.support, hit.object, normal)
         });
         let (semantic, support, object, normal) =
-            met.unwrap_or((Semantic::Sky, None, ObjectId::NONE, Vec3::ZERO));
+            met.unwrap_or((reported.of_none, None, ObjectId::NONE, Vec3::ZERO));
         LidarPoint {
             position_m: position.as_vec3(),
             true_range_m: reported.true_range_m,

@@ -51,6 +51,7 @@
 //! Units are metres, seconds and radians; the LiDAR frame has x forward, y left, z up. Patterns
 //! stay exact after years, because their phases are counted in integers.
 
+mod air;
 mod beam;
 mod csv_pattern;
 mod device;
@@ -70,6 +71,7 @@ mod scan;
 mod scanner;
 mod spinning;
 
+pub use air::{AirLayer, AirParams};
 pub use beam::Beam;
 pub use csv_pattern::{CsvPattern, CsvPatternError};
 pub use device::{Device, DeviceSheet};

@@ -2,6 +2,7 @@
 
 use nemoral_scene::{LaserBand, Material, ParamError};
 
+use crate::air::AirParams;
 use crate::beam::Beam;
 use crate::echo::Returns;
 use crate::pulse_errors::PulseErrors;
@@ -45,13 +46,15 @@ pub struct ScannerParams {
     pub returns: Returns,
     /// Errors of pointing and detection.
     pub errors: PulseErrors,
+    /// The air that pulses pass.
+    pub air: AirParams,
     /// Whether points are written in the LiDAR frame of the frame's time (`true`), or of the moment
     /// each was measured (`false`: raw, as the sensor sends them).
     pub deskew: bool,
 }
 
 impl Default for ScannerParams {
-    /// The paper's 50,000 pulses, each a line, deskewed, without errors. The range is that of the
+    /// The paper's 50,000 pulses, each a line, deskewed, without errors and air. The range is that of the
     /// Livox Mid-40 and Horizon (260 m at 80 %), with the blind zone of 0.5 m that Livox gives for
     /// its rectangular scanners.
     fn default() -> Self {
@@ -63,6 +66,7 @@ impl Default for ScannerParams {
             beam: Beam::default(),
             returns: Returns::default(),
             errors: PulseErrors::default(),
+            air: AirParams::default(),
             deskew: true,
         }
     }
@@ -85,6 +89,7 @@ impl ScannerParams {
         )?;
         self.beam.check()?;
         self.errors.check()?;
+        self.air.check()?;
         if let Returns::All(most) = self.returns {
             ParamError::check((1..=15).contains(&most), "returns", most, "1..=15 for all")?;
         }

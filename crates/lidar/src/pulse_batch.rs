@@ -4,6 +4,7 @@ use nemoral_scene::glam::DVec3;
 use nemoral_scene::{MaterialLibrary, Ray, RayCaster, RigidTransform};
 use nemoral_seed::{Domain, Draw, Key};
 
+use crate::air::Air;
 use crate::beam::{BeamAxes, SubRay, turned};
 use crate::params::ScannerParams;
 use crate::pattern::{Pulse, ScanPattern};
@@ -16,6 +17,7 @@ pub(crate) struct ScanContext<'a> {
     pub(crate) params: &'a ScannerParams,
     pub(crate) pattern: &'a dyn ScanPattern,
     pub(crate) sub_rays: &'a [SubRay],
+    pub(crate) air: &'a Air,
     pub(crate) first_pulse: u64,
     /// The frame's time, in the pattern's.
     pub(crate) middle_s: f64,

@@ -7,6 +7,7 @@ use nemoral_scene::{
 };
 use nemoral_seed::Key;
 
+use crate::air::Air;
 use crate::beam::SubRay;
 use crate::params::ScannerParams;
 use crate::pattern::{Pulse, ScanPattern};
@@ -21,6 +22,7 @@ pub struct Scanner {
     rate_hz: f64,
     field_of_view: DirectionCone,
     sub_rays: Vec<SubRay>,
+    air: Air,
 }
 
 /// What is scanned, and from where.
@@ -84,6 +86,11 @@ impl Scanner {
             pattern,
             rate_hz,
             sub_rays: params.beam.sub_rays(),
+            air: Air::new(
+                params.air,
+                2.0 * params.beam.resolution_m,
+                (params.min_range_m.into(), params.max_range_m.into()),
+            ),
         })
     }
 
@@ -131,7 +138,10 @@ impl Scanner {
     /// and [`ScannerParams::returns`] says which become points. A point carries the truth of the
     /// surface that gave most of its light, and
     /// [`PointFlags::MIXED`](nemoral_scene::PointFlags::MIXED) if others gave some too. A hit
-    /// nearer than the blind zone blocks its part of the beam and is not seen.
+    /// nearer than the blind zone blocks its part of the beam and is not seen. Air weakens echoes;
+    /// an echo of its own becomes a point that is labelled
+    /// [`AirborneEcho`](nemoral_scene::Semantic::AirborneEcho) and
+    /// [`PointFlags::FALSE_ALARM`](nemoral_scene::PointFlags::FALSE_ALARM), as no surface is there.
     ///
     /// A pulse's randomness is keyed by the request's key and the pulse's
     /// [identity](ScanPattern::identity) in the pattern, so it does not depend on other pulses.
@@ -143,6 +153,7 @@ impl Scanner {
             params: &self.params,
             pattern: &*self.pattern,
             sub_rays: &self.sub_rays,
+            air: &self.air,
             first_pulse: request.first_pulse,
             middle_s: start_s + self.duration_s() / 2.0,
             lidar_from_scene: (request.scene_from_lidar_at)(0.0).inverse(),

@@ -1,9 +1,8 @@
 //! The other formats that a data set asks for in `output.formats`: folders beside its own.
 
 use std::ffi::OsString;
-use std::fs;
 use std::ops::ControlFlow;
-use std::path::{Path, PathBuf};
+use std::path::{self, Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc;
@@ -20,12 +19,13 @@ use crate::generate::Observer;
 /// The folder of a format, beside the data set's: `OUT-FORMAT`.
 #[must_use]
 pub fn format_folder(out: &Path, format: FormatName) -> PathBuf {
-    // `.` and `..` have no name of their own.
+    // `.` has no name of its own.
     let named = match out.file_name() {
         Some(_) => out.to_owned(),
-        None => fs::canonicalize(out).unwrap_or_else(|_| out.to_owned()),
+        None => path::absolute(out).unwrap_or_else(|_| out.to_owned()),
     };
-    let mut name: OsString = named.file_name().unwrap_or_default().to_owned();
+    let name = named.file_name().unwrap_or("dataset".as_ref());
+    let mut name: OsString = name.to_owned();
     name.push(format!("-{format}"));
     named.with_file_name(name)
 }
@@ -130,4 +130,23 @@ fn convert_observed(
         }
         converting.join().expect("converting does not panic")
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn folders_of_formats_lie_beside_the_data_sets() {
+        let beside = |out: &str| format_folder(Path::new(out), FormatName::Coco);
+        assert_eq!(beside("forest"), Path::new("forest-coco"));
+        assert_eq!(beside("a/forest/"), Path::new("a/forest-coco"));
+        let here = path::absolute(".").expect("there is a working folder");
+        assert_eq!(beside(".").parent(), here.parent());
+        assert!(beside(".").to_string_lossy().ends_with("-coco"));
+        assert_eq!(
+            beside("a/.."),
+            path::absolute("a/../dataset-coco").expect("a path")
+        );
+    }
 }

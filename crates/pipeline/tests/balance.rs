@@ -143,6 +143,7 @@ fn a_frame_alone_is_that_of_a_whole_run() {
         frames: SequenceFrames::new(std::iter::once(7..8).collect(), 1),
         out: out.clone(),
         mode: OpenMode::Fresh,
+        is_shard: false,
         threads: 1,
         backend: Backend::Cpu,
         cache: grown(),

@@ -12,7 +12,7 @@ impl PointFlags {
     /// The return comes from more than one surface, or from one that the middle of the beam misses.
     /// The point is written on the middle, where there need not be a surface.
     pub const MIXED: u8 = 1;
-    /// The return is a false alarm without a surface.
+    /// The return is a false alarm without a surface, or an echo of the air.
     pub const FALSE_ALARM: u8 = 2;
     /// The light was mirrored by the surface of a liquid on its way out and back. The point lies on
     /// the pulse, behind that surface, at the range of the whole path; semantic, object and

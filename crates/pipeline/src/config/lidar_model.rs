@@ -3,9 +3,9 @@
 use std::f64::consts::TAU;
 
 use nemoral_lidar::{
-    Avia, Beam, CsvPattern, HorizonLike, Mid40, Mid70, Panorama, PanoramaParams, PulseErrors,
-    RepeatingLines, RepeatingLinesParams, Returns, ScanPattern, ScannerParams, Spinning,
-    Wavelength,
+    AirLayer, AirParams, Avia, Beam, CsvPattern, HorizonLike, Mid40, Mid70, Panorama,
+    PanoramaParams, PulseErrors, RepeatingLines, RepeatingLinesParams, Returns, ScanPattern,
+    ScannerParams, Spinning, Wavelength,
 };
 use nemoral_lidar_noise::{
     IncidenceLawParams, LaconteDevice, LaconteForm, LinearSigmaParams, RangeEquationParams,
@@ -16,8 +16,14 @@ use nemoral_scene::RigidTransform;
 use super::mount::mount;
 use super::{
     LIGHT_M_PER_NS, LaconteSensor, Lidar, LidarPattern, RangeNoiseModel, ReturnMode, SpinningHead,
+    Weather,
 };
 use crate::{Error, InputFile, InputFiles};
+
+/// 2 % of the contrast is left at the visibility: −ln 0.02 (Koschmieder 1924).
+const KOSCHMIEDER: f64 = 3.912;
+/// The lidar ratio of continental haze, steradians.
+const HAZE_SR: f64 = 50.0;
 
 /// An error of the table at `path`.
 pub(crate) fn refused_at(path: &str, why: impl std::fmt::Display) -> Error {
@@ -100,7 +106,7 @@ impl Lidar {
     }
 
     /// The parameters of the scanner, whose range is limited to the visible radius.
-    pub(crate) fn scanner_params(&self, visible_radius_m: f64) -> ScannerParams {
+    pub(crate) fn scanner_params(&self, visible_radius_m: f64, weather: &Weather) -> ScannerParams {
         let l = self;
         ScannerParams {
             pulses_per_scan: l.pulses,
@@ -131,7 +137,44 @@ impl Lidar {
                 dropout: l.errors.dropout,
                 false_alarm: l.errors.false_alarm,
             },
+            air: self.air_params(weather),
             deskew: l.deskew,
+        }
+    }
+
+    /// The weather's air at the laser's wavelength.
+    fn air_params(&self, weather: &Weather) -> AirParams {
+        let (air, noise) = (&self.air, &self.noise);
+        let present = if air.enabled { 1.0 } else { 0.0 };
+        let visibility_km = weather.visibility_m / 1000.0;
+        // Haze scatters long waves less, the more the clearer it is; drops scatter all alike (Kim,
+        // McArthur and Korevaar 2001). Visibility is defined for 550 nm.
+        let exponent = match visibility_km {
+            v if v > 50.0 => 1.6,
+            v if v > 6.0 => 1.3,
+            v if v > 1.0 => 0.16 * v + 0.34,
+            v => (v - 0.5).max(0.0),
+        };
+        let wavelength = f64::from(self.wavelength_nm) / 550.0;
+        // From drops to haze between 1 and 5 km.
+        let haze = (libm::log(visibility_km) / libm::log(5.0)).clamp(0.0, 1.0);
+        AirParams {
+            haze: AirLayer {
+                extinction_per_m: present * KOSCHMIEDER / weather.visibility_m
+                    * libm::pow(wavelength, -exponent),
+                base_m: None,
+                height_m: weather.haze_height_m,
+                lidar_ratio_sr: air.lidar_ratio_sr + haze * (HAZE_SR - air.lidar_ratio_sr),
+            },
+            fog: AirLayer {
+                extinction_per_m: present * weather.fog_per_m,
+                base_m: Some(weather.fog_base_m),
+                height_m: weather.fog_height_m,
+                lidar_ratio_sr: air.lidar_ratio_sr,
+            },
+            reference_range_m: noise.reference_range_m,
+            reference_reflectance: noise.reference_reflectance,
+            near_m: air.near_m,
         }
     }
 
@@ -175,5 +218,63 @@ impl Lidar {
                 },
             },
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn air(lidar: &Lidar, weather: &Weather) -> AirParams {
+        lidar.scanner_params(300.0, weather).air
+    }
+
+    #[test]
+    fn the_air_is_that_of_the_cameras_at_the_lasers_wavelength() {
+        let clear = Weather::default();
+        let lidar = Lidar::default();
+        let air_of = |visibility_m, wavelength_nm| {
+            let weather = Weather {
+                visibility_m,
+                ..clear.clone()
+            };
+            let lidar = Lidar {
+                wavelength_nm,
+                ..lidar.clone()
+            };
+            air(&lidar, &weather).haze
+        };
+        // Clear air hardly weakens a laser, less so at the longer wavelength; drops are all alike.
+        let extinction = |visibility_m, nm| air_of(visibility_m, nm).extinction_per_m;
+        assert!((extinction(20_000.0, 905) - 1.023e-4).abs() < 1e-7);
+        assert!((extinction(20_000.0, 1550) - 0.508e-4).abs() < 1e-7);
+        assert!((extinction(50.0, 905) - 0.07824).abs() < 1e-9);
+        assert_eq!(extinction(400.0, 905), extinction(400.0, 1550));
+        // From fog over mist to haze, the lidar ratio grows and never jumps.
+        let ratio = |visibility_m| air_of(visibility_m, 905).lidar_ratio_sr;
+        assert_eq!(
+            (ratio(50.0), ratio(1000.0), ratio(5000.0), ratio(20_000.0)),
+            (18.8, 18.8, 50.0, 50.0)
+        );
+        assert!((ratio(2236.0) - 34.4).abs() < 0.01);
+
+        let valley = Weather {
+            fog_per_m: 0.05,
+            fog_base_m: 12.0,
+            ..clear.clone()
+        };
+        let fog = air(&lidar, &valley).fog;
+        assert_eq!(
+            (fog.extinction_per_m, fog.base_m, fog.height_m),
+            (0.05, Some(12.0), 8.0)
+        );
+
+        let mut blind = lidar.clone();
+        blind.air.enabled = false;
+        let none = air(&blind, &valley);
+        assert_eq!(
+            (none.haze.extinction_per_m, none.fog.extinction_per_m),
+            (0.0, 0.0)
+        );
     }
 }

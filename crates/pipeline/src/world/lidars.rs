@@ -5,7 +5,7 @@ use nemoral_lidar_noise::RangeSensor;
 use nemoral_scene::RigidTransform;
 use nemoral_seed::Key;
 
-use crate::config::{self, Config, Lidar, refused_at};
+use crate::config::{self, Config, Lidar, Weather, refused_at};
 use crate::plan::{Encode, Encoder, Hasher};
 use crate::{Error, InputFiles};
 
@@ -28,9 +28,10 @@ impl LidarRig {
         path: &str,
         lidar: &Lidar,
         visible_radius_m: f64,
+        weather: &Weather,
         inputs: &InputFiles,
     ) -> Result<Self, Error> {
-        let params = lidar.scanner_params(visible_radius_m);
+        let params = lidar.scanner_params(visible_radius_m, weather);
         let scanner = Scanner::new(params, lidar.scan_pattern(path, inputs)?);
         let noise = RangeSensor::new(lidar.range_noise());
         Ok(Self {
@@ -64,6 +65,7 @@ pub(crate) struct LidarRecipe {
     path: String,
     params: Lidar,
     visible_radius_m: f64,
+    weather: Weather,
     inputs: InputFiles,
 }
 
@@ -74,6 +76,7 @@ impl LidarRecipe {
             path,
             params: lidar.clone(),
             visible_radius_m: config.chunks.visible_radius_m,
+            weather: config.weather.clone(),
             inputs: inputs.clone(),
         };
         config.all_lidars().map(recipe).collect()
@@ -89,6 +92,7 @@ impl LidarRecipe {
             &self.path,
             &self.params,
             self.visible_radius_m,
+            &self.weather,
             &self.inputs,
         )
     }
@@ -100,9 +104,11 @@ impl Encode for LidarRecipe {
             path,
             params,
             visible_radius_m,
+            weather,
             inputs: _,
         } = self;
         encoder.field(path, params);
         encoder.field("visible_radius_m", visible_radius_m);
+        encoder.field("weather", weather);
     }
 }

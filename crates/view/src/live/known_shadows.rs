@@ -137,7 +137,7 @@ impl RayCaster for Remembering<'_> {
 
 #[cfg(test)]
 mod tests {
-    use std::collections::HashMap;
+    use std::collections::BTreeMap;
     use std::sync::atomic::AtomicUsize;
 
     use proptest::prelude::*;
@@ -208,7 +208,7 @@ mod tests {
             let pixel_m = place.distance(eye_m) * pixel_rad;
             prop_assume!(pixel_m > 2.0 * SMALLEST_M && away.length() > 0.1);
             // The diagonal of four pixels is 6.93 wide; places differ in distance, too.
-            let other = place + away.normalize() * 7.2 * pixel_m;
+            let other = place + away / away.length() * 7.2 * pixel_m;
             prop_assert_ne!(draft.cube(place), draft.cube(other));
             let level = draft.cube(place) >> (3 * AXIS_BITS);
             let pixels = SMALLEST_M * (1 << level) as f32 / pixel_m;
@@ -221,7 +221,7 @@ mod tests {
             stored in prop::collection::vec((any::<[i16; 3]>(), 0_u32..17, any::<bool>()), 1..500),
         ) {
             let shadows = KnownShadows::new();
-            let mut latest = HashMap::new();
+            let mut latest = BTreeMap::new();
             let cube = |at: [i16; 3], level: u32| {
                 let axis = |x: i16| u64::from(x as i32 as u32) & ((1 << AXIS_BITS) - 1);
                 u64::from(level) << (3 * AXIS_BITS)

@@ -88,7 +88,7 @@ section! {
 }
 
 section! {
-    /// The air near the ground: visibility and fog.
+    /// The air near the ground, for cameras and LiDARs: visibility and fog.
     Weather at "weather" {
         /// Meteorological visibility at the camera's height: the distance at which 2 % of the
         /// contrast is left. It is haze below 10,000 and mist below 2000.

@@ -234,6 +234,7 @@ pub const SECTIONS: &[SectionSpec] = &[
     LidarPanorama::SPEC,
     LidarTable::SPEC,
     LidarBeam::SPEC,
+    LidarAir::SPEC,
     LidarErrors::SPEC,
     Noise::SPEC,
     FURTHER_LIDARS,
