@@ -198,6 +198,33 @@ def test_models_of_noise() -> None:
     assert raised.value.key == "lidar.noise.sigma_m"
 
 
+def test_scanners_in_fog() -> None:
+    scene = nemoral.RayScene()
+    scene.add_mesh(60 * SQUARE, HALVES, reflectance=0.5, semantic=4)
+    pose = np.array([[0, 0, 1, 0], [0, 1, 0, 0], [-1, 0, 0, 12], [0, 0, 0, 1.0]])
+
+    def scan(**weather: Any) -> nemoral.Scan:
+        fog = weather or None
+        scanner = nemoral.Scanner("avia", noise="off", pulses=3000, rings=0, weather=fog)
+        assert len(pickle.loads(pickle.dumps(scanner)).scan(scene, pose)) == len(
+            scanner.scan(scene, pose)
+        )
+        return scanner.scan(scene, pose)
+
+    vacuum, mist, fog = scan(), scan(visibility_m=1000.0), scan(visibility_m=25.0)
+    assert set(vacuum["flags"]) == {0} and set(vacuum.semantic) == {4}
+    share = mist.intensity / vacuum.intensity
+    extinction_per_m = 0.003912 * (550 / 905) ** 0.5
+    assert np.allclose(share, np.exp(-2 * extinction_per_m * vacuum.range_m), rtol=0.01)
+    air = fog["flags"] & 2 > 0
+    assert air.sum() > 1000 and set(fog.semantic[air]) == {0} and fog.range_m[air].max() < 12
+    with pytest.raises(nemoral.ConfigError) as raised:
+        nemoral.Scanner("avia", weather={"visibility": 50})
+    assert raised.value.key == "weather" and "visibility_m" in str(raised.value)
+    with pytest.raises(TypeError, match="weather"):
+        nemoral.Scanner("avia", weather=50)  # type: ignore[arg-type]
+
+
 def test_parts_are_pickled() -> None:
     scene = nemoral.RayScene()
     alpha = np.eye(40, 30, dtype=bool)

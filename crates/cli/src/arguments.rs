@@ -292,10 +292,16 @@ pub(crate) struct Generate {
     /// The output folder.
     #[arg(long, short, value_name = "DIR", default_value = "nemoral-out")]
     pub(crate) out: PathBuf,
-    /// Other people's formats to write, too, each into a folder beside the output folder.
+    /// Other formats to write, too, each into DIR-FORMAT: see `nemoral convert --help`.
     ///
-    /// The folder of a format is DIR-FORMAT. Shards write none; `merge` does.
-    #[arg(long, value_name = "FORMAT,..", value_delimiter = ',', value_parser = formats())]
+    /// Shards write none; `merge` does.
+    #[arg(
+        long,
+        value_name = "FORMAT,..",
+        value_delimiter = ',',
+        value_parser = formats(),
+        hide_possible_values = true
+    )]
     pub(crate) formats: Vec<FormatName>,
     /// Which renderer takes the pictures.
     #[arg(long, value_enum, default_value_t = Backend::Auto)]

@@ -11,8 +11,8 @@
 //! π β e^(−2τ) ∫ ξ(r) / r² sin²(π (R + L/2 − r) / L) dr,   R − L/2 ≤ r ≤ R + L/2
 //! ```
 //! in the unit in which a surface of reflectance ρ at the range R, seen head-on, sends back ρ / R².
-//! `β` is the extinction over the lidar ratio, and `ξ` the share of the beam that the receiver sees:
-//! it grows from 0 to 1 between 0.9 and 1 m.
+//! `β` is the extinction over the lidar ratio, and `ξ` the share of the beam that the receiver
+//! sees: it grows from 0 to 1 between 0.9 and 1 m.
 //!
 //! We differ in three places. Their lidar ratio is 65 sr; drops of fog have 18.8 sr (O'Connor,
 //! Illingworth and Hogan 2004). Receivers are less sensitive at short range, without which every

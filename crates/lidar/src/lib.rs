@@ -45,8 +45,9 @@
 //! A pulse is a line to the nearest opaque texel, or a [`Beam`] of sub-rays whose hits are grouped
 //! into several [echoes](Returns), mixed pixels among them. A surface is Lambertian; that of a
 //! [`Liquid`](nemoral_scene::Liquid) mirrors too, and what the pulse meets then gives an echo at
-//! the range of the whole path, [`PointFlags::MIRRORED`](nemoral_scene::PointFlags::MIRRORED). A
-//! [`RangeModel`] measures the range of an echo; the other errors are [`PulseErrors`].
+//! the range of the whole path, [`PointFlags::MIRRORED`](nemoral_scene::PointFlags::MIRRORED). The
+//! [air](AirParams) weakens echoes, and fog has echoes of its own. A [`RangeModel`] measures the
+//! range of an echo; the other errors are [`PulseErrors`].
 //!
 //! Units are metres, seconds and radians; the LiDAR frame has x forward, y left, z up. Patterns
 //! stay exact after years, because their phases are counted in integers.

@@ -54,9 +54,9 @@ pub struct ScannerParams {
 }
 
 impl Default for ScannerParams {
-    /// The paper's 50,000 pulses, each a line, deskewed, without errors and air. The range is that of the
-    /// Livox Mid-40 and Horizon (260 m at 80 %), with the blind zone of 0.5 m that Livox gives for
-    /// its rectangular scanners.
+    /// The paper's 50,000 pulses, each a line, deskewed, without errors and air. The range is that
+    /// of the Livox Mid-40 and Horizon (260 m at 80 %), with the blind zone of 0.5 m that Livox
+    /// gives for its rectangular scanners.
     fn default() -> Self {
         Self {
             pulses_per_scan: 50_000,

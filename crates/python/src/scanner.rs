@@ -28,8 +28,9 @@ pub(crate) struct Scanner {
 impl Scanner {
     /// A device by its name. `settings` are keys of a config, whose `[lidar.noise]` is the model of
     /// range errors; `errors` is whether there are those of pointing and detection; `rings` is the
-    /// number of rings of sub-rays of a beam.
+    /// number of rings of sub-rays of a beam; `air` is whether there is that of `[weather]`.
     #[new]
+    #[expect(clippy::too_many_arguments, reason = "the keywords of one function")]
     fn new(
         py: Python<'_>,
         device: &str,
@@ -38,6 +39,7 @@ impl Scanner {
         pulses: Option<u32>,
         rings: Option<u8>,
         max_range_m: Option<f32>,
+        air: bool,
     ) -> PyResult<Self> {
         let request = config::Request::new(None, None, settings)?;
         let make = || {
@@ -59,7 +61,11 @@ impl Scanner {
             if !errors {
                 params.errors = PulseErrors::default();
             }
-            let noise = request.sequences()?.get(0)?.config.lidar.range_noise();
+            let config = request.sequences()?.get(0)?.config;
+            if air {
+                params.air = config.lidar.air_params(&config.weather);
+            }
+            let noise = config.lidar.range_noise();
             let scanner = VirtualScanner::new(params, known.pattern());
             Ok(Self {
                 device: known,

@@ -116,6 +116,7 @@ class Scanner:
         pulses: int | None,
         rings: int | None,
         max_range_m: float | None,
+        air: bool,
     ) -> None: ...
     def about(self) -> tuple[str, str, float, int]: ...
     @staticmethod

@@ -61,6 +61,12 @@ def _noise_keys(noise: str | Mapping[str, Any]) -> dict[str, Any]:
     return given
 
 
+def _weather(weather: Mapping[str, Any]) -> dict[str, Any]:
+    if not isinstance(weather, Mapping):
+        raise arguments.refuse("weather", weather, "a dict of keys of [weather]")
+    return {arguments.text("a key of weather", key): weather[key] for key in weather}
+
+
 class Scan(np.ndarray[Any, np.dtype[Any]]):
     """The points of a :class:`Scanner`: an (N,) structured array, in the order of firing.
 
@@ -147,6 +153,9 @@ class Scanner:
         pulses: pulses of a scan; those of 0.1 s if None.
         rings: rings of sub-rays of a pulse's beam, 0 to 8: 2 are 19 sub-rays, 0 a single ray.
         max_range_m: the greatest range, metres; the device's if None.
+        weather: keys of the config's ``[weather]``, such as ``{"visibility_m": 80}``: haze and fog
+            weaken echoes, and fog has echoes of its own, which have no object and the flag 2. In a
+            vacuum if None.
     """
 
     def __init__(
@@ -157,26 +166,34 @@ class Scanner:
         pulses: SupportsIndex | None = None,
         rings: SupportsIndex | None = None,
         max_range_m: float | None = None,
+        weather: Mapping[str, Any] | None = None,
     ) -> None:
         name = arguments.text("device", device)
         keys = _noise_keys(noise)
+        air = None if weather is None else _weather(weather)
         least, most = 1, 2**31 - 1
         self._arguments: dict[str, Any] = {
             "noise": dict(noise) if isinstance(noise, Mapping) else noise,
             "pulses": None if pulses is None else arguments.whole("pulses", pulses, least, most),
             "rings": None if rings is None else arguments.whole("rings", rings, 0, 8),
             "max_range_m": max_range_m,
+            "weather": air,
         }
         if max_range_m is not None:
             range_m = arguments.real("max_range_m", max_range_m, 0.0, 1e6)
             self._arguments["max_range_m"] = range_m
         self._native = _native.Scanner(
             name,
-            [{"lidar.device": name}, {f"lidar.noise.{key}": keys[key] for key in keys}],
+            [
+                {"lidar.device": name},
+                {f"lidar.noise.{key}": keys[key] for key in keys},
+                {f"weather.{key}": value for key, value in (air or {}).items()},
+            ],
             keys.get("model") != "off",
             self._arguments["pulses"],
             self._arguments["rings"],
             self._arguments["max_range_m"],
+            air is not None,
         )
         self.device: str = device
         """Its name."""

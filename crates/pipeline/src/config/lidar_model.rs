@@ -143,7 +143,8 @@ impl Lidar {
     }
 
     /// The weather's air at the laser's wavelength.
-    fn air_params(&self, weather: &Weather) -> AirParams {
+    #[must_use]
+    pub fn air_params(&self, weather: &Weather) -> AirParams {
         let (air, noise) = (&self.air, &self.noise);
         let present = if air.enabled { 1.0 } else { 0.0 };
         let visibility_km = weather.visibility_m / 1000.0;
