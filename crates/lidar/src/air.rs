@@ -92,6 +92,10 @@ impl AirParams {
         ParamError::check_positive("air.reference_reflectance", self.reference_reflectance)?;
         ParamError::check_at_least_zero("air.near_m", self.near_m)
     }
+
+    fn layers(&self) -> [AirLayer; 2] {
+        [self.haze, self.fog]
+    }
 }
 
 /// The receiver sees nothing of the air nearer than this, metres …
@@ -111,6 +115,8 @@ const STEPS: u32 = 64;
 #[derive(Clone, Copy, Debug)]
 struct Piece {
     range_m: f64,
+    /// The distance to the next one.
+    step_m: f64,
     /// The range of the middle of its light.
     middle_m: f64,
     /// What air of backscatter 1 sends back from here, without its own extinction.
@@ -154,8 +160,9 @@ impl Air {
         let mut range_m = near_m.max(OVERLAP_TO_M);
         let has_echoes = length_m > 0.0 && params.layers().iter().any(|l| l.extinction_per_m > 0.0);
         while has_echoes && range_m < far_m {
-            pieces.push(Piece::new(range_m, length_m, params.near_m));
-            range_m += (length_m / 2.0).max(GROWTH * range_m);
+            let piece = Piece::new(range_m, length_m, params.near_m);
+            range_m += piece.step_m;
+            pieces.push(piece);
         }
         let most = pieces.iter().map(|p| p.geometry).fold(0.0, f64::max);
         let range_m = params.reference_range_m;
@@ -178,12 +185,6 @@ impl Air {
     }
 }
 
-impl AirParams {
-    fn layers(&self) -> [AirLayer; 2] {
-        [self.haze, self.fog]
-    }
-}
-
 impl Piece {
     fn new(range_m: f64, length_m: f64, near_m: f64) -> Self {
         let (mut sum, mut moment) = (0.0, 0.0);
@@ -201,6 +202,7 @@ impl Piece {
         let sensitivity = (range_m / near_m.max(range_m)).powi(2);
         Self {
             range_m,
+            step_m: (length_m / 2.0).max(GROWTH * range_m),
             middle_m: if sum > 0.0 { moment / sum } else { range_m },
             geometry: std::f64::consts::PI * sum * length_m / f64::from(STEPS) * sensitivity,
             is_beyond_peak: range_m > near_m.max(OVERLAP_TO_M + length_m),
@@ -256,8 +258,14 @@ impl AirFrom<'_> {
             return None;
         }
         let mut rng = rng();
+        // Each pulse cuts the air into other pieces, or fog would be shells around the scanner.
+        let shift = unit(rng.next_u32());
         let mut strongest: Option<(f64, f64)> = None;
-        for piece in pieces.iter().take_while(|p| p.range_m < before_m) {
+        for piece in pieces {
+            let range_m = piece.range_m + shift * piece.step_m;
+            if range_m >= before_m {
+                break;
+            }
             let (depth, backscatter) = self.at(piece.middle_m, rise);
             let seen = piece.geometry * libm::exp(-2.0 * depth);
             if piece.is_beyond_peak && seen * densest * BRIGHTEST < *weakest {
@@ -267,7 +275,7 @@ impl AirFrom<'_> {
             if mean * BRIGHTEST >= *weakest {
                 let power = mean * speckle(&mut rng);
                 if power >= strongest.map_or(*weakest, |(power, _)| power) {
-                    strongest = Some((power, piece.range_m));
+                    strongest = Some((power, range_m));
                 }
             }
         }
@@ -278,9 +286,13 @@ impl AirFrom<'_> {
     }
 }
 
+/// Above 0, at most 1.
+fn unit(word: u32) -> f64 {
+    (f64::from(word) + 1.0) / 4_294_967_296.0
+}
+
 /// The factor of speckle: a gamma variate with mean 1, as a sum of exponential ones.
 fn speckle(rng: &mut PhiloxRng) -> f64 {
-    let unit = |word: u32| (f64::from(word) + 1.0) / 4_294_967_296.0;
     let product: f64 = (0..LOOKS).map(|_| unit(rng.next_u32())).product();
     (-libm::log(product) / f64::from(LOOKS)).min(BRIGHTEST)
 }
@@ -437,7 +449,8 @@ mod tests {
         let echo = from
             .echo(DVec3::X, 100.0, || Key::world(3).rng())
             .expect("fog is seen");
-        assert_eq!((echo.range_m, (echo.sent_back * 1e6).round()), (1.6, 239.0));
+        let rounded = (echo.range_m * 1e4).round();
+        assert_eq!((rounded, (echo.sent_back * 1e6).round()), (17_082.0, 262.0));
     }
 
     proptest! {
