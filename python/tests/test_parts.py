@@ -220,7 +220,7 @@ def test_scanners_in_fog() -> None:
     assert air.sum() > 1000 and set(fog.semantic[air]) == {0} and fog.range_m[air].max() < 12
     with pytest.raises(nemoral.ConfigError) as raised:
         nemoral.Scanner("avia", weather={"visibility": 50})
-    assert raised.value.key == "weather" and "visibility_m" in str(raised.value)
+    assert raised.value.key == "weather.visibility" and "visibility_m" in str(raised.value)
     with pytest.raises(TypeError, match="weather"):
         nemoral.Scanner("avia", weather=50)  # type: ignore[arg-type]
 
