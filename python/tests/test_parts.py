@@ -221,7 +221,7 @@ def test_scanners_in_fog() -> None:
     with pytest.raises(nemoral.ConfigError) as raised:
         nemoral.Scanner("avia", weather={"visibility": 50})
     assert raised.value.key == "weather.visibility" and "visibility_m" in str(raised.value)
-    with pytest.raises(TypeError, match="weather"):
+    with pytest.raises(nemoral.ConfigError, match=r"weather = 50: must be a dict"):
         nemoral.Scanner("avia", weather=50)  # type: ignore[arg-type]
 
 
