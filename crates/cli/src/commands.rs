@@ -6,14 +6,14 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::CommandFactory;
 use nemoral_convert::{ConvertParams, LazCloudParams, Mode, Table, convert_watched, laz_cloud};
-use nemoral_dataset::{CloudParams, Dataset, Manifest, MergeParams, OpenMode, merge_watched};
+use nemoral_dataset::{CloudParams, MergeParams, OpenMode};
 use nemoral_pipeline::config::{
     Preset, SequenceConfig, Sequences, SiteFiles, annotated_toml, json_schema, reference_page,
 };
 use nemoral_pipeline::plan::{GraphFormat, Store};
 use nemoral_pipeline::{
     Backend, ForestPlan, FrameSelection, Request, SequenceFrames, check, check_png_name, estimate,
-    generate, preview, probe_formats, write_formats, write_png,
+    generate, merge, preview, write_png,
 };
 use serde_json::json;
 
@@ -186,29 +186,20 @@ fn run_merge(a: &Merge) -> Result<bool, Failure> {
         partial: a.partial,
     };
     let reporter = Reporter::of_data_set("merging", a.reporting);
-    let merged = merge_shards(&shards, &a.out, params, &reporter);
+    let never = AtomicBool::new(false);
+    let merged = merge(
+        &shards,
+        &a.out,
+        params,
+        &reporter.watch(),
+        &*reporter,
+        &never,
+    );
     let merged = merged.inspect_err(|_| reporter.clear())?;
     let (frames, out) = (merged.frames.len(), a.out.display().to_string());
     let answer = format!("{frames} frames in {out}");
     reporter.answer(&answer, json!({ "frames": frames, "out": out }))?;
     Ok(true)
-}
-
-/// Merges shards, and writes the formats that their config asks for.
-fn merge_shards(
-    shards: &[&Path],
-    out: &Path,
-    params: MergeParams,
-    reporter: &Arc<Reporter>,
-) -> Result<Manifest, nemoral_pipeline::Error> {
-    if let [first, ..] = shards {
-        let first = Dataset::open(first)?;
-        probe_formats(&first.manifest().header, out, params.mode)?;
-    }
-    let merged = merge_watched(shards, out, params, &reporter.watch())?;
-    let never = AtomicBool::new(false);
-    write_formats(&merged.header, out, params.mode, &**reporter, &never)?;
-    Ok(merged)
 }
 
 /// What to do with an output folder that holds something.

@@ -135,6 +135,8 @@ pub(crate) struct Air {
     most: f64,
     /// The weakest power that is seen.
     weakest: f64,
+    /// The least share of the light of a surface 1 m away that still comes from one that is seen.
+    faintest: f64,
 }
 
 /// The air along the pulses that leave a place.
@@ -166,11 +168,13 @@ impl Air {
         }
         let most = pieces.iter().map(|p| p.geometry).fold(0.0, f64::max);
         let range_m = params.reference_range_m;
+        let weakest = params.reference_reflectance / (range_m * range_m);
         Self {
             params,
             pieces,
             most,
-            weakest: params.reference_reflectance / (range_m * range_m),
+            weakest,
+            faintest: weakest.min(1.0 / (far_m * far_m)),
         }
     }
 
@@ -232,9 +236,12 @@ impl AirFrom<'_> {
         (depth, backscatter)
     }
 
-    /// The share of light that comes back through the air from a range.
-    pub(crate) fn two_way(&self, range_m: f64, direction: DVec3) -> f64 {
-        libm::exp(-2.0 * self.at(range_m, direction.z).0)
+    /// The share of light that comes back through the air from a range; `None` if nothing is seen
+    /// there: a white surface would be weaker than the weakest echo that the receiver sees, and any
+    /// surface weaker than at the scanner's greatest range in a vacuum.
+    pub(crate) fn two_way(&self, range_m: f64, direction: DVec3) -> Option<f64> {
+        let share = libm::exp(-2.0 * self.at(range_m, direction.z).0);
+        (share >= self.air.faintest * range_m * range_m).then_some(share)
     }
 
     /// The strongest echo of the air before a range, if the receiver sees it. What is drawn for a
@@ -405,9 +412,24 @@ mod tests {
     fn the_range_ladder_is_shorter_in_fog() {
         let air = air(uniform(libm::log(20.0) / 200.0, 18.8), 10.0, 1.2);
         let from = air.at_height(0.0).expect("fog");
-        let power = |m: f64| 0.1 * from.two_way(m, DVec3::X) / (m * m);
+        let power = |m: f64| 0.1 * from.two_way(m, DVec3::X).expect("seen") / (m * m);
         let weakest = 0.1 / (90.0 * 90.0);
         assert!(power(45.4) > weakest && power(45.6) < weakest);
+    }
+
+    #[test]
+    fn air_hides_what_it_weakens_too_much() {
+        // e^(−2 · 0.07824 · 29.13) / 29.13² = 0.1 / 90², and 1 / far² at the others.
+        for (far_m, seen_m) in [(100.0, 29.13), (300.0, 29.60), (1000.0, 40.87)] {
+            let params = AirParams {
+                fog: uniform(3.912 / 50.0, 18.8),
+                ..AirParams::default()
+            };
+            let air = Air::new(params, 1.2, (0.5, far_m));
+            let from = air.at_height(0.0).expect("fog");
+            let is_seen = |m: f64| from.two_way(m, DVec3::X).is_some();
+            assert!(is_seen(seen_m - 0.05) && !is_seen(seen_m + 0.05), "{far_m}");
+        }
     }
 
     #[test]
@@ -420,7 +442,10 @@ mod tests {
                 let rng = || Key::world(1).item(pulse).rng();
                 assert_eq!(from.echo(DVec3::X, 300.0, rng), None);
             }
-            assert!(from.two_way(50.0, DVec3::X) > 0.98);
+            assert!(
+                from.two_way(50.0, DVec3::X)
+                    .is_some_and(|share| share > 0.98)
+            );
         }
         assert!(
             Air::new(AirParams::default(), 1.2, (0.5, 260.0))

@@ -9,6 +9,7 @@ use nemoral_scene::{
 };
 use nemoral_seed::{Domain, Draw};
 
+use crate::air::AirFrom;
 use crate::echo::{AIR, Echo, SubRayHit, group_hits};
 use crate::mirror::Mirrored;
 use crate::pulse_batch::{PulseBatch, ScanContext};
@@ -124,22 +125,24 @@ impl ScanContext<'_> {
                 if hit.distance_m < self.params.min_range_m {
                     continue;
                 }
+                let Some(left) = through(air, hit.distance_m.into(), &rays[0]) else {
+                    continue;
+                };
                 let incidence_cos =
                     (-towards(hit, &rays[i]).dot(rays[i].direction.into())).clamp(0.0, 1.0);
                 all.sub_ray_hits.push(SubRayHit {
                     ray: i,
                     mirrored: None,
                     range_m: hit.distance_m.into(),
-                    sent_back: self.sub_rays[i].weight * (self.reflectance(hit) * incidence_cos),
+                    sent_back: self.sub_rays[i].weight
+                        * (self.reflectance(hit) * incidence_cos)
+                        * left,
                     incidence_cos,
                 });
             }
-            self.add_mirrored(cast, shot as usize * of_shot, &mut all.sub_ray_hits);
+            self.add_mirrored(cast, shot as usize * of_shot, air, &mut all.sub_ray_hits);
             if let Some(air) = air {
                 let direction = rays[0].direction.into();
-                for hit in &mut all.sub_ray_hits[first..] {
-                    hit.sent_back *= air.two_way(hit.range_m, direction);
-                }
                 // Whatever blocks all of the beam ends the air, seen or not.
                 let blocked = hits.iter().map(|hit| hit.as_ref().map(|h| h.distance_m));
                 let clear = blocked.map(|m| m.unwrap_or(self.params.max_range_m));
@@ -167,11 +170,20 @@ impl ScanContext<'_> {
     }
 
     /// Adds what the rays of a pulse, the first of which has this number, met by way of liquids.
-    fn add_mirrored(&self, cast: &BatchHits<'_>, first: usize, out: &mut Vec<SubRayHit>) {
+    fn add_mirrored(
+        &self,
+        cast: &BatchHits<'_>,
+        first: usize,
+        air: Option<AirFrom<'_>>,
+        out: &mut Vec<SubRayHit>,
+    ) {
         let end = first + self.sub_rays.len();
         let from = cast.mirrored.partition_point(|m| m.ray < first);
         let of_pulse = cast.mirrored[from..].iter().take_while(|m| m.ray < end);
         for (number, m) in (from as u32..).zip(of_pulse) {
+            let Some(left) = through(air, m.range_m, &cast.rays[first]) else {
+                continue;
+            };
             let towards = towards(&m.met, &m.path);
             let incidence_cos = (-towards.dot(m.path.direction.into())).clamp(0.0, 1.0);
             let reflected = self.reflectance(&m.met) * incidence_cos;
@@ -179,7 +191,7 @@ impl ScanContext<'_> {
                 ray: m.ray - first,
                 mirrored: Some(number),
                 range_m: m.range_m,
-                sent_back: self.sub_rays[m.ray - first].weight * (reflected * m.share),
+                sent_back: self.sub_rays[m.ray - first].weight * (reflected * m.share) * left,
                 incidence_cos,
             });
         }
@@ -375,6 +387,14 @@ impl ScanContext<'_> {
             pose.inverse()
         };
         lidar_from_scene.transform_vector(in_scene).as_vec3()
+    }
+}
+
+/// The share of light that air lets through from a range; `None` if that is too little.
+fn through(air: Option<AirFrom<'_>>, range_m: f64, ray: &Ray) -> Option<f64> {
+    match air {
+        Some(air) => air.two_way(range_m, ray.direction.into()),
+        None => Some(1.0),
     }
 }
 

@@ -543,6 +543,8 @@ fn fog_weakens_echoes_and_has_its_own() {
         last.iter()
             .all(|p| p.semantic == Semantic::Leaf || p.semantic == Semantic::Stem)
     );
+    // Behind so much of it, no surface is seen, though the range model has no threshold.
+    assert!(scan(50.0, Returns::Last, &wall(60.0)) == hidden);
     let first = scan(50.0, Returns::First, &wall(20.0));
     assert!(first.iter().filter(is_air).count() > 29_000);
 

@@ -11,7 +11,9 @@ use std::thread;
 use nemoral_convert::{
     ConvertParams, Converted, Error as ConvertError, FormatName, Mode, convert_watched,
 };
-use nemoral_dataset::{DatasetHeader, FrameDone, OpenMode, Watch};
+use nemoral_dataset::{
+    Dataset, DatasetHeader, FrameDone, Manifest, MergeParams, OpenMode, Watch, merge_watched,
+};
 
 use crate::Error;
 use crate::generate::Observer;
@@ -46,7 +48,11 @@ pub(crate) fn check_formats(header: &DatasetHeader) -> Result<(), Error> {
 ///
 /// # Errors
 /// [`Error::Convert`], and [`Error::Request`] for formats that there are not.
-pub fn probe_formats(header: &DatasetHeader, out: &Path, mode: OpenMode) -> Result<(), Error> {
+pub(crate) fn probe_formats(
+    header: &DatasetHeader,
+    out: &Path,
+    mode: OpenMode,
+) -> Result<(), Error> {
     check_formats(header)?;
     for format in asked(header)? {
         nemoral_convert::check_folder(out, &format_folder(out, format), mode_of(mode))?;
@@ -61,7 +67,7 @@ pub fn probe_formats(header: &DatasetHeader, out: &Path, mode: OpenMode) -> Resu
 ///
 /// # Errors
 /// [`Error::Convert`], and [`Error::Interrupted`] if it was asked to stop.
-pub fn write_formats(
+pub(crate) fn write_formats(
     header: &DatasetHeader,
     out: &Path,
     mode: OpenMode,
@@ -83,6 +89,31 @@ pub fn write_formats(
         observer.converted(format, &folder, done?);
     }
     Ok(())
+}
+
+/// Unites the shards of a data set, as [`nemoral_dataset::merge_watched`] does, and writes the
+/// formats that their config asks for, which are refused before anything is written, as
+/// [`generate`](crate::generate()) does. `stop` is checked after each frame of a format; `watch`
+/// stops the merge itself.
+///
+/// # Errors
+/// [`Error::Dataset`], [`Error::Convert`], and [`Error::Interrupted`] if it was asked to stop;
+/// [`OpenMode::Resume`] goes on.
+pub fn merge(
+    shards: &[&Path],
+    out: &Path,
+    params: MergeParams,
+    watch: &Watch,
+    observer: &dyn Observer,
+    stop: &AtomicBool,
+) -> Result<Manifest, Error> {
+    if let [first, ..] = shards {
+        let first = Dataset::open(first)?;
+        probe_formats(&first.manifest().header, out, params.mode)?;
+    }
+    let merged = merge_watched(shards, out, params, watch)?;
+    write_formats(&merged.header, out, params.mode, observer, stop)?;
+    Ok(merged)
 }
 
 /// The formats in a data set's config. They are the same in all of its sequences.

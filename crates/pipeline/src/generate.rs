@@ -40,8 +40,7 @@ pub struct Request {
     /// What to do if the folder is not empty.
     pub mode: OpenMode,
     /// Whether `frames` are a part of a data set that is made in parts. The other formats that it
-    /// asks for are then left to [`write_formats`](crate::write_formats), once the parts are
-    /// merged.
+    /// asks for are then left to [`merge`](crate::merge).
     pub is_shard: bool,
     /// How many threads compute chunks. Pixels and pulses are shared among rayon's threads.
     pub threads: usize,

@@ -28,7 +28,7 @@
 //! - [`Recorder::export_scene`], [`tree_scene`]: what `nemoral-export` writes for other programs.
 //! - [`check`], [`generate`], [`preview`]: check a request, and make data sets and pictures from
 //!   it.
-//! - [`write_formats`]: a data set in the other formats that it asks for.
+//! - [`merge`]: the shards of a data set in one, and in the other formats that it asks for.
 //!
 //! The chunk manager of the paper (section IV-A) is [`ChunkManager`]: the eviction policy of the
 //! plan's store. A forest is endless, and only its part near the robot is kept.
@@ -77,7 +77,7 @@ pub use error::Error;
 pub use estimate::{Estimate, estimate};
 pub use export::{ExportArea, tree_scene};
 pub use forest::ForestPlan;
-pub use formats::{format_folder, probe_formats, write_formats};
+pub use formats::{format_folder, merge};
 pub use frames::{FrameSelection, SequenceFrames};
 pub use generate::{Done, Observer, Request, Spent, generate};
 pub use header::header;

@@ -7,12 +7,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use nemoral_convert::{ConvertParams, Converted, FormatName, Mode, Table};
-use nemoral_dataset::{
-    Cloud, CloudParams, Dataset, FrameDone, MergeParams, OpenMode, Quantiles, Watch,
-};
-use nemoral_pipeline::{
-    Done, FrameSelection, Observer, Request, SequenceFrames, probe_formats, write_formats,
-};
+use nemoral_dataset::{Cloud, CloudParams, FrameDone, MergeParams, OpenMode, Quantiles, Watch};
+use nemoral_pipeline::{Done, FrameSelection, Observer, Request, SequenceFrames};
 use pyo3::prelude::*;
 use pyo3::types::PyList;
 use serde_json::json;
@@ -219,13 +215,9 @@ pub(crate) fn merge(
     let mode = open_mode(mode).map_err(|e| e.raise(py))?;
     work::run_stoppable(py, progress, move |tell, stop| {
         let parts: Vec<_> = parts.iter().map(PathBuf::as_path).collect();
-        if let [first, ..] = &*parts {
-            probe_formats(&Dataset::open(first)?.manifest().header, &out, mode)?;
-        }
         let (params, watch) = (MergeParams { mode, partial }, watch(tell, stop));
-        let merged = nemoral_dataset::merge_watched(&parts, &out, params, &watch)?;
         let reporter = Reporter(Arc::clone(tell));
-        write_formats(&merged.header, &out, mode, &reporter, stop)?;
+        let merged = nemoral_pipeline::merge(&parts, &out, params, &watch, &reporter, stop)?;
         Ok(merged.frames.len() as u64)
     })
 }

@@ -58,6 +58,7 @@ mod texture;
 mod texture_window;
 mod trail_surface;
 mod transform;
+mod visibility;
 
 pub use ambient_occlusion::AmbientOcclusion;
 pub use annotations::{AnnotationKinds, Annotations, Flow, ObjectBox, PixelBox};
@@ -93,6 +94,7 @@ pub use texture::{Texture, TextureError};
 pub use texture_window::TextureWindow;
 pub use trail_surface::TrailSurfaceKind;
 pub use transform::RigidTransform;
+pub use visibility::extinction_per_m;
 
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

@@ -11,7 +11,7 @@ use nemoral_lidar_noise::{
     IncidenceLawParams, LaconteDevice, LaconteForm, LinearSigmaParams, RangeEquationParams,
     RangeNoise, SnrSigmaParams,
 };
-use nemoral_scene::RigidTransform;
+use nemoral_scene::{RigidTransform, extinction_per_m};
 
 use super::mount::mount;
 use super::{
@@ -20,8 +20,6 @@ use super::{
 };
 use crate::{Error, InputFile, InputFiles};
 
-/// 2 % of the contrast is left at the visibility: −ln 0.02 (Koschmieder 1924).
-const KOSCHMIEDER: f64 = 3.912;
 /// The lidar ratio of continental haze, steradians.
 const HAZE_SR: f64 = 50.0;
 
@@ -161,7 +159,8 @@ impl Lidar {
         let haze = (libm::log(visibility_km) / libm::log(5.0)).clamp(0.0, 1.0);
         AirParams {
             haze: AirLayer {
-                extinction_per_m: present * KOSCHMIEDER / weather.visibility_m
+                extinction_per_m: present
+                    * extinction_per_m(weather.visibility_m)
                     * libm::pow(wavelength, -exponent),
                 base_m: None,
                 height_m: weather.haze_height_m,

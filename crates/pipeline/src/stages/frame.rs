@@ -214,7 +214,7 @@ impl Stage<Forest> for ScanStage {
     );
     type Output = Vec<Vec<LidarPoint>>;
     const ID: &'static str = "frame.scans";
-    const VERSION: u32 = 7;
+    const VERSION: u32 = 8;
 
     fn fingerprint(&self, _: &mut Hasher) {}
 

@@ -3,16 +3,17 @@
 use std::f32::consts::PI;
 
 use glam::Vec3;
+use nemoral_scene::extinction_per_m;
 
 use crate::error::{ParamError, check};
 use crate::sky::atmosphere::mie_phase;
-use crate::sky::haze::{Haze, KOSCHMIEDER, Layer};
+use crate::sky::haze::{Haze, Layer};
 use crate::sky::irradiance::Irradiance;
 use crate::sky::model::Sky;
 use crate::{SkyImage, SkyParams, Sun};
 
 /// The haze of the sky's own aerosols, 1/m, for a visibility of 20 km.
-const CLEAR_EXTINCTION: f32 = (KOSCHMIEDER / 20_000.0) as f32;
+const CLEAR_EXTINCTION: f32 = extinction_per_m(20_000.0) as f32;
 
 /// The light of a scene: linear sRGB, scaled so that luminance is in cd/m² and illuminance in lux.
 #[derive(Clone, Debug)]
@@ -81,7 +82,7 @@ impl Lighting {
         // Mist and fog scatter the beam: droplets scatter 70 % of it within a few degrees, and the
         // ground gets most of the rest from the whole sky.
         let z = sun.direction().z.max(0.02);
-        let mist = (KOSCHMIEDER / sky.visibility_m - f64::from(CLEAR_EXTINCTION)).max(0.0);
+        let mist = (extinction_per_m(sky.visibility_m) - f64::from(CLEAR_EXTINCTION)).max(0.0);
         let depth = 0.3 * (mist * sky.haze_height_m + sky.fog_per_m * sky.fog_height_m) / z;
         let through = libm::exp(-depth) as f32;
         table.add_veil(sun_irradiance * ((1.0 - through) * 0.8 * z as f32));
@@ -132,7 +133,7 @@ impl Lighting {
             diffuse,
             through_crowns,
             haze: Layer {
-                extinction: (KOSCHMIEDER / params.visibility_m) as f32,
+                extinction: extinction_per_m(params.visibility_m) as f32,
                 height_m: params.haze_height_m as f32,
             },
             fog: Layer {

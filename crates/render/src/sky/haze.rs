@@ -1,8 +1,5 @@
 //! The air between the camera and what it sees.
 
-/// 2 % of the contrast is left at the visibility: −ln 0.02 (Koschmieder 1924).
-pub(crate) const KOSCHMIEDER: f64 = 3.912;
-
 /// A layer of air whose extinction decreases with height: σ(z) = σ(camera) · e^(−(z − camera) /
 /// height).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -77,6 +74,7 @@ impl Haze {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use nemoral_scene::extinction_per_m;
     use proptest::prelude::*;
 
     fn haze(air: Layer, fog: Layer) -> Haze {
@@ -145,7 +143,7 @@ mod tests {
     #[test]
     fn two_percent_of_the_contrast_are_left_at_the_visibility() {
         for visibility in [50.0, 1000.0, 20_000.0] {
-            let air = layer((KOSCHMIEDER / visibility) as f32, 100.0);
+            let air = layer(extinction_per_m(visibility) as f32, 100.0);
             let (left, _) = haze(air, layer(0.0, 1.0)).transmittance(visibility as f32, 0.0);
             assert!((left - 0.02).abs() < 1e-5, "{visibility}: {left}");
         }
