@@ -2,21 +2,24 @@
 //! noise, on one thread and on two. The cost is processor time, as wall-clock time also depends on
 //! what else the machine does.
 //!
-//! `cargo bench -p nemoral-benches --bench headline -- [PULSES] [PRESET] [SCANS]`
+//! `cargo bench -p nemoral-benches --bench headline -- [PULSES] [PRESET] [SCANS] [KEY=VALUE]…`
 #![allow(clippy::print_stdout, reason = "a report for its user")]
 
 use std::time::Instant;
 
 use cpu_time::ProcessTime;
-use nemoral_benches::{Grown, config};
+use nemoral_benches::{Grown, settings};
 use nemoral_scene::LidarPoint;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let mut words = std::env::args().skip(1).filter(|w| !w.starts_with("--"));
+    let words = std::env::args().skip(1).filter(|w| !w.starts_with("--"));
+    let (mut set, words): (Vec<String>, Vec<String>) = words.partition(|w| w.contains('='));
+    let mut words = words.into_iter();
     let pulses = words.next().map_or(Ok(50_000), |w| w.parse())?;
     let preset = words.next().unwrap_or_else(|| "medium".to_owned());
     let scans = words.next().map_or(Ok(60), |w| w.parse())?;
-    let grown = Grown::new(&config(&preset, pulses)?)?;
+    set.push(format!("lidar.pulses={pulses}"));
+    let grown = Grown::new(&settings(&preset, &set)?)?;
     let scan = grown.first_scan()?;
     println!("{preset}, {pulses} pulses, {scans} scans: milliseconds a scan");
     println!("points: {:016x}", hash(&scan()));

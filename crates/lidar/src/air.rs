@@ -108,6 +108,8 @@ const LOOKS: i32 = 4;
 const BRIGHTEST: f64 = 4.0;
 /// Pieces of air grow with range beyond where they are as long as the pulse.
 const GROWTH: f64 = 0.05;
+/// Pieces whose light is computed together.
+const TOGETHER: usize = 8;
 /// Steps of the integral over a pulse.
 const STEPS: u32 = 64;
 
@@ -215,22 +217,22 @@ impl Piece {
 }
 
 impl AirFrom<'_> {
-    /// The optical depth of the way to a range in a direction that rises by `rise` per metre, and
+    /// The optical depth of the ways to ranges in a direction that rises by `rise` per metre, and
     /// the backscatter there, per metre and steradian.
-    fn at(&self, range_m: f64, rise: f64) -> (f64, f64) {
-        let (mut depth, mut backscatter) = (0.0, 0.0);
+    fn at<const N: usize>(&self, ranges_m: [f64; N], rise: f64) -> ([f64; N], [f64; N]) {
+        let (mut depth, mut backscatter) = ([0.0; N], [0.0; N]);
         for (layer, here) in self.air.params.layers().into_iter().zip(self.here) {
             if here > 0.0 {
-                let x = (rise * range_m / layer.height_m).max(-20.0);
-                let left = libm::exp(-x);
-                let mean = if x.abs() < 1e-4 {
+                let (per_m, per_sr) = (rise / layer.height_m, here / layer.lidar_ratio_sr);
+                for i in 0..N {
+                    let x = (per_m * ranges_m[i]).max(-20.0);
+                    let left = exp(-x);
                     // The series of the quotient, where the quotient itself would be inexact.
-                    1.0 - x * (0.5 - x / 6.0)
-                } else {
-                    (1.0 - left) / x
-                };
-                depth += here * range_m * mean;
-                backscatter += here * left / layer.lidar_ratio_sr;
+                    let (near, far) = (1.0 - x * (0.5 - x / 6.0), (1.0 - left) / x);
+                    let mean = if x.abs() < 1e-4 { near } else { far };
+                    depth[i] += here * ranges_m[i] * mean;
+                    backscatter[i] += per_sr * left;
+                }
             }
         }
         (depth, backscatter)
@@ -240,7 +242,7 @@ impl AirFrom<'_> {
     /// there: a white surface would be weaker than the weakest echo that the receiver sees, and any
     /// surface weaker than at the scanner's greatest range in a vacuum.
     pub(crate) fn two_way(&self, range_m: f64, direction: DVec3) -> Option<f64> {
-        let share = libm::exp(-2.0 * self.at(range_m, direction.z).0);
+        let share = exp(-2.0 * self.at([range_m], direction.z).0[0]);
         (share >= self.air.faintest * range_m * range_m).then_some(share)
     }
 
@@ -260,29 +262,36 @@ impl AirFrom<'_> {
         } = self.air;
         let rise = direction.z;
         // Layers are densest at an end of the way.
-        let densest = self.at(0.0, rise).1.max(self.at(before_m, rise).1);
-        if most * densest * BRIGHTEST < *weakest {
+        let [here, there] = self.at([0.0, before_m], rise).1;
+        let brightest = here.max(there) * BRIGHTEST;
+        if most * brightest < *weakest {
             return None;
         }
         let mut rng = rng();
         // Each pulse cuts the air into other pieces, or fog would be shells around the scanner.
         let shift = unit(rng.next_u32());
         let mut strongest: Option<(f64, f64)> = None;
-        for piece in pieces {
-            let range_m = piece.range_m + shift * piece.step_m;
-            if range_m >= before_m {
-                break;
+        // The processor overlaps the sums of several pieces.
+        'way: for pieces in pieces.chunks(TOGETHER) {
+            let mut middles_m = [pieces[0].middle_m; TOGETHER];
+            for (middle_m, piece) in middles_m.iter_mut().zip(pieces) {
+                *middle_m = piece.middle_m;
             }
-            let (depth, backscatter) = self.at(piece.middle_m, rise);
-            let seen = piece.geometry * libm::exp(-2.0 * depth);
-            if piece.is_beyond_peak && seen * densest * BRIGHTEST < *weakest {
-                break;
-            }
-            let mean = seen * backscatter;
-            if mean * BRIGHTEST >= *weakest {
-                let power = mean * speckle(&mut rng);
-                if power >= strongest.map_or(*weakest, |(power, _)| power) {
-                    strongest = Some((power, range_m));
+            let (depths, backscatters) = self.at(middles_m, rise);
+            let left = depths.map(|depth| exp(-2.0 * depth));
+            for ((piece, left), backscatter) in pieces.iter().zip(left).zip(backscatters) {
+                let range_m = piece.range_m + shift * piece.step_m;
+                let seen = piece.geometry * left;
+                let beaten = strongest.map_or(*weakest, |(power, _)| power);
+                if range_m >= before_m || piece.is_beyond_peak && seen * brightest < beaten {
+                    break 'way;
+                }
+                let mean = seen * backscatter;
+                if mean * BRIGHTEST >= beaten {
+                    let power = mean * speckle(&mut rng);
+                    if power >= beaten {
+                        strongest = Some((power, range_m));
+                    }
                 }
             }
         }
@@ -303,6 +312,33 @@ fn speckle(rng: &mut PhiloxRng) -> f64 {
     let product: f64 = (0..LOOKS).map(|_| unit(rng.next_u32())).product();
     (-libm::log(product) / f64::from(LOOKS)).min(BRIGHTEST)
 }
+
+/// e^x to 3e-10 of it, from −700 to 700, and as at these beyond them. The compiler inlines it and
+/// computes several at once; with a library's, a scan in fog takes half as long again.
+#[inline]
+fn exp(x: f64) -> f64 {
+    // Adding it rounds to a whole number.
+    const ROUND: f64 = 6_755_399_441_055_744.0;
+    let x = x.clamp(-700.0, 700.0);
+    let doublings = (x * std::f64::consts::LOG2_E + ROUND) - ROUND;
+    let rest = x - doublings * std::f64::consts::LN_2;
+    // Taylor's series from its eighth power on down; the next term is at most 0.35⁹ / 9!.
+    let series = INVERSE_FACTORIALS.iter().fold(0.0, |sum, c| sum * rest + c);
+    series * f64::from_bits((((doublings as i64) + 1023) << 52) as u64)
+}
+
+/// 1 / n!, from 8 to 0.
+const INVERSE_FACTORIALS: [f64; 9] = [
+    1.0 / 40_320.0,
+    1.0 / 5_040.0,
+    1.0 / 720.0,
+    1.0 / 120.0,
+    1.0 / 24.0,
+    1.0 / 6.0,
+    0.5,
+    1.0,
+    1.0,
+];
 
 #[cfg(test)]
 mod tests {
@@ -400,7 +436,7 @@ mod tests {
         let air = air(uniform(extinction, 18.8), 10.0, 1.2);
         let from = air.at_height(0.0).expect("fog");
         let mean = |p: &Piece| {
-            let (depth, backscatter) = from.at(p.middle_m, 0.0);
+            let ([depth], [backscatter]) = from.at([p.middle_m], 0.0);
             p.geometry * backscatter * libm::exp(-2.0 * depth)
         };
         let fog = air.pieces.iter().map(mean).fold(0.0, f64::max);
@@ -468,6 +504,18 @@ mod tests {
     }
 
     #[test]
+    fn exponentials_are_those_of_a_library() {
+        for i in -70_000..=70_000 {
+            let x = f64::from(i) * 0.01 + 0.003_1;
+            assert!(
+                (exp(x) / libm::exp(x.clamp(-700.0, 700.0)) - 1.0).abs() < 3e-10,
+                "{x}"
+            );
+        }
+        assert!(exp(0.0) == 1.0 && exp(-1e300) < 1e-300);
+    }
+
+    #[test]
     fn echoes_of_fog_are_stable() {
         let air = air(uniform(0.08, 18.8), 10.0, 1.2);
         let from = air.at_height(0.0).expect("fog");
@@ -508,7 +556,7 @@ mod tests {
                 .map(|[a, b]| (a + b) * range_m / f64::from(steps))
                 .sum();
             let [haze, fog] = extinction(range_m);
-            let (depth, backscatter) = from.at(range_m, rise);
+            let ([depth], [backscatter]) = from.at([range_m], rise);
             prop_assert!((depth / sum - 1.0).abs() < 1e-3, "{depth} for {sum}");
             prop_assert!((backscatter / (haze / 50.0 + fog / 18.8) - 1.0).abs() < 1e-9);
         }
