@@ -2,6 +2,7 @@
 
 mod caster;
 mod growth;
+mod half;
 mod known_shadows;
 mod paint;
 mod world;
@@ -65,6 +66,8 @@ struct Shared {
     still: Mutex<Option<(u64, Arc<AtomicBool>)>>,
     /// How many drafts are being made or waited for.
     movers: AtomicUsize,
+    /// Whether the next draft is halved.
+    halved: AtomicBool,
 }
 
 fn too_many(threads: usize, error: &dyn std::fmt::Display) -> Error {
@@ -187,6 +190,7 @@ impl LiveForest {
             changed: Condvar::new(),
             still: Mutex::new(None),
             movers: AtomicUsize::new(0),
+            halved: AtomicBool::new(false),
         });
         let growing = Arc::clone(&shared);
         let grower = thread::Builder::new().name("grower".to_owned());

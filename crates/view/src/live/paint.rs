@@ -1,5 +1,8 @@
 //! Pictures of what is seen, as files for a browser.
 
+use std::sync::atomic::Ordering;
+use std::time::Instant;
+
 use image::ExtendedColorType;
 use image::codecs::jpeg::JpegEncoder;
 use nemoral_pipeline::config::Config;
@@ -11,9 +14,9 @@ use nemoral_pipeline::{
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{Image, RayCaster};
 
-use super::Shared;
 use super::known_shadows::Remembering;
 use super::world::Shown;
+use super::{Shared, half};
 use crate::Error;
 use crate::seen::{Glance, Map, Place};
 
@@ -62,10 +65,19 @@ pub(super) fn paint(
         .level_pose(&runner, place_m, robot.heading_deg)?;
     let pose = FramePose::still(body, 0.0, &world.lidars, seen.chunks.size_m);
     let materials = &world.assets.library.materials;
-    let mut rig = world.cameras[usize::from(!glance.still)].clone();
+    let begun = Instant::now();
+    // A GPU draws whole pictures quickly.
+    let is_timed = !glance.still && glance.map == Map::Colour && !shared.backend.draws_ahead();
+    let is_halved = is_timed && shared.halved.load(Ordering::Relaxed);
+    let mut rig = world.cameras[usize::from(!glance.still) + usize::from(is_halved)].clone();
     let intrinsics = seen.camera.intrinsics();
     let refused = |e| Error::value("camera", e, "possible at this size");
-    rig.intrinsics = intrinsics.map_err(refused)?;
+    let whole = intrinsics.map_err(refused)?;
+    rig.intrinsics = if is_halved {
+        half::camera_of(&whole)
+    } else {
+        whole
+    };
     rig.body_from_camera = seen.camera.body_from_camera();
     rig.renderer
         .check_size(rig.intrinsics.width, rig.intrinsics.height)?;
@@ -74,12 +86,13 @@ pub(super) fn paint(
         caster,
         shadows: &shown.shadows,
         eye_m: eye_m.as_vec3(),
-        pixel_rad: (1.0 / rig.intrinsics.fx) as f32,
+        pixel_rad: (1.0 / whole.fx) as f32,
     };
     let mut moment = Moment::new(world.forest.world(), FRAME, &pose, &shown.scene, materials);
     moment.caster = if glance.still { caster } else { &remembering };
     let truth = || moment.truth(&rig);
     let image = match glance.map {
+        Map::Colour if is_halved => half::fill(&moment.picture(0, &rig)?.rgb, whole.width as usize),
         Map::Colour => moment.picture(0, &rig)?.rgb,
         Map::Classes => picture_of_classes(&truth()?, &world.ontology),
         Map::Instances => picture_of_instances(&truth()?),
@@ -92,6 +105,10 @@ pub(super) fn paint(
             picture_of_scan(&scan, &world.ontology, &rig.intrinsics, &camera_from_lidar)
         }
     };
+    if is_timed {
+        let next = half::is_next_halved(is_halved, begun.elapsed());
+        shared.halved.store(next, Ordering::Relaxed);
+    }
     Ok(Painted {
         image,
         is_truth: glance.map != Map::Colour,

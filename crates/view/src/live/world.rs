@@ -18,8 +18,8 @@ use crate::Error;
 
 /// Distance that is kept from stems and rocks, metres.
 const CLEARANCE_M: f64 = 0.3;
-/// The name of the camera of drafts, further in the config than the first.
-const DRAFTS: &str = "drafts";
+/// The names of the cameras of drafts, in the order of [`World::cameras`] after the first.
+const DRAFTS: [&str; 2] = ["drafts", "drafts by halves"];
 
 /// A world with its light and its sensors.
 #[derive(Debug)]
@@ -29,7 +29,7 @@ pub(super) struct World {
     pub(super) config: Config,
     pub(super) forest: ForestPlan,
     pub(super) assets: Arc<WorldAssets>,
-    /// The config's first camera, and that of drafts.
+    /// The config's first camera, and those of drafts and, where rays are cast, of halved ones.
     pub(super) cameras: Arc<Vec<CameraRig>>,
     pub(super) lidars: Arc<Vec<LidarRig>>,
     pub(super) ontology: Ontology,
@@ -75,8 +75,12 @@ pub(super) fn plan(
         drafts.samples = 1;
         drafts.edge_samples = 1;
         drafts.bounces = 0;
+        let mut halved = drafts.clone();
+        // Light is spread once all columns are there.
+        halved.spread_px = 0.0;
+        sensors.cameras.insert(DRAFTS[1].to_owned(), halved);
     }
-    sensors.cameras.insert(DRAFTS.to_owned(), drafts);
+    sensors.cameras.insert(DRAFTS[0].to_owned(), drafts);
     Ok(ForestPlan::with_inputs(&sensors, inputs, backend.clone())?)
 }
 
