@@ -20,9 +20,12 @@
 //! waves with random phases (speckle), so that the strongest echo of fog is not at one range for
 //! all pulses: the power from each piece of air has Goodman's gamma distribution, of four looks.
 
-use nemoral_scene::ParamError;
 use nemoral_scene::glam::DVec3;
-use nemoral_seed::{PhiloxRng, Rng};
+use nemoral_scene::{Hydrometeor, ParamError};
+use nemoral_seed::{Domain, Key, PhiloxRng, Rng};
+
+use crate::beam::Beam;
+use crate::precipitation::{AirEcho, Precipitation};
 
 /// A layer of air whose extinction decreases with height.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,6 +60,14 @@ pub struct AirParams {
     pub haze: AirLayer,
     /// Fog near the ground.
     pub fog: AirLayer,
+    /// Rain, everywhere, at least 0.
+    pub rain_mm_per_h: f64,
+    /// Snowfall as water, everywhere, at least 0.
+    pub snowfall_mm_per_h: f64,
+    /// The reflectance of a disc that sends as much light back as a raindrop of its width, 0..=1.
+    pub drop_reflectance: f64,
+    /// The same of a snowflake.
+    pub flake_reflectance: f64,
     /// The farthest range at which the receiver sees a reference target, metres, greater than 0.
     pub reference_range_m: f64,
     /// The reflectance of that target, greater than 0.
@@ -72,6 +83,10 @@ impl Default for AirParams {
         Self {
             haze: AirLayer::default(),
             fog: AirLayer::default(),
+            rain_mm_per_h: 0.0,
+            snowfall_mm_per_h: 0.0,
+            drop_reflectance: 0.024,
+            flake_reflectance: 0.3,
             reference_range_m: 90.0,
             reference_reflectance: 0.1,
             near_m: 10.0,
@@ -87,6 +102,14 @@ impl AirParams {
             ParamError::check_positive("air.lidar_ratio_sr", layer.lidar_ratio_sr)?;
             let base_m = layer.base_m.unwrap_or(0.0);
             ParamError::check(base_m.is_finite(), "air.base_m", base_m, "finite")?;
+        }
+        ParamError::check_at_least_zero("air.rain_mm_per_h", self.rain_mm_per_h)?;
+        ParamError::check_at_least_zero("air.snowfall_mm_per_h", self.snowfall_mm_per_h)?;
+        for (field, share) in [
+            ("air.drop_reflectance", self.drop_reflectance),
+            ("air.flake_reflectance", self.flake_reflectance),
+        ] {
+            ParamError::check((0.0..=1.0).contains(&share), field, share, "0..=1")?;
         }
         ParamError::check_positive("air.reference_range_m", self.reference_range_m)?;
         ParamError::check_positive("air.reference_reflectance", self.reference_reflectance)?;
@@ -137,6 +160,10 @@ pub(crate) struct Air {
     most: f64,
     /// The weakest power that is seen.
     weakest: f64,
+    /// The extinction of rain and snowfall, per metre.
+    falling_per_m: f64,
+    /// What of rain and of snowfall is seen.
+    falling: [Option<Precipitation>; 2],
     /// The least share of the light of a surface 1 m away that still comes from one that is seen.
     faintest: f64,
 }
@@ -149,17 +176,13 @@ pub(crate) struct AirFrom<'a> {
     here: [f64; 2],
 }
 
-/// An echo of air.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct AirEcho {
-    pub(crate) range_m: f64,
-    /// As of a surface: reflectance times cosine.
-    pub(crate) sent_back: f64,
-}
+const RAIN: Domain = Domain::new("lidar.rain");
+const SNOW: Domain = Domain::new("lidar.snow");
 
 impl Air {
-    /// The air for pulses of a length, with a blind zone and a range.
-    pub(crate) fn new(params: AirParams, length_m: f64, (near_m, far_m): (f64, f64)) -> Self {
+    /// The air for a beam, with a blind zone and a range.
+    pub(crate) fn new(params: AirParams, beam: &Beam, (near_m, far_m): (f64, f64)) -> Self {
+        let length_m = 2.0 * beam.resolution_m;
         let mut pieces = Vec::new();
         let mut range_m = near_m.max(OVERLAP_TO_M);
         let has_echoes = length_m > 0.0 && params.layers().iter().any(|l| l.extinction_per_m > 0.0);
@@ -171,11 +194,23 @@ impl Air {
         let most = pieces.iter().map(|p| p.geometry).fold(0.0, f64::max);
         let range_m = params.reference_range_m;
         let weakest = params.reference_reflectance / (range_m * range_m);
+        let rain = Hydrometeor::Raindrop.sizes(params.rain_mm_per_h);
+        let snow = Hydrometeor::Snowflake.sizes(params.snowfall_mm_per_h);
         Self {
             params,
             pieces,
             most,
             weakest,
+            falling_per_m: rain.extinction_per_m() + snow.extinction_per_m(),
+            falling: [
+                (rain, params.drop_reflectance),
+                (snow, params.flake_reflectance),
+            ]
+            .map(|(sizes, reflectance)| {
+                let (section, reach_m) = (beam.section(), (near_m, far_m));
+                let near_m = params.near_m;
+                Precipitation::new(sizes, reflectance, section, weakest, near_m, reach_m)
+            }),
             faintest: weakest.min(1.0 / (far_m * far_m)),
         }
     }
@@ -187,7 +222,8 @@ impl Air {
             // Far below its base a layer would overflow; this is opaque already.
             layer.extinction_per_m * libm::exp((-above_m / layer.height_m).min(20.0))
         });
-        (here != [0.0; 2]).then_some(AirFrom { air: self, here })
+        let is_there = here != [0.0; 2] || self.falling_per_m > 0.0;
+        is_there.then_some(AirFrom { air: self, here })
     }
 }
 
@@ -220,7 +256,8 @@ impl AirFrom<'_> {
     /// The optical depth of the ways to ranges in a direction that rises by `rise` per metre, and
     /// the backscatter there, per metre and steradian.
     fn at<const N: usize>(&self, ranges_m: [f64; N], rise: f64) -> ([f64; N], [f64; N]) {
-        let (mut depth, mut backscatter) = ([0.0; N], [0.0; N]);
+        let mut depth = ranges_m.map(|range_m| self.air.falling_per_m * range_m);
+        let mut backscatter = [0.0; N];
         for (layer, here) in self.air.params.layers().into_iter().zip(self.here) {
             if here > 0.0 {
                 let (per_m, per_sr) = (rise / layer.height_m, here / layer.lidar_ratio_sr);
@@ -300,6 +337,27 @@ impl AirFrom<'_> {
             sent_back: power * range_m * range_m,
         })
     }
+
+    /// Calls `see` for the echo of each drop and flake before a range that the receiver sees.
+    pub(crate) fn falling(
+        &self,
+        direction: DVec3,
+        before_m: f64,
+        key: impl Fn(Domain) -> Key,
+        mut see: impl FnMut(AirEcho),
+    ) {
+        for (seen, domain) in self.air.falling.iter().zip([RAIN, SNOW]) {
+            let Some(seen) = seen else { continue };
+            seen.each(before_m, &mut key(domain).rng(), |particle| {
+                if let Some(left) = self.two_way(particle.range_m, direction) {
+                    see(AirEcho {
+                        sent_back: particle.sent_back * left,
+                        ..particle
+                    });
+                }
+            });
+        }
+    }
 }
 
 /// Above 0, at most 1.
@@ -342,7 +400,6 @@ const INVERSE_FACTORIALS: [f64; 9] = [
 
 #[cfg(test)]
 mod tests {
-    use nemoral_seed::Key;
     use proptest::prelude::*;
 
     use super::*;
@@ -356,13 +413,20 @@ mod tests {
         }
     }
 
+    fn pulse(length_m: f64) -> Beam {
+        Beam {
+            resolution_m: length_m / 2.0,
+            ..Beam::default()
+        }
+    }
+
     fn air(fog: AirLayer, near_m: f64, length_m: f64) -> Air {
         let params = AirParams {
             fog,
             near_m,
             ..AirParams::default()
         };
-        Air::new(params, length_m, (0.5, 300.0))
+        Air::new(params, &pulse(length_m), (0.5, 300.0))
     }
 
     /// The greatest mean power of air with backscatter 1 / π, and where it is.
@@ -461,7 +525,7 @@ mod tests {
                 fog: uniform(3.912 / 50.0, 18.8),
                 ..AirParams::default()
             };
-            let air = Air::new(params, 1.2, (0.5, far_m));
+            let air = Air::new(params, &pulse(1.2), (0.5, far_m));
             let from = air.at_height(0.0).expect("fog");
             let is_seen = |m: f64| from.two_way(m, DVec3::X).is_some();
             assert!(is_seen(seen_m - 0.05) && !is_seen(seen_m + 0.05), "{far_m}");
@@ -484,7 +548,7 @@ mod tests {
             );
         }
         assert!(
-            Air::new(AirParams::default(), 1.2, (0.5, 260.0))
+            Air::new(AirParams::default(), &pulse(1.2), (0.5, 260.0))
                 .at_height(3.0)
                 .is_none()
         );
@@ -540,7 +604,7 @@ mod tests {
                 fog: AirLayer { height_m, base_m: Some(2.0), ..uniform(0.1, 18.8) },
                 ..AirParams::default()
             };
-            let air = Air::new(params, 1.2, (0.5, 300.0));
+            let air = Air::new(params, &pulse(1.2), (0.5, 300.0));
             let from = air.at_height(z_m).expect("fog");
             let extinction = |m: f64| {
                 let z = z_m + rise * m;

@@ -12,6 +12,7 @@ use nemoral_seed::{Domain, Draw};
 use crate::air::AirFrom;
 use crate::echo::{AIR, Echo, SubRayHit, group_hits};
 use crate::mirror::Mirrored;
+use crate::precipitation::AirEcho;
 use crate::pulse_batch::{PulseBatch, ScanContext};
 
 const DROPOUT: Domain = Domain::new("lidar.dropout");
@@ -147,16 +148,20 @@ impl ScanContext<'_> {
                 let blocked = hits.iter().map(|hit| hit.as_ref().map(|h| h.distance_m));
                 let clear = blocked.map(|m| m.unwrap_or(self.params.max_range_m));
                 let before_m = clear.fold(0.0, f32::max);
+                let before_m = before_m.into();
+                let of_air = |echo: AirEcho| SubRayHit {
+                    ray: AIR,
+                    mirrored: None,
+                    range_m: echo.range_m,
+                    sent_back: echo.sent_back,
+                    incidence_cos: 1.0,
+                };
                 let rng = || self.key_of(number, FOG).rng();
-                if let Some(echo) = air.echo(direction, before_m.into(), rng) {
-                    all.sub_ray_hits.push(SubRayHit {
-                        ray: AIR,
-                        mirrored: None,
-                        range_m: echo.range_m,
-                        sent_back: echo.sent_back,
-                        incidence_cos: 1.0,
-                    });
-                }
+                let fog = air.echo(direction, before_m, rng);
+                all.sub_ray_hits.extend(fog.map(of_air));
+                let key = |domain| self.key_of(number, domain);
+                let see = |echo| all.sub_ray_hits.push(of_air(echo));
+                air.falling(direction, before_m, key, see);
             }
             group_hits(
                 &mut all.sub_ray_hits,

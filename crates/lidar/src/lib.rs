@@ -64,6 +64,7 @@ mod mirror;
 mod panorama;
 mod params;
 mod pattern;
+mod precipitation;
 mod pulse_batch;
 mod pulse_errors;
 mod range_model;

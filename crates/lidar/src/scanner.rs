@@ -88,7 +88,7 @@ impl Scanner {
             sub_rays: params.beam.sub_rays(),
             air: Air::new(
                 params.air,
-                2.0 * params.beam.resolution_m,
+                &params.beam,
                 (params.min_range_m.into(), params.max_range_m.into()),
             ),
         })

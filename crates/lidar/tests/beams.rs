@@ -555,6 +555,68 @@ fn fog_weakens_echoes_and_has_its_own() {
 }
 
 #[test]
+fn falling_snow_weakens_echoes_and_flakes_have_their_own() {
+    // The beam of a Mid-40, as a line.
+    let beam = Beam {
+        horizontal_fwhm_rad: 0.28_f64.to_radians(),
+        vertical_fwhm_rad: 0.03_f64.to_radians(),
+        ..Beam::default()
+    };
+    let scan = |snowfall_mm_per_h, returns, caster: &dyn RayCaster| {
+        let air = AirParams {
+            snowfall_mm_per_h,
+            ..AirParams::default()
+        };
+        let params = ScannerParams {
+            air,
+            ..params(beam, returns)
+        };
+        scan_with(params, caster)
+    };
+    let is_flake = |p: &&LidarPoint| p.semantic == Semantic::AirborneEcho;
+    let wall = Step {
+        near: 60.0,
+        far: 60.0,
+    };
+    let clear = scan(0.0, Returns::All(15), &wall);
+    let snow = scan(1.0, Returns::All(15), &wall);
+    assert!(clear.iter().all(|p| !is_flake(&p)));
+    // 0.94 flakes a pulse, of which few are merged, or beyond the wall.
+    let flakes = snow.iter().filter(is_flake).count() as f64 / clear.len() as f64;
+    assert!((0.85..0.95).contains(&flakes), "{flakes}");
+    for p in snow.iter().filter(is_flake) {
+        assert!(p.flags == PointFlags(PointFlags::FALSE_ALARM) && p.object == ObjectId::NONE);
+        assert!(p.range_m < 60.0 && p.normal == Vec3::ZERO && p.intensity > 0.0);
+    }
+    // The wall is as dark as Beer and Lambert say.
+    let walls: Vec<_> = snow.iter().filter(|p| !is_flake(p)).collect();
+    assert_eq!(walls.len(), clear.len());
+    for (a, b) in clear.iter().zip(walls) {
+        let left = libm::exp(-2.0 * 3.33e-3 * f64::from(a.true_range_m));
+        assert!((f64::from(b.intensity / a.intensity) / left - 1.0).abs() < 0.01);
+    }
+    // The first echo is often a flake's, the strongest one sometimes, the last one never.
+    let share = |returns| {
+        let points = scan(1.0, returns, &wall);
+        points.iter().filter(is_flake).count() as f64 / points.len() as f64
+    };
+    assert!(share(Returns::First) > 0.5 && share(Returns::Last) == 0.0);
+    assert!((0.0..share(Returns::First)).contains(&share(Returns::Strongest)));
+    // A line without width meets no flake.
+    let line = scan_with(
+        ScannerParams {
+            air: AirParams {
+                snowfall_mm_per_h: 5.0,
+                ..AirParams::default()
+            },
+            ..params(Beam::default(), Returns::First)
+        },
+        &wall,
+    );
+    assert!(line.iter().all(|p| !is_flake(&p)));
+}
+
+#[test]
 fn bad_air_is_refused_by_name() {
     let refused = |air| {
         let params = ScannerParams {
@@ -617,6 +679,20 @@ fn bad_air_is_refused_by_name() {
                 ..base
             },
             "air.near_m",
+        ),
+        (
+            AirParams {
+                rain_mm_per_h: -1.0,
+                ..base
+            },
+            "air.rain_mm_per_h",
+        ),
+        (
+            AirParams {
+                flake_reflectance: 1.5,
+                ..base
+            },
+            "air.flake_reflectance",
         ),
     ] {
         assert_eq!(refused(air), field);

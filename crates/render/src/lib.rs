@@ -99,6 +99,7 @@ pub use camera::aberration::ChromaticAberration;
 pub use camera::jpeg::Jpeg;
 pub use camera::lens::{Lens, Vignetting};
 pub use camera::metering::Metering;
+pub use camera::precipitation::Precipitation;
 pub use camera::processing::Processing;
 pub use camera::sensor_noise::SensorNoise;
 pub use camera::soiling::Soiling;

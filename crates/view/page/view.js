@@ -264,6 +264,7 @@ const said = {
   "h": (v) => `${String(Math.floor(v)).padStart(2, "0")}:${String(Math.floor(v % 1 * 60)).padStart(2, "0")}`,
   "": (v, c) => c.max === 1 ? `${Math.round(v * 100)} %` : v.toFixed(1),
   "m": (v) => v >= 2000 ? `${(v / 1000).toFixed(v < 10000 ? 1 : 0)} km` : `${Math.round(v / 10) * 10} m`,
+  "mm/h": (v) => v === 0 ? "none" : `${v.toFixed(1)} mm/h`,
   "/m": (v) => v === 0 ? "none" : `sight ${Math.round(3.912 / v)} m`,
   "/ha": (v) => `${Math.round(v)} per ha`,
   "°": (v) => `${Math.round(v)}°`,

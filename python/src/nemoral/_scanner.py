@@ -153,9 +153,9 @@ class Scanner:
         pulses: pulses of a scan; those of 0.1 s if None.
         rings: rings of sub-rays of a pulse's beam, 0 to 8: 2 are 19 sub-rays, 0 a single ray.
         max_range_m: the greatest range, metres; the device's if None.
-        weather: keys of the config's ``[weather]``, such as ``{"visibility_m": 80}``: haze and fog
-            weaken echoes, and fog has echoes of its own, which have no object and the flag 2. In a
-            vacuum if None.
+        weather: keys of the config's ``[weather]``, such as ``{"visibility_m": 80}`` or
+            ``{"snowfall_mm_per_h": 1}``: the air weakens echoes, and fog, drops and flakes have
+            echoes of their own, which have no object and the flag 2. In a vacuum if None.
     """
 
     def __init__(

@@ -172,6 +172,10 @@ impl Lidar {
                 height_m: weather.fog_height_m,
                 lidar_ratio_sr: air.lidar_ratio_sr,
             },
+            rain_mm_per_h: present * weather.rain_mm_per_h,
+            snowfall_mm_per_h: present * weather.snowfall_mm_per_h,
+            drop_reflectance: air.drop_reflectance,
+            flake_reflectance: air.flake_reflectance,
             reference_range_m: noise.reference_range_m,
             reference_reflectance: noise.reference_reflectance,
             near_m: air.near_m,
@@ -267,6 +271,17 @@ mod tests {
         assert_eq!(
             (fog.extinction_per_m, fog.base_m, fog.height_m),
             (0.05, Some(12.0), 8.0)
+        );
+
+        let wet = Weather {
+            rain_mm_per_h: 10.0,
+            snowfall_mm_per_h: 1.0,
+            ..clear.clone()
+        };
+        let falling = air(&lidar, &wet);
+        assert_eq!(
+            (falling.rain_mm_per_h, falling.snowfall_mm_per_h),
+            (10.0, 1.0)
         );
 
         let mut blind = lidar.clone();

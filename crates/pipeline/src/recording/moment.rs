@@ -3,7 +3,7 @@
 use std::fmt;
 
 use nemoral_lidar::ScanRequest;
-use nemoral_render::{CameraImages, CameraRenderer, SceneView, View};
+use nemoral_render::{CameraImages, CameraRenderer, Precipitation, SceneView, View};
 use nemoral_scene::glam::Vec3;
 use nemoral_scene::{LidarPoint, MaterialLibrary, RayCaster, TruthImages};
 use nemoral_seed::{Domain, Key};
@@ -62,7 +62,18 @@ impl<'a> Moment<'a> {
     #[must_use]
     pub fn view(&self, rig: &CameraRig) -> View {
         let scene_from_body = self.pose.track.relative_to(self.scene.origin_m).middle();
-        rig.view(scene_from_body, self.pose.motion)
+        let (rain_mm_per_h, snowfall_mm_per_h) = rig.falling_mm_per_h;
+        let precipitation = Precipitation {
+            rain_mm_per_h,
+            snowfall_mm_per_h,
+            time_s: self.pose.time_s,
+            scene_origin_m: self.scene.origin_m,
+            key: self.world,
+        };
+        View {
+            precipitation: Some(precipitation),
+            ..rig.view(scene_from_body, self.pose.motion)
+        }
     }
 
     /// The picture of a camera, and the truth about it. `position` is the camera's among those of

@@ -42,6 +42,8 @@ pub struct CameraRig {
     pub noise: Option<SensorNoise>,
     /// Dirt and drops on its lens.
     pub soiling: Option<Soiling>,
+    /// Rain and snowfall, mm of water per hour.
+    pub falling_mm_per_h: (f64, f64),
     /// What it makes of the sensor's values.
     pub processing: Processing,
     /// The annotations that are asked for.
@@ -60,6 +62,7 @@ impl CameraRig {
         path: &str,
         camera: &Camera,
         renderer: Arc<Renderer>,
+        weather: &config::Weather,
         world: Key,
     ) -> Result<Self, Error> {
         // This is checked before the first picture, and so before anything is written.
@@ -78,6 +81,7 @@ impl CameraRig {
             shutter: camera.shutter_times(),
             noise: camera.sensor_noise(serial),
             soiling: camera.soiled(serial),
+            falling_mm_per_h: (weather.rain_mm_per_h, weather.snowfall_mm_per_h),
             processing: camera.image_processing(),
             annotations: camera.annotation_kinds(),
             looks_all_around: camera.bounces > 0 || camera.flow,
@@ -149,7 +153,9 @@ impl CameraRecipe {
     pub(crate) fn make(&self, world: Key) -> Result<Vec<CameraRig>, Error> {
         let renderers = self.renderers(&self.lighting()?)?;
         (self.cameras.iter().zip(renderers))
-            .map(|((path, camera), renderer)| CameraRig::new(path, camera, renderer, world))
+            .map(|((path, camera), renderer)| {
+                CameraRig::new(path, camera, renderer, &self.weather, world)
+            })
             .collect()
     }
 

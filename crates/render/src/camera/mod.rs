@@ -8,6 +8,7 @@ mod luma;
 pub(crate) mod metering;
 pub(crate) mod picture;
 mod point_spread;
+pub(crate) mod precipitation;
 pub(crate) mod processing;
 pub(crate) mod sensor_noise;
 mod sharpening;

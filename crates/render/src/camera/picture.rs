@@ -19,9 +19,10 @@ pub(crate) struct Picture {
     pub(crate) ev100: f64,
 }
 
-/// Takes the picture of the light in front of a lens. `key` is for the sensor's noise alone.
+/// Takes the picture of the light in front of a lens. `around` is the mean radiance at the camera,
+/// and `key` is for the sensor's noise alone.
 pub(crate) fn take(
-    light: Image<Vec3>,
+    (light, around): (Image<Vec3>, Vec3),
     truth: &TruthImages,
     lens: &Lens,
     view: &View,
@@ -31,6 +32,9 @@ pub(crate) fn take(
     let mut pixels = light.into_pixels();
     lens.aberration.apply(&mut pixels, &view.intrinsics);
     spread(&mut pixels, width, lens.spread_px);
+    if let Some(precipitation) = &view.precipitation {
+        precipitation.apply(&mut pixels, truth.depth_m.pixels(), view, around);
+    }
     if let Some(soiling) = &view.soiling {
         soiling.apply(&mut pixels, width);
     }

@@ -4,6 +4,7 @@ use glam::{DVec2, DVec3, Vec3};
 use nemoral_scene::{Intrinsics, Ray, RigidTransform, Shutter, Twist};
 
 use super::metering::Metering;
+use super::precipitation::Precipitation;
 use super::processing::Processing;
 use super::sensor_noise::SensorNoise;
 use super::soiling::Soiling;
@@ -36,13 +37,15 @@ pub struct View {
     pub noise: Option<SensorNoise>,
     /// Dirt and drops on the lens; `None` for a clean one.
     pub soiling: Option<Soiling>,
+    /// Rain and snowfall; `None` in dry weather.
+    pub precipitation: Option<Precipitation>,
     /// What the camera makes of the sensor's values.
     pub processing: Processing,
 }
 
 impl View {
     /// A still view at one instant, with automatic exposure, the filmic curve, a perfect sensor, a
-    /// clean lens, and no processing.
+    /// clean lens, in dry weather, and without processing.
     #[must_use]
     pub fn new(intrinsics: Intrinsics, scene_from_camera: RigidTransform) -> Self {
         Self {
@@ -56,6 +59,7 @@ impl View {
             tone: ToneCurve::default(),
             noise: None,
             soiling: None,
+            precipitation: None,
             processing: Processing::default(),
         }
     }
@@ -90,7 +94,7 @@ impl View {
     }
 
     #[inline]
-    fn pose_at(&self, y_px: f64, offset_s: f64) -> RigidTransform {
+    pub(crate) fn pose_at(&self, y_px: f64, offset_s: f64) -> RigidTransform {
         let time_s = self.shutter.row_time_s(y_px, self.intrinsics.height) + offset_s;
         if time_s == 0.0 || self.motion == Twist::STILL {
             return self.scene_from_camera;
@@ -186,6 +190,9 @@ impl View {
         }
         if let Some(noise) = &self.noise {
             noise.check()?;
+        }
+        if let Some(precipitation) = &self.precipitation {
+            precipitation.check()?;
         }
         if let Some(soiling) = &self.soiling {
             soiling.check()?;

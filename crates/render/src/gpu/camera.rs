@@ -392,7 +392,10 @@ impl CameraRenderer for GpuCamera {
         let truth = truth[0].read(&self.gpu, &truth_drawn, |rows| texels(rows, view))?;
         let truth = truth_images(&truth, view, &picture.objects);
         let linear = exposure.read(&self.gpu, &self.lighting)?;
-        let picture = picture::take(linear, &truth, &self.params.lens, view, key);
+        let position = view.scene_from_camera.translation_m.as_vec3();
+        let open = scene.sky_visibility.sky_view_factor(position);
+        let around = self.lighting.ambient(open).mean_radiance();
+        let picture = picture::take((linear, around), &truth, &self.params.lens, view, key);
         Ok(CameraImages {
             rgb: picture.rgb,
             linear: self.params.keep_linear.then_some(picture.linear),

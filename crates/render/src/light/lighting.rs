@@ -259,6 +259,11 @@ impl Ambient<'_> {
         let up = 0.5 + 0.5 * n.z;
         sky * self.open + self.scattered * up + self.bounced * (1.0 - up)
     }
+
+    /// The mean radiance from all around.
+    pub(crate) fn mean_radiance(&self) -> Vec3 {
+        (self.irradiance(Vec3::Z) + self.irradiance(-Vec3::Z)) * (0.5 / PI)
+    }
 }
 
 #[cfg(test)]

@@ -190,7 +190,11 @@ impl CameraRenderer for RayCastCamera {
             );
         }
         let (light, truth) = frame.into_images();
-        let picture = picture::take(light, &truth, &p.lens, view, key);
+        let around = self
+            .lighting
+            .ambient(context.sky_view_factor)
+            .mean_radiance();
+        let picture = picture::take((light, around), &truth, &p.lens, view, key);
         Ok(CameraImages {
             rgb: picture.rgb,
             linear: p.keep_linear.then_some(picture.linear),

@@ -84,9 +84,10 @@ section! {
 }
 
 section! {
-    /// How the LiDAR sees the air of `[weather]`: haze and fog weaken echoes, and fog has echoes of
-    /// its own, which are labelled `airborne_echo` and flagged as false alarms. The receiver's
-    /// threshold is `reference_range_m` and `reference_reflectance` of the noise.
+    /// How the LiDAR sees the air of `[weather]`: haze, fog, rain and snowfall weaken echoes. Fog,
+    /// drops and flakes have echoes of their own, which are labelled `airborne_echo` and flagged as
+    /// false alarms. The receiver's threshold is `reference_range_m` and `reference_reflectance` of
+    /// the noise.
     LidarAir at "lidar.air" {
         /// Whether it does.
         enabled: bool = true, Flag, "one air for all sensors";
@@ -98,6 +99,12 @@ section! {
         /// the range.
         near_m: f64 = 10.0, Real(0.0, 50.0),
             "our choice: then a target of 40 % is seen to some 20 m at 50 m of visibility";
+        /// The reflectance of a disc that sends as much light back as a drop of rain of its width.
+        drop_reflectance: f64 = 0.024, Real(0.001, 1.0),
+            "the front and the rear of a sphere of water, by Fresnel";
+        /// The same of a flake of snow.
+        flake_reflectance: f64 = 0.3, Real(0.01, 1.0),
+            "ice crystals' lidar ratio of 20 sr; Hahner et al. 2022 have 0.9";
     }
 }
 

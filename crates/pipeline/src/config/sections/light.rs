@@ -88,7 +88,8 @@ section! {
 }
 
 section! {
-    /// The air near the ground, for cameras and LiDARs: visibility and fog.
+    /// The air near the ground, for cameras and LiDARs: visibility, fog, falling rain and snow. The
+    /// ground stays as dry as it is.
     Weather at "weather" {
         /// Meteorological visibility at the camera's height: the distance at which 2 % of the
         /// contrast is left. It is haze below 10,000 and mist below 2000.
@@ -102,5 +103,9 @@ section! {
         fog_base_m: f64 = 0.0, Real(-1000.0, 10_000.0), "where the terrain is lowest";
         /// The height over which fog decreases by a factor of e.
         fog_height_m: f64 = 8.0, Real(0.5, 1000.0), "fog on a valley floor";
+        /// Rain that falls: 1 is light, 10 heavy, 50 a cloudburst.
+        rain_mm_per_h: f64 = 0.0, Real(0.0, 200.0), "none; sizes by Marshall and Palmer 1948";
+        /// Snowfall as water: 0.5 is light, 1 moderate, 3 heavy.
+        snowfall_mm_per_h: f64 = 0.0, Real(0.0, 20.0), "none; sizes by Gunn and Marshall 1958";
     }
 }
