@@ -24,8 +24,8 @@ impl Hydrometeor {
     /// The sizes at a rate of water, which is at least 0.
     ///
     /// Rain is that of Marshall and Palmer (1948, "The distribution of raindrops with size"), snow
-    /// that of Gunn and Marshall (1958, "The distribution with size of aggregate snowflakes"), whose
-    /// diameters are those of the melted flakes.
+    /// that of Gunn and Marshall (1958, "The distribution with size of aggregate snowflakes"),
+    /// whose diameters are those of the melted flakes.
     #[must_use]
     pub fn sizes(self, mm_per_h: f64) -> SizeDistribution {
         if mm_per_h <= 0.0 {

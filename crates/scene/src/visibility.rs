@@ -1,7 +1,7 @@
 //! How far one sees through air.
 
-/// The extinction of air with a visibility, 1/m: 2 % of the contrast is left there, −ln 0.02 = 3.912
-/// (Koschmieder 1924).
+/// The extinction of air with a visibility, 1/m: 2 % of the contrast is left there, −ln 0.02 =
+/// 3.912 (Koschmieder 1924).
 ///
 /// # Examples
 /// ```

@@ -12,11 +12,11 @@ use crate::error::{ParamError, check};
 /// truth is that of the surfaces behind.
 ///
 /// A particle has its place in the world and falls at its speed, so that all cameras see the same
-/// ones, and a film shows them fall. It is drawn as the streak of its way during the exposure, which
-/// covers as much of the picture as the particle does on average (Garg and Nayar 2007, "Vision and
-/// Rain"), and shows the mean light from all around, as a drop is a lens of 165° and a flake
-/// scatters. Those that would be narrower than a third of a pixel, or are farther than 12 m, are
-/// left to the air's extinction.
+/// ones, and a film shows them fall. It is drawn as the streak of its way during the exposure,
+/// which covers as much of the picture as the particle does on average (Garg and Nayar 2007,
+/// "Vision and Rain"), and shows the mean light from all around, as a drop is a lens of 165° and a
+/// flake scatters. Those that would be narrower than a third of a pixel, or are farther than 12 m,
+/// are left to the air's extinction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Precipitation {
     /// Rain, 0..=200.
