@@ -7,7 +7,7 @@ use nemoral_pipeline::recording::scene::visible_chunks;
 use nemoral_pipeline::{Backend, Error, ExportArea, Observation, Recorder};
 use nemoral_realism::grown;
 use nemoral_scene::glam::{DQuat, DVec2, DVec3};
-use nemoral_scene::{MaterialLibrary, RigidTransform, Twist};
+use nemoral_scene::{LidarPoint, MaterialLibrary, RigidTransform, Semantic, Twist};
 
 /// A recorder of a robot that holds still at stations, or drives.
 fn recorder(settings: &[&str]) -> Result<Recorder, Error> {
@@ -70,6 +70,34 @@ fn at_the_pose_time_and_number_of_a_drives_frame_it_is_that_frame() -> Result<()
 }
 
 /// Light is most of what a chunk costs, and lasers need none.
+/// What falls is in pictures and scans, and not in the truth.
+#[test]
+fn weather_leaves_the_truth_as_it_is() -> Result<(), Error> {
+    let seen = |settings: &[&str]| recorder(&[&["frames=1"], settings].concat())?.frame(0);
+    let dry = seen(&[])?;
+    for falling in ["weather.rain_mm_per_h=30", "weather.snowfall_mm_per_h=3"] {
+        let wet = seen(&[falling])?;
+        assert_eq!(wet.images[0].truth, dry.images[0].truth);
+        assert_ne!(wet.images[0].rgb, dry.images[0].rgb);
+        let (airborne, points): (Vec<&LidarPoint>, Vec<&LidarPoint>) =
+            (wet.scans[0].iter()).partition(|p| p.semantic == Semantic::AirborneEcho);
+        assert!(!airborne.is_empty(), "{falling}");
+        let expected = dry.scans[0].iter().map(|p| (p.pulse, p.semantic, p.object));
+        let expected: Vec<_> = expected.collect();
+        let found = points.iter().map(|p| (p.pulse, p.semantic, p.object));
+        assert!(found.clone().count() > expected.len() / 2);
+        assert!(found.clone().all(|p| expected.contains(&p)));
+        let blind = seen(&[falling, "lidar.air.enabled=false"])?;
+        assert_eq!(blind.images, wet.images);
+        assert!(
+            blind.scans[0]
+                .iter()
+                .all(|p| p.semantic != Semantic::AirborneEcho)
+        );
+    }
+    Ok(())
+}
+
 #[test]
 fn without_cameras_scans_are_the_same_and_less_light_is_computed() -> Result<(), Error> {
     let (lit, unlit) = (
