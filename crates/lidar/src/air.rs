@@ -25,7 +25,8 @@ use nemoral_scene::{Hydrometeor, ParamError};
 use nemoral_seed::{Domain, Key, PhiloxRng, Rng};
 
 use crate::beam::Beam;
-use crate::precipitation::{AirEcho, Precipitation};
+use crate::echo::AirEcho;
+use crate::precipitation::Precipitation;
 
 /// A layer of air whose extinction decreases with height.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -60,9 +61,9 @@ pub struct AirParams {
     pub haze: AirLayer,
     /// Fog near the ground.
     pub fog: AirLayer,
-    /// Rain, everywhere, at least 0.
+    /// Rain, everywhere, 0..=200.
     pub rain_mm_per_h: f64,
-    /// Snowfall as water, everywhere, at least 0.
+    /// Snowfall as water, everywhere, 0..=20.
     pub snowfall_mm_per_h: f64,
     /// The reflectance of a disc that sends as much light back as a raindrop of its width, 0..=1.
     pub drop_reflectance: f64,
@@ -103,13 +104,23 @@ impl AirParams {
             let base_m = layer.base_m.unwrap_or(0.0);
             ParamError::check(base_m.is_finite(), "air.base_m", base_m, "finite")?;
         }
-        ParamError::check_at_least_zero("air.rain_mm_per_h", self.rain_mm_per_h)?;
-        ParamError::check_at_least_zero("air.snowfall_mm_per_h", self.snowfall_mm_per_h)?;
-        for (field, share) in [
-            ("air.drop_reflectance", self.drop_reflectance),
-            ("air.flake_reflectance", self.flake_reflectance),
+        for (field, value, most, allowed) in [
+            ("air.rain_mm_per_h", self.rain_mm_per_h, 200.0, "0..=200"),
+            (
+                "air.snowfall_mm_per_h",
+                self.snowfall_mm_per_h,
+                20.0,
+                "0..=20",
+            ),
+            ("air.drop_reflectance", self.drop_reflectance, 1.0, "0..=1"),
+            (
+                "air.flake_reflectance",
+                self.flake_reflectance,
+                1.0,
+                "0..=1",
+            ),
         ] {
-            ParamError::check((0.0..=1.0).contains(&share), field, share, "0..=1")?;
+            ParamError::check((0.0..=most).contains(&value), field, value, allowed)?;
         }
         ParamError::check_positive("air.reference_range_m", self.reference_range_m)?;
         ParamError::check_positive("air.reference_reflectance", self.reference_reflectance)?;
@@ -207,9 +218,9 @@ impl Air {
                 (snow, params.flake_reflectance),
             ]
             .map(|(sizes, reflectance)| {
-                let (section, reach_m) = (beam.section(), (near_m, far_m));
+                let (beam_sr, reach_m) = (beam.solid_angle_sr(), (near_m, far_m));
                 let near_m = params.near_m;
-                Precipitation::new(sizes, reflectance, section, weakest, near_m, reach_m)
+                Precipitation::new(sizes, reflectance, beam_sr, weakest, near_m, reach_m)
             }),
             faintest: weakest.min(1.0 / (far_m * far_m)),
         }

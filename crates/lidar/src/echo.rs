@@ -20,6 +20,14 @@ pub enum Returns {
 /// The sub-ray of an echo of air.
 pub(crate) const AIR: usize = usize::MAX;
 
+/// An echo of the air, or of something in it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct AirEcho {
+    pub(crate) range_m: f64,
+    /// As of a surface: reflectance times cosine.
+    pub(crate) sent_back: f64,
+}
+
 /// What one sub-ray hit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct SubRayHit {

@@ -10,9 +10,8 @@ use nemoral_scene::{
 use nemoral_seed::{Domain, Draw};
 
 use crate::air::AirFrom;
-use crate::echo::{AIR, Echo, SubRayHit, group_hits};
+use crate::echo::{AIR, AirEcho, Echo, SubRayHit, group_hits};
 use crate::mirror::Mirrored;
-use crate::precipitation::AirEcho;
 use crate::pulse_batch::{PulseBatch, ScanContext};
 
 const DROPOUT: Domain = Domain::new("lidar.dropout");

@@ -9,7 +9,7 @@
 //! ```text
 //! c r² N0 / Λ e^(−Λ K r max(r, r_near)),   K = √(4 t c / (π ρ)),
 //! ```
-//! where `t` is the power of the reference target and `r_near` the range below which the receiver
+//! where `c` is the beam's solid angle, `t` the power of the reference target, and `r_near` the range below which the receiver
 //! is less sensitive. Each pulse draws its particles by itself (as Hahner et al. 2022, "LiDAR
 //! Snowfall Simulation for Robust 3D Object Detection", do for each line of a scanner), whatever
 //! is behind them.
@@ -17,15 +17,9 @@
 use std::f64::consts::PI;
 
 use nemoral_scene::SizeDistribution;
-use nemoral_seed::{PhiloxRng, Rng};
+use nemoral_seed::{Draw, PhiloxRng};
 
-/// An echo of the air, or of something in it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct AirEcho {
-    pub(crate) range_m: f64,
-    /// As of a surface: reflectance times cosine.
-    pub(crate) sent_back: f64,
-}
+use crate::echo::AirEcho;
 
 /// Knots of the table of rates.
 const KNOTS: usize = 256;
@@ -37,8 +31,8 @@ const STEPS: u32 = 8;
 pub(crate) struct Precipitation {
     sizes: SizeDistribution,
     reflectance: f64,
-    /// The beam's section over the square of the range.
-    section: f64,
+    /// The beam's section over the square of the range: its solid angle.
+    solid_angle_sr: f64,
     /// The diameter from which on particles are seen over `range · max(range, near)`.
     seen_per_m: f64,
     near_m: f64,
@@ -46,38 +40,39 @@ pub(crate) struct Precipitation {
     first_m: f64,
     step_m: f64,
     /// The mean numbers of particles that are seen before the knots.
-    before: Vec<f64>,
+    expected: Vec<f64>,
 }
 
 impl Precipitation {
-    /// What a scanner sees whose blind zone and range are these, whose beam has this section at 1
-    /// m, and whose weakest echo this power; `None` if it is nothing. A particle sends back as much
+    /// What a scanner sees whose blind zone and range are these, whose beam has this solid angle,
+    /// and whose weakest echo this power; `None` if it is nothing. A particle sends back as much
     /// light as a disc of its diameter with this reflectance.
     pub(crate) fn new(
         sizes: SizeDistribution,
         reflectance: f64,
-        section: f64,
+        solid_angle_sr: f64,
         weakest: f64,
         near_m: f64,
         (first_m, last_m): (f64, f64),
     ) -> Option<Self> {
         let SizeDistribution {
-            per_m4,
+            intercept_per_m4,
             slope_per_m,
         } = sizes;
-        if per_m4 <= 0.0 || section <= 0.0 || reflectance <= 0.0 {
+        if intercept_per_m4 <= 0.0 || solid_angle_sr <= 0.0 || reflectance <= 0.0 {
             return None;
         }
-        let seen_per_m = (4.0 * weakest * section / (PI * reflectance)).sqrt();
+        let seen_per_m = (4.0 * weakest * solid_angle_sr / (PI * reflectance)).sqrt();
         // Farther than this, not one in e^40 is large enough.
         let end_m = last_m.min((40.0 / (slope_per_m * seen_per_m)).sqrt());
         let step_m = (end_m - first_m).max(0.0) / (KNOTS - 1) as f64;
         let rate = |r: f64| {
             let least_m = seen_per_m * r * r.max(near_m);
-            section * r * r * per_m4 / slope_per_m * libm::exp(-slope_per_m * least_m)
+            solid_angle_sr * r * r * intercept_per_m4 / slope_per_m
+                * libm::exp(-slope_per_m * least_m)
         };
         let mut sum = 0.0;
-        let before = (0..KNOTS).map(|knot| {
+        let expected = (0..KNOTS).map(|knot| {
             let here = sum;
             for step in 0..STEPS {
                 let at = knot as f64 + (f64::from(step) + 0.5) / f64::from(STEPS);
@@ -85,27 +80,30 @@ impl Precipitation {
             }
             here
         });
-        Some(Self {
+        let expected: Vec<f64> = expected.collect();
+        // Of the strangest numbers nothing is seen.
+        let is_seen = sum > 0.0 && sum.is_finite();
+        is_seen.then_some(Self {
             sizes,
             reflectance,
-            section,
+            solid_angle_sr,
             seen_per_m,
             near_m,
             first_m,
             step_m,
-            before: before.collect(),
+            expected,
         })
     }
 
     /// The mean number of particles that a pulse into the open sees.
     fn total(&self) -> f64 {
-        self.before[KNOTS - 1]
+        self.expected[KNOTS - 1]
     }
 
     /// The range before which there are so many particles on average.
     fn range_m(&self, count: f64) -> f64 {
-        let knot = self.before.partition_point(|before| *before <= count) - 1;
-        let (here, next) = (self.before[knot], self.before[knot + 1]);
+        let knot = self.expected.partition_point(|expected| *expected <= count) - 1;
+        let (here, next) = (self.expected[knot], self.expected[knot + 1]);
         self.first_m + self.step_m * (knot as f64 + (count - here) / (next - here))
     }
 
@@ -114,7 +112,7 @@ impl Precipitation {
     pub(crate) fn each(&self, before_m: f64, rng: &mut PhiloxRng, mut see: impl FnMut(AirEcho)) {
         let mut count = 0.0;
         loop {
-            count -= libm::log(unit(rng));
+            count += rng.exponential();
             if count >= self.total() {
                 return;
             }
@@ -123,8 +121,9 @@ impl Precipitation {
                 return;
             }
             let least_m = self.seen_per_m * range_m * range_m.max(self.near_m);
-            let diameter_m = least_m - libm::log(unit(rng)) / self.sizes.slope_per_m;
-            let covered = PI * diameter_m * diameter_m / (4.0 * self.section * range_m * range_m);
+            let diameter_m = least_m + rng.exponential() / self.sizes.slope_per_m;
+            let covered =
+                PI * diameter_m * diameter_m / (4.0 * self.solid_angle_sr * range_m * range_m);
             let sensitivity = (range_m / self.near_m.max(range_m)).powi(2);
             see(AirEcho {
                 range_m,
@@ -132,11 +131,6 @@ impl Precipitation {
             });
         }
     }
-}
-
-/// Above 0, at most 1.
-fn unit(rng: &mut PhiloxRng) -> f64 {
-    (f64::from(rng.next_u32()) + 1.0) / 4_294_967_296.0
 }
 
 #[cfg(test)]
@@ -209,7 +203,7 @@ mod tests {
         }
         let (count, ranges_m, sent_back) = sum;
         let rounded = ((ranges_m * 1e4).round(), (sent_back * 1e6).round());
-        assert_eq!((count, rounded), (25, (2_713_983.0, 153_919.0)));
+        assert_eq!((count, rounded), (31, (3_637_466.0, 178_664.0)));
     }
 
     proptest! {

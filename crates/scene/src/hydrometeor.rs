@@ -14,9 +14,10 @@ pub enum Hydrometeor {
 /// How many particles of which size there are: N0 e^(−Λ D) of the diameter D in a volume.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SizeDistribution {
-    /// N0: particles in a cubic metre for each metre of diameter, of the smallest ones, at least 0.
-    pub per_m4: f64,
-    /// Λ: how fast they become fewer with their diameter, per metre, greater than 0.
+    /// The intercept N0: particles in a cubic metre for each metre of diameter, of the smallest
+    /// ones, at least 0.
+    pub intercept_per_m4: f64,
+    /// The slope Λ: how fast they become fewer with their diameter, per metre, greater than 0.
     pub slope_per_m: f64,
 }
 
@@ -30,7 +31,7 @@ impl Hydrometeor {
     pub fn sizes(self, mm_per_h: f64) -> SizeDistribution {
         if mm_per_h <= 0.0 {
             return SizeDistribution {
-                per_m4: 0.0,
+                intercept_per_m4: 0.0,
                 slope_per_m: 1000.0,
             };
         }
@@ -38,7 +39,7 @@ impl Hydrometeor {
             Self::Raindrop => 1.0,
             Self::Snowflake => libm::cbrt(10.0),
         };
-        let (per_m4, slope_per_m) = match self {
+        let (intercept_per_m4, slope_per_m) = match self {
             Self::Raindrop => (8e6, 4100.0 * libm::pow(mm_per_h, -0.21)),
             Self::Snowflake => (
                 3.8e6 * libm::pow(mm_per_h, -0.87),
@@ -46,7 +47,7 @@ impl Hydrometeor {
             ),
         };
         SizeDistribution {
-            per_m4: per_m4 / melted_by,
+            intercept_per_m4: intercept_per_m4 / melted_by,
             slope_per_m: slope_per_m / melted_by,
         }
     }
@@ -65,15 +66,15 @@ impl Hydrometeor {
 impl SizeDistribution {
     /// Particles in a cubic metre that are wider than this.
     #[must_use]
-    pub fn wider_than(&self, diameter_m: f64) -> f64 {
-        self.per_m4 / self.slope_per_m * libm::exp(-self.slope_per_m * diameter_m)
+    pub fn per_m3_wider_than(&self, diameter_m: f64) -> f64 {
+        self.intercept_per_m4 / self.slope_per_m * libm::exp(-self.slope_per_m * diameter_m)
     }
 
     /// The extinction, per metre, of all wavelengths alike: twice the particles' sections, as what
     /// is bent around them is lost, too.
     #[must_use]
     pub fn extinction_per_m(&self) -> f64 {
-        PI * self.per_m4 / libm::pow(self.slope_per_m, 3.0)
+        PI * self.intercept_per_m4 / libm::pow(self.slope_per_m, 3.0)
     }
 }
 
@@ -91,8 +92,8 @@ mod tests {
         ] {
             let rain = Hydrometeor::Raindrop.sizes(mm_per_h);
             assert!((rain.extinction_per_m() / extinction - 1.0).abs() < 0.005);
-            assert!((rain.wider_than(0.0) / drops - 1.0).abs() < 0.005);
-            assert!((rain.wider_than(1e-3) / coarse - 1.0).abs() < 0.02);
+            assert!((rain.per_m3_wider_than(0.0) / drops - 1.0).abs() < 0.005);
+            assert!((rain.per_m3_wider_than(1e-3) / coarse - 1.0).abs() < 0.02);
         }
         for (mm_per_h, extinction) in [(0.5, 2.3e-3), (1.0, 3.3e-3), (2.0, 5.0e-3)] {
             let snow = Hydrometeor::Snowflake.sizes(mm_per_h);

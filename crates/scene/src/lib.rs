@@ -96,7 +96,7 @@ pub use texture::{Texture, TextureError};
 pub use texture_window::TextureWindow;
 pub use trail_surface::TrailSurfaceKind;
 pub use transform::RigidTransform;
-pub use visibility::extinction_per_m;
+pub use visibility::{extinction_per_m, visibility_m};
 
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

@@ -9,5 +9,12 @@
 /// assert!(((-50.0 * fog_per_m).exp() - 0.02).abs() < 1e-5);
 /// ```
 pub const fn extinction_per_m(visibility_m: f64) -> f64 {
-    3.912 / visibility_m
+    KOSCHMIEDER / visibility_m
 }
+
+/// The visibility through air with an extinction, metres.
+pub const fn visibility_m(extinction_per_m: f64) -> f64 {
+    KOSCHMIEDER / extinction_per_m
+}
+
+const KOSCHMIEDER: f64 = 3.912;

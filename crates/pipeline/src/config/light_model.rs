@@ -2,7 +2,7 @@
 
 use nemoral_render::{SkyParams, UtcTime};
 use nemoral_scene::glam::{DVec3, Vec3};
-use nemoral_scene::{Hydrometeor, extinction_per_m};
+use nemoral_scene::{Hydrometeor, extinction_per_m, visibility_m};
 
 use super::{Sky, Sun, SunDate, SunPosition, Weather};
 use crate::Error;
@@ -58,15 +58,14 @@ fn parse_utc(text: &str) -> Option<UtcTime> {
 }
 
 /// The visibility through haze and through what falls.
-fn visibility_m(weather: &Weather) -> f64 {
+fn visibility_through(weather: &Weather) -> f64 {
     let rain = Hydrometeor::Raindrop.sizes(weather.rain_mm_per_h);
     let snow = Hydrometeor::Snowflake.sizes(weather.snowfall_mm_per_h);
     let falling_per_m = rain.extinction_per_m() + snow.extinction_per_m();
     if falling_per_m == 0.0 {
         return weather.visibility_m;
     }
-    // Visibility and extinction are reciprocal, by the same factor both ways.
-    extinction_per_m(extinction_per_m(weather.visibility_m) + falling_per_m).max(10.0)
+    visibility_m(extinction_per_m(weather.visibility_m) + falling_per_m).max(10.0)
 }
 
 /// The parameters of sky and air; `foliage_albedo` is the share of the light on leaves that they
@@ -82,7 +81,7 @@ pub(crate) fn sky_params(
         overcast: sky.overcast,
         sun_intensity: sun.intensity,
         sun_tint: DVec3::from_array(sun.colour).as_vec3().max(Vec3::ZERO),
-        visibility_m: visibility_m(weather),
+        visibility_m: visibility_through(weather),
         haze_height_m: weather.haze_height_m,
         fog_per_m: weather.fog_per_m,
         fog_base_m: weather.fog_base_m,
@@ -104,10 +103,10 @@ mod tests {
             snowfall_mm_per_h,
             ..Weather::default()
         };
-        assert_eq!(visibility_m(&weather(20_000.0, 0.0, 0.0)), 20_000.0);
+        assert_eq!(visibility_through(&weather(20_000.0, 0.0, 0.0)), 20_000.0);
         // 3.912 / (3.912 / 20,000 + 0.001556) and the same with 0.00333.
-        assert!((visibility_m(&weather(20_000.0, 10.0, 0.0)) - 2233.5).abs() < 5.0);
-        assert!((visibility_m(&weather(20_000.0, 0.0, 1.0)) - 1109.6).abs() < 15.0);
-        assert_eq!(visibility_m(&weather(10.0, 200.0, 20.0)), 10.0);
+        assert!((visibility_through(&weather(20_000.0, 10.0, 0.0)) - 2233.5).abs() < 5.0);
+        assert!((visibility_through(&weather(20_000.0, 0.0, 1.0)) - 1109.6).abs() < 15.0);
+        assert_eq!(visibility_through(&weather(10.0, 200.0, 20.0)), 10.0);
     }
 }

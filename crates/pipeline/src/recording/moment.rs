@@ -62,10 +62,9 @@ impl<'a> Moment<'a> {
     #[must_use]
     pub fn view(&self, rig: &CameraRig) -> View {
         let scene_from_body = self.pose.track.relative_to(self.scene.origin_m).middle();
-        let (rain_mm_per_h, snowfall_mm_per_h) = rig.falling_mm_per_h;
         let precipitation = Precipitation {
-            rain_mm_per_h,
-            snowfall_mm_per_h,
+            rain_mm_per_h: rig.rain_mm_per_h,
+            snowfall_mm_per_h: rig.snowfall_mm_per_h,
             time_s: self.pose.time_s,
             scene_origin_m: self.scene.origin_m,
             key: self.world,

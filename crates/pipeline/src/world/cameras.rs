@@ -42,8 +42,10 @@ pub struct CameraRig {
     pub noise: Option<SensorNoise>,
     /// Dirt and drops on its lens.
     pub soiling: Option<Soiling>,
-    /// Rain and snowfall, mm of water per hour.
-    pub falling_mm_per_h: (f64, f64),
+    /// The rain that it takes pictures in.
+    pub rain_mm_per_h: f64,
+    /// The same of snow, as water.
+    pub snowfall_mm_per_h: f64,
     /// What it makes of the sensor's values.
     pub processing: Processing,
     /// The annotations that are asked for.
@@ -81,7 +83,8 @@ impl CameraRig {
             shutter: camera.shutter_times(),
             noise: camera.sensor_noise(serial),
             soiling: camera.soiled(serial),
-            falling_mm_per_h: (weather.rain_mm_per_h, weather.snowfall_mm_per_h),
+            rain_mm_per_h: weather.rain_mm_per_h,
+            snowfall_mm_per_h: weather.snowfall_mm_per_h,
             processing: camera.image_processing(),
             annotations: camera.annotation_kinds(),
             looks_all_around: camera.bounces > 0 || camera.flow,

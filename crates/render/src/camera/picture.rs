@@ -19,10 +19,11 @@ pub(crate) struct Picture {
     pub(crate) ev100: f64,
 }
 
-/// Takes the picture of the light in front of a lens. `around` is the mean radiance at the camera,
-/// and `key` is for the sensor's noise alone.
+/// Takes the picture of the light in front of a lens. `ambient` is the mean radiance at the
+/// camera, and `key` is for the sensor's noise alone.
 pub(crate) fn take(
-    (light, around): (Image<Vec3>, Vec3),
+    light: Image<Vec3>,
+    ambient: Vec3,
     truth: &TruthImages,
     lens: &Lens,
     view: &View,
@@ -33,7 +34,7 @@ pub(crate) fn take(
     lens.aberration.apply(&mut pixels, &view.intrinsics);
     spread(&mut pixels, width, lens.spread_px);
     if let Some(precipitation) = &view.precipitation {
-        precipitation.apply(&mut pixels, truth.depth_m.pixels(), view, around);
+        precipitation.apply(&mut pixels, truth.depth_m.pixels(), view, ambient);
     }
     if let Some(soiling) = &view.soiling {
         soiling.apply(&mut pixels, width);

@@ -39,8 +39,8 @@ const RAIN_M: [f64; 8] = [0.5e-3, 1e-3, 1.5e-3, 2e-3, 2.5e-3, 3e-3, 4e-3, 5e-3];
 const SNOW_M: [f64; 7] = [1e-3, 2e-3, 3e-3, 4e-3, 6e-3, 8e-3, 12e-3];
 /// The light of its surroundings that a drop lets through (Garg and Nayar 2007), and that a flake
 /// scatters.
-const THROUGH: f32 = 0.94;
-const SCATTERED: f32 = 0.9;
+const DROP_ALBEDO: f32 = 0.94;
+const FLAKE_ALBEDO: f32 = 0.9;
 /// The narrowest particle that is drawn, pixels, and the farthest, metres.
 const NARROWEST_PX: f64 = 0.33;
 const FARTHEST_M: f64 = 12.0;
@@ -50,8 +50,8 @@ const NEAREST_M: f64 = 0.2;
 const APERTURE_M: f64 = 0.002;
 /// The exposure of a picture of an instant, seconds.
 const INSTANT_S: f64 = 0.005;
-/// Half the diagonal of a cube of a cubic metre.
-const CUBE_M: f64 = 0.867;
+/// From the middle of a cubic metre to its corners, metres.
+const HALF_DIAGONAL_M: f64 = 0.867;
 
 /// The way of a particle in the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -60,14 +60,15 @@ struct Streak {
     to_px: Vec2,
     /// From its middle line to where it ends, pixels.
     reach_px: f32,
-    /// The pixels that it covers on average over the exposure.
-    covered_px: f32,
+    /// The area of the particle, which its streak covers on average, square pixels.
+    area_px2: f32,
     depth_m: f32,
-    glow: f32,
+    /// Its radiance over that of its surroundings.
+    albedo: f32,
 }
 
 /// Particles that fall equally fast.
-struct Class {
+struct SizeBin {
     of: Hydrometeor,
     sizes: SizeDistribution,
     from_m: f64,
@@ -76,11 +77,6 @@ struct Class {
 }
 
 impl Precipitation {
-    /// Whether anything falls.
-    fn falls(&self) -> bool {
-        self.rain_mm_per_h > 0.0 || self.snowfall_mm_per_h > 0.0
-    }
-
     pub(crate) fn check(&self) -> Result<(), ParamError> {
         check(
             "view.rain_mm_per_h",
@@ -110,13 +106,10 @@ impl Precipitation {
     }
 
     /// Draws what falls before what is at these depths, in light of this mean radiance.
-    pub(crate) fn apply(&self, pixels: &mut [Vec3], depth_m: &[f32], view: &View, around: Vec3) {
-        if !self.falls() {
-            return;
-        }
+    pub(crate) fn apply(&self, pixels: &mut [Vec3], depth_m: &[f32], view: &View, ambient: Vec3) {
         let width = view.intrinsics.width as usize;
         for streak in self.streaks(view) {
-            streak.draw(pixels, depth_m, width, around);
+            streak.draw(pixels, depth_m, width, ambient);
         }
     }
 
@@ -135,24 +128,24 @@ impl Precipitation {
             }
             let sizes = of.sizes(mm_per_h);
             for (number, bounds_m) in bounds_m.windows(2).enumerate() {
-                let class = Class {
+                let bin = SizeBin {
                     of,
                     sizes,
                     from_m: bounds_m[0],
                     to_m: bounds_m[1],
                     key: self.key.domain(domain).item(number as u64),
                 };
-                streaks.extend(self.of_class(&class, view));
+                streaks.extend(self.of_bin(&bin, view));
             }
         }
         streaks
     }
 
-    /// The streaks of a class, cube by cube of the air that falls with it.
-    fn of_class(&self, class: &Class, view: &View) -> Vec<Streak> {
+    /// The streaks of a bin, cube by cube of the air that falls with it.
+    fn of_bin(&self, bin: &SizeBin, view: &View) -> Vec<Streak> {
         let k = &view.intrinsics;
-        let diameter_m = 0.5 * (class.from_m + class.to_m);
-        let fall = DVec3::new(0.0, 0.0, class.of.speed_m_s(diameter_m));
+        let diameter_m = 0.5 * (bin.from_m + bin.to_m);
+        let fall = DVec3::new(0.0, 0.0, bin.of.speed_m_s(diameter_m));
         let reach_m = (k.fy * diameter_m / NARROWEST_PX).min(FARTHEST_M);
         let camera_from_scene = view.scene_from_camera.inverse();
         let eye = view.scene_from_camera.translation_m;
@@ -176,27 +169,27 @@ impl Precipitation {
             let centre = cube.as_dvec3() + 0.5 + to_scene;
             let at = camera_from_scene.transform_point(centre);
             let distance_m = at.length();
-            let half_rad = libm::asin((CUBE_M / distance_m).min(1.0));
-            let inside = distance_m < CUBE_M
+            let half_rad = libm::asin((HALF_DIAGONAL_M / distance_m).min(1.0));
+            let inside = distance_m < HALF_DIAGONAL_M
                 || libm::acos((at.z / distance_m).clamp(-1.0, 1.0)) < widest_rad + half_rad;
-            (inside && distance_m < reach_m + CUBE_M).then_some(cube)
+            (inside && distance_m < reach_m + HALF_DIAGONAL_M).then_some(cube)
         };
         let cubes = (0..side.x * side.y * side.z).into_par_iter();
         let streaks = cubes.filter_map(seen).flat_map_iter(|cube| {
-            let mut rng = class.rng(cube.to_array());
-            let count = class.count(&mut rng);
+            let mut rng = bin.rng(cube.to_array());
+            let count = bin.count(&mut rng);
             (0..count).filter_map(move |_| {
                 let corner = cube.as_dvec3() + to_scene;
                 let at = corner + DVec3::from_array([0; 3].map(|_| rng.unit_f64()));
-                let diameter_m = class.diameter_m(rng.unit_f64());
-                class.streak(view, at, fall, diameter_m, reach_m)
+                let diameter_m = bin.diameter_m(rng.unit_f64());
+                bin.streak(view, at, fall, diameter_m, reach_m)
             })
         });
         streaks.collect()
     }
 }
 
-impl Class {
+impl SizeBin {
     fn rng(&self, cube: [i64; 3]) -> PhiloxRng {
         let key = |key: Key, place: i64| key.item(place as u64);
         cube.into_iter().fold(self.key, key).rng()
@@ -204,7 +197,8 @@ impl Class {
 
     /// How many there are in a cubic metre: the mean, rounded up or down.
     fn count(&self, rng: &mut PhiloxRng) -> u32 {
-        let mean = self.sizes.wider_than(self.from_m) - self.sizes.wider_than(self.to_m);
+        let mean =
+            self.sizes.per_m3_wider_than(self.from_m) - self.sizes.per_m3_wider_than(self.to_m);
         (mean + rng.unit_f64()).floor() as u32
     }
 
@@ -260,11 +254,11 @@ impl Class {
             from_px,
             to_px,
             reach_px,
-            covered_px: (std::f64::consts::FRAC_PI_4 * diameter_px * diameter_px) as f32,
+            area_px2: (std::f64::consts::FRAC_PI_4 * diameter_px * diameter_px) as f32,
             depth_m: in_camera.z as f32,
-            glow: match self.of {
-                Hydrometeor::Raindrop => THROUGH,
-                Hydrometeor::Snowflake => SCATTERED,
+            albedo: match self.of {
+                Hydrometeor::Raindrop => DROP_ALBEDO,
+                Hydrometeor::Snowflake => FLAKE_ALBEDO,
             },
         })
     }
@@ -280,24 +274,37 @@ impl Streak {
         let height = (1.0 - at.distance(nearest) / self.reach_px).max(0.0);
         let r = self.reach_px;
         let volume = r * way.length() + std::f32::consts::FRAC_PI_3 * r * r;
-        (self.covered_px * height / volume).min(1.0)
+        (self.area_px2 * height / volume).min(1.0)
     }
 
-    fn draw(&self, pixels: &mut [Vec3], depth_m: &[f32], width: usize, around: Vec3) {
+    fn draw(&self, pixels: &mut [Vec3], depth_m: &[f32], width: usize, ambient: Vec3) {
         let height = pixels.len() / width;
         let low = self.from_px.min(self.to_px) - self.reach_px;
         let high = self.from_px.max(self.to_px) + self.reach_px;
         let range = |low: f32, high: f32, n: usize| {
             (low.floor().max(0.0) as usize)..(high.ceil().max(0.0) as usize).min(n)
         };
+        let way = self.to_px - self.from_px;
         for y in range(low.y, high.y, height) {
-            for x in range(low.x, high.x, width) {
+            // Only the part of the way that is near this row, as a long slanting one would visit all
+            // pixels of its rectangle.
+            let shares = if way.y.abs() > 1.0 {
+                [-self.reach_px, self.reach_px].map(|reach_px| {
+                    let share = (y as f32 + 0.5 + reach_px - self.from_px.y) / way.y;
+                    share.clamp(0.0, 1.0)
+                })
+            } else {
+                [0.0, 1.0]
+            };
+            let [a, b] = shares.map(|share| self.from_px.x + share * way.x);
+            let (low, high) = (a.min(b) - self.reach_px, a.max(b) + self.reach_px);
+            for x in range(low, high, width) {
                 let i = y * width + x;
                 if depth_m[i] > 0.0 && depth_m[i] < self.depth_m {
                     continue;
                 }
                 let share = self.coverage(Vec2::new(x as f32 + 0.5, y as f32 + 0.5));
-                pixels[i] = pixels[i].lerp(around * self.glow, share);
+                pixels[i] = pixels[i].lerp(ambient * self.albedo, share);
             }
         }
     }
@@ -344,14 +351,16 @@ mod tests {
             ((60.0, 60.0), 3.0),
             ((71.5, 90.25), 2.0),
             ((60.0, 110.0), 8.0),
+            ((140.0, 20.0), 1.5),
+            ((20.0, 60.5), 2.0),
         ] {
             let streak = Streak {
                 from_px: Vec2::new(60.0, 60.0),
                 to_px: Vec2::from(to),
                 reach_px,
-                covered_px: 2.5,
+                area_px2: 2.5,
                 depth_m: 1.0,
-                glow: 1.0,
+                albedo: 1.0,
             };
             let mut pixels = vec![Vec3::ZERO; 160 * 160];
             streak.draw(&mut pixels, &vec![0.0; 160 * 160], 160, Vec3::ONE);
@@ -379,15 +388,15 @@ mod tests {
             (fisheye, rain),
             (fisheye, snow),
         ] {
-            let glow = match of {
-                Hydrometeor::Raindrop => THROUGH,
-                Hydrometeor::Snowflake => SCATTERED,
+            let albedo = match of {
+                Hydrometeor::Raindrop => DROP_ALBEDO,
+                Hydrometeor::Snowflake => FLAKE_ALBEDO,
             };
             let mut got = 0.0;
             for moment in 0..20 {
                 let time_s = 3.0 * f64::from(moment);
                 let drawn = drawn(&Precipitation { time_s, ..p }, &view, 0.0);
-                got += drawn.iter().map(|p| f64::from(p.x / glow)).sum::<f64>() / 20.0;
+                got += drawn.iter().map(|p| f64::from(p.x / albedo)).sum::<f64>() / 20.0;
             }
             let sizes = of.sizes(p.rain_mm_per_h + p.snowfall_mm_per_h);
             let mut expected = 0.0;
@@ -398,7 +407,7 @@ mod tests {
                     let d = bounds_m[0]
                         + (f64::from(step) + 0.5) / 1000.0 * (bounds_m[1] - bounds_m[0]);
                     let share = (bounds_m[1] - bounds_m[0]) / 1000.0;
-                    let count = sizes.per_m4 * libm::exp(-sizes.slope_per_m * d) * share;
+                    let count = sizes.intercept_per_m4 * libm::exp(-sizes.slope_per_m * d) * share;
                     expected += count * std::f64::consts::FRAC_PI_4 * d * d * (reach_m - NEAREST_M);
                 }
             }

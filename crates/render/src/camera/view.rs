@@ -37,7 +37,7 @@ pub struct View {
     pub noise: Option<SensorNoise>,
     /// Dirt and drops on the lens; `None` for a clean one.
     pub soiling: Option<Soiling>,
-    /// Rain and snowfall; `None` in dry weather.
+    /// Rain and snowfall, if any.
     pub precipitation: Option<Precipitation>,
     /// What the camera makes of the sensor's values.
     pub processing: Processing,

@@ -394,8 +394,8 @@ impl CameraRenderer for GpuCamera {
         let linear = exposure.read(&self.gpu, &self.lighting)?;
         let position = view.scene_from_camera.translation_m.as_vec3();
         let open = scene.sky_visibility.sky_view_factor(position);
-        let around = self.lighting.ambient(open).mean_radiance();
-        let picture = picture::take((linear, around), &truth, &self.params.lens, view, key);
+        let ambient = self.lighting.ambient(open).mean_radiance();
+        let picture = picture::take(linear, ambient, &truth, &self.params.lens, view, key);
         Ok(CameraImages {
             rgb: picture.rgb,
             linear: self.params.keep_linear.then_some(picture.linear),

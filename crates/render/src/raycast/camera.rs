@@ -190,11 +190,11 @@ impl CameraRenderer for RayCastCamera {
             );
         }
         let (light, truth) = frame.into_images();
-        let around = self
+        let ambient = self
             .lighting
             .ambient(context.sky_view_factor)
             .mean_radiance();
-        let picture = picture::take((light, around), &truth, &p.lens, view, key);
+        let picture = picture::take(light, ambient, &truth, &p.lens, view, key);
         Ok(CameraImages {
             rgb: picture.rgb,
             linear: p.keep_linear.then_some(picture.linear),

@@ -1,4 +1,5 @@
-//! Drafts of which every second column is computed, where whole ones would come too slowly.
+//! Drafts of which every second column is computed, where whole ones would come too slowly. What is
+//! measured in pixels, such as drops on the lens, is twice as wide in them.
 
 use std::time::Duration;
 
