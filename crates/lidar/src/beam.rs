@@ -66,8 +66,8 @@ const FWHM: f64 = 2.354_820_045_030_949;
 const REACH: f64 = 2.0;
 
 impl Beam {
-    /// The solid angle of a beam that is everywhere as bright as this in its middle, and has as much
-    /// light, steradians.
+    /// The solid angle of a beam that is everywhere as bright as this in its middle, and has as
+    /// much light, steradians.
     pub(crate) fn solid_angle_sr(&self) -> f64 {
         let reach = REACH / FWHM;
         let (along, up) = (self.horizontal_fwhm_rad, self.vertical_fwhm_rad);

@@ -9,10 +9,10 @@
 //! ```text
 //! c r² N0 / Λ e^(−Λ K r max(r, r_near)),   K = √(4 t c / (π ρ)),
 //! ```
-//! where `c` is the beam's solid angle, `t` the power of the reference target, and `r_near` the range below which the receiver
-//! is less sensitive. Each pulse draws its particles by itself (as Hahner et al. 2022, "LiDAR
-//! Snowfall Simulation for Robust 3D Object Detection", do for each line of a scanner), whatever
-//! is behind them.
+//! where `c` is the beam's solid angle, `t` the power of the reference target, and `r_near` the
+//! range below which the receiver is less sensitive. Each pulse draws its particles by itself (as
+//! Hahner et al. 2022, "LiDAR Snowfall Simulation for Robust 3D Object Detection", do for each line
+//! of a scanner), whatever is behind them.
 
 use std::f64::consts::PI;
 

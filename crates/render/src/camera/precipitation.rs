@@ -286,8 +286,8 @@ impl Streak {
         };
         let way = self.to_px - self.from_px;
         for y in range(low.y, high.y, height) {
-            // Only the part of the way that is near this row, as a long slanting one would visit all
-            // pixels of its rectangle.
+            // Only the part of the way that is near this row, as a long slanting one would visit
+            // all pixels of its rectangle.
             let shares = if way.y.abs() > 1.0 {
                 [-self.reach_px, self.reach_px].map(|reach_px| {
                     let share = (y as f32 + 0.5 + reach_px - self.from_px.y) / way.y;
