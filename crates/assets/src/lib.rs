@@ -37,7 +37,7 @@ pub use nemoral_scene::ParamError;
 pub use serialize::DeserializeError;
 pub use tree::{
     Allometry, BarkKind, BarkLayer, BarkLook, BranchLevel, CrownForm, DeadBranches, FlareLobe,
-    FoliageCard, FoliageForm, FruitLook, GrownTree, GrowthParams, LeafKind, LeafLook, ShedBark,
-    ShedLook, SizeClass, Species, SpeciesError, StemForm, Taper, TreeMaterials, TreeSize,
-    TreeStructure, WoodNode, grow, grow_snag, grow_with_structure,
+    FoliageCard, FoliageForm, FruitLook, GrownTree, GrowthParams, LeafKind, LeafLook, LeafPhase,
+    LeafStage, Phenology, Season, ShedBark, ShedLook, SizeClass, Species, SpeciesError, StemForm,
+    Taper, TreeMaterials, TreeSize, TreeStructure, WoodNode, grow, grow_snag, grow_with_structure,
 };

@@ -9,7 +9,9 @@ mod single_tree;
 
 use std::sync::Arc;
 
-use nemoral_scene::{MaterialLibrary, PlantCommunity, Prototype, TrailSurfaceKind};
+use nemoral_scene::{
+    AlphaMask, MaterialId, MaterialLibrary, PlantCommunity, Prototype, TrailSurfaceKind,
+};
 use nemoral_seed::{Domain, Key};
 use rayon::prelude::*;
 
@@ -20,11 +22,11 @@ pub use self::litter::{LitterParams, LitterPatches};
 use self::plants::PlantGrower;
 pub use self::single_tree::SingleTree;
 use crate::ambient_occlusion::{self, MaskCoverage, OcclusionParams};
-use crate::materials::{GroundMaterials, Wanted, WorldMaterials};
+use crate::materials::{self, GroundMaterials, Timing, Wanted, WorldMaterials};
 use crate::plant::shape::Shape;
 use crate::plant::surface_root::LOBE_M;
 use crate::tree::{
-    FlareLobe, GrownTree, GrowthParams, SizeClass, Species, TreeMaterials, TreeSize, grow,
+    FlareLobe, GrownTree, GrowthParams, Season, SizeClass, Species, TreeMaterials, TreeSize, grow,
     grow_snag, individual_rank,
 };
 use nemoral_scene::ParamError;
@@ -66,6 +68,9 @@ pub struct AssetParams {
     /// with a crown that reaches down on the side of +x. These follow the stand's trees in
     /// [`Library::trees`], in the same order.
     pub edge_trees: bool,
+    /// When; `None` is high summer. Shapes do not depend on it, but for those of ferns, which lie
+    /// down in winter.
+    pub season: Option<Season>,
     /// What litter is made of what the trees shed; `None` for none.
     pub litter: Option<LitterParams>,
     /// Whether bark, wood, stone and ground have textures. Without, each is of one grey, and
@@ -163,6 +168,9 @@ pub struct StreamStones {
 pub struct Library {
     /// The materials that all prototypes refer to.
     pub materials: MaterialLibrary,
+    /// The masks that surfaces have in full leaf, where the season has taken leaves away, by
+    /// material in order.
+    pub full_leaf_masks: Vec<(MaterialId, Arc<AlphaMask>)>,
     /// Living trees, species by species, thin ones first; then, if they were asked for, each of
     /// them again as a tree of the wood's edge; then those of given sizes.
     pub trees: Vec<TreeAsset>,
@@ -246,6 +254,7 @@ impl Default for AssetParams {
             stream_stones: false,
             rock_faces: false,
             edge_trees: false,
+            season: None,
             litter: None,
             textures: true,
             trunk_radius_m: 0.04,
@@ -313,6 +322,9 @@ impl AssetParams {
             let allowed = "the index of a species";
             return Err(ParamError::new(field, self.measured[i].species, allowed));
         }
+        if let Some(season) = &self.season {
+            season.check()?;
+        }
         if let Some(litter) = &self.litter {
             litter.check(self.species.len())?;
         }
@@ -348,6 +360,7 @@ impl Library {
             rock_faces: params.rock_faces,
             surface_roots: params.surface_roots,
             litter: params.litter.is_some(),
+            season: params.season,
             seedlings: params.seedlings_per_species > 0,
             deadwood: params.deadwood,
             climbers: params.climbers.is_some(),
@@ -380,6 +393,7 @@ impl Library {
             species: &species,
             materials: &materials,
             masks: &masks,
+            season: params.season,
             key,
         };
         let climbers = (materials.climbers.as_ref())
@@ -425,8 +439,37 @@ impl Library {
                 rock_face: materials.rock_face,
                 ..materials.ground
             },
+            full_leaf_masks: materials.full_leaf,
             materials: materials.library,
         })
+    }
+
+    /// Wets all surfaces but those of some materials, from 0, dry, to 1, soaked by rain: a film of
+    /// water makes what is porous darker, for eyes and lasers, and smoother. Leaves shed most of
+    /// it. Only materials change.
+    pub fn wet(&mut self, wetness: f64, but: &[MaterialId]) {
+        if wetness > 0.0 {
+            self.materials = materials::wet(&self.materials, wetness.min(1.0) as f32, but);
+        }
+    }
+
+    /// The materials with the masks that they have in full leaf; `None` if they have these. What
+    /// grows under leaves goes by them.
+    #[must_use]
+    pub fn materials_in_full_leaf(&self) -> Option<MaterialLibrary> {
+        if self.full_leaf_masks.is_empty() {
+            return None;
+        }
+        let mut masks = self.full_leaf_masks.iter().peekable();
+        let mut library = MaterialLibrary::new();
+        for (i, material) in self.materials.materials().iter().enumerate() {
+            let mut material = material.clone();
+            if let Some((_, mask)) = masks.next_if(|(id, _)| usize::from(id.0) == i) {
+                material.mask = Some(Arc::clone(mask));
+            }
+            library.add(material);
+        }
+        Some(library)
     }
 }
 
@@ -557,8 +600,12 @@ impl TreeGrower<'_> {
         name: String,
         key: Key,
     ) -> Result<TreeAsset, ParamError> {
-        let materials = &self.materials.trees[index];
-        let tree = grow(species, size, materials, growth, key)?;
+        let timing = match species.size_class(size.dbh_m) {
+            SizeClass::Sapling => Timing::Young,
+            _ => Timing::of_tree(key),
+        };
+        let materials = self.materials.tree(index, timing);
+        let tree = grow(species, size, &materials, growth, key)?;
         let prototype = Prototype::new(name, tree.mesh, tree.cards, &self.materials.library)
             .expect("trees are made of finite points and of this library's materials");
         let prototype = with_occlusion(prototype, self.masks, &OcclusionParams::TREE);

@@ -5,8 +5,8 @@ use std::io;
 use std::sync::Arc;
 
 use nemoral_scene::{
-    AlphaMask, AmbientOcclusion, Card, DecayStage, Liquid, Material, MaterialLibrary, Mesh, Optics,
-    PlantCommunity, Prototype, PrototypeError, Semantic, Texture, TextureWindow,
+    AlphaMask, AmbientOcclusion, Card, DecayStage, Liquid, Material, MaterialId, MaterialLibrary,
+    Mesh, Optics, PlantCommunity, Prototype, PrototypeError, Semantic, Texture, TextureWindow,
 };
 use serde::{Deserialize, Serialize};
 
@@ -45,6 +45,7 @@ struct StoredLibrary<'a> {
     /// Each texture once, as several materials may share one.
     textures: Vec<Cow<'a, Texture>>,
     materials: Vec<StoredMaterial<'a>>,
+    full_leaf_masks: Vec<(MaterialId, Cow<'a, AlphaMask>)>,
     /// Trees, saplings and snags.
     trees: [Vec<StoredTree<'a>>; 3],
     /// The kinds of plants, in the order of [`Library`]'s fields.
@@ -161,6 +162,9 @@ impl Library {
         StoredLibrary {
             textures: textures.into_iter().map(|t| Cow::Borrowed(&**t)).collect(),
             materials,
+            full_leaf_masks: (self.full_leaf_masks.iter())
+                .map(|(material, mask)| (*material, Cow::Borrowed(&**mask)))
+                .collect(),
             trees: [&self.trees, &self.saplings, &self.snags]
                 .map(|trees| trees.iter().map(StoredTree::of).collect()),
             plants: [
@@ -215,6 +219,9 @@ impl Library {
         for material in stored.materials {
             materials.add(material.restore(&textures)?);
         }
+        let full_leaf_masks = (stored.full_leaf_masks.into_iter())
+            .map(|(material, mask)| (material, Arc::new(mask.into_owned())))
+            .collect();
         let ground = &stored.ground;
         let trails = ground
             .trails
@@ -306,6 +313,7 @@ impl Library {
             logs.collect::<Result<Vec<_>, _>>()
         });
         Ok(Self {
+            full_leaf_masks,
             trees: trees?,
             saplings: saplings?,
             snags: snags?,

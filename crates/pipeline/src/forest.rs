@@ -242,7 +242,11 @@ impl ForestPlan {
         );
         let sky_view_factor = plan.add(
             SkyViewStage { chunk_size_m },
-            (ground_sky_view_factor, object_geometry.anywhere()),
+            (
+                assets.global(),
+                ground_sky_view_factor,
+                object_geometry.anywhere(),
+            ),
         );
         let undergrowth = plan.add(
             UndergrowthStage,

@@ -117,6 +117,22 @@ impl Texture {
         }
     }
 
+    /// The texture with a curve over each linear channel, in all mips.
+    #[must_use]
+    pub fn with_curve(&self, curve: impl Fn(f32) -> f32) -> Self {
+        let codes: [u8; 256] = std::array::from_fn(|code| {
+            let linear = decode([code as u8; 4]).x;
+            encode(Vec3::splat(curve(linear)))[0]
+        });
+        let mut curved = self.clone();
+        for texel in curved.levels.iter_mut().flat_map(|level| &mut level.texels) {
+            for channel in &mut texel[..3] {
+                *channel = codes[usize::from(*channel)];
+            }
+        }
+        curved
+    }
+
     /// Width of level 0.
     #[must_use]
     pub fn width(&self) -> usize {

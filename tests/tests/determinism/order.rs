@@ -297,7 +297,7 @@ fn a_chunk_that_was_deleted_comes_back_the_same() {
             .iter()
             .map(|t: &SceneObject| format!("{t:?}"))
             .collect();
-        let forest = RayScene::new(vec![(Vec3::ZERO, solid.0.clone())]);
+        let forest = RayScene::new(vec![(Vec3::ZERO, solid.group.clone())]);
         let mut hits = Vec::new();
         let key = Key::world(1).domain(Domain::new("tests.rays"));
         for i in 0..500 {

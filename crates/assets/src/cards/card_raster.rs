@@ -12,6 +12,8 @@ use crate::textures::tile::luminance;
 pub(crate) enum Mark {
     /// A leaf.
     Leaf(Leaf),
+    /// A leaf on its stalk, which is drawn first.
+    Stalked(Stroke, Leaf),
     /// A needle, a blade, a twig or a stalk.
     Stroke(Stroke),
 }
@@ -26,6 +28,8 @@ pub(crate) struct CardDrawing {
 #[derive(Clone, Debug)]
 pub(crate) struct CardImage {
     pub(crate) mask: AlphaMask,
+    /// The mask of the whole drawing, if this is a part of it.
+    pub(crate) whole_mask: Option<AlphaMask>,
     pub(crate) texture: Texture,
     pub(crate) width_m: f32,
     pub(crate) height_m: f32,
@@ -48,7 +52,11 @@ impl CardDrawing {
         for mark in &mut self.marks {
             match mark {
                 Mark::Leaf(leaf) => leaf.colour *= by,
-                Mark::Stroke(stroke) => stroke.colour = stroke.colour.map(|c| c * by),
+                Mark::Stroke(stroke) => stroke.tint(by),
+                Mark::Stalked(stalk, leaf) => {
+                    stalk.tint(by);
+                    leaf.colour *= by;
+                }
             }
         }
     }
@@ -58,32 +66,53 @@ impl CardDrawing {
     /// cut across into `count` images of equal height and width, foot first, so that what is drawn
     /// can be bent where they meet; the longer side of each has `texels`.
     pub(crate) fn slices(&self, count: usize, texels: usize, mean: Vec3) -> Vec<CardImage> {
-        let (half_width, top) = self.extent();
+        self.slices_within(self, count, texels, mean)
+    }
+
+    /// The same, in the frame and in the light of a larger drawing, whose opaque texels have that
+    /// mean.
+    pub(crate) fn slices_within(
+        &self,
+        whole: &Self,
+        count: usize,
+        texels: usize,
+        mean: Vec3,
+    ) -> Vec<CardImage> {
+        let (half_width, top) = whole.extent();
         let size_m = Vec2::new(2.0 * half_width, top / count as f32);
         let side = |ratio: f32| {
             if ratio > 0.5 { texels } else { texels / 2 }
         };
         let size = [side(size_m.x / size_m.y), side(size_m.y / size_m.x)];
-        let drawn: Vec<_> = (0..count)
-            .map(|k| {
-                let low = Vec2::new(-half_width, k as f32 * size_m.y);
-                let (tile, painted) = self.draw(size, low, size_m).into_tile();
-                let colours: Vec<Vec3> = tile.texels.iter().map(|t| t.albedo).collect();
-                (colours, painted)
-            })
-            .collect();
+        let drawn = |drawing: &Self| -> Vec<(Vec<Vec3>, Vec<bool>)> {
+            (0..count)
+                .map(|k| {
+                    let low = Vec2::new(-half_width, k as f32 * size_m.y);
+                    let (tile, painted) = drawing.draw(size, low, size_m).into_tile();
+                    let colours = tile.texels.iter().map(|t| t.albedo).collect();
+                    (colours, painted)
+                })
+                .collect()
+        };
+        let of_whole = drawn(whole);
         let (mut sum, mut opaque) = (0.0_f64, 0_usize);
-        for (colours, painted) in &drawn {
+        for (colours, painted) in &of_whole {
             for (c, _) in colours.iter().zip(painted).filter(|(_, p)| **p) {
                 sum += f64::from(luminance(*c));
                 opaque += 1;
             }
         }
         let gain = (f64::from(luminance(mean)) * opaque as f64 / sum.max(1e-6)) as f32;
-        drawn
-            .into_iter()
-            .map(|(colours, painted)| {
-                let filled = fill_under(size, &colours, &painted);
+        let is_part = !std::ptr::eq(self, whole);
+        let of_self = is_part.then(|| drawn(self));
+        let mask = |painted: &[bool]| {
+            AlphaMask::from_fn(size[0], size[1], |c, r| painted[r * size[0] + c])
+                .expect("sides are at most 256")
+        };
+        (of_self.as_ref().unwrap_or(&of_whole).iter())
+            .zip(&of_whole)
+            .map(|((colours, painted), (_, whole))| {
+                let filled = fill_under(size, colours, painted);
                 let linear: Vec<Vec3> = filled
                     .iter()
                     // Reflected and transmitted light together must not exceed the light that
@@ -92,8 +121,8 @@ impl CardDrawing {
                     .collect();
                 let opaque = |c: usize, r: usize| painted[r * size[0] + c];
                 CardImage {
-                    mask: AlphaMask::from_fn(size[0], size[1], opaque)
-                        .expect("sides are at most 256"),
+                    mask: mask(painted),
+                    whole_mask: is_part.then(|| mask(whole)),
                     texture: Texture::from_linear_where(size[0], size[1], &linear, opaque)
                         .expect("sides are powers of two"),
                     width_m: size_m.x,
@@ -110,6 +139,10 @@ impl CardDrawing {
             let (low, high) = match mark {
                 Mark::Leaf(l) => l.bounds(),
                 Mark::Stroke(s) => s.bounds(),
+                Mark::Stalked(s, l) => {
+                    let ((low, high), (low_of_leaf, high_of_leaf)) = (s.bounds(), l.bounds());
+                    (low.min(low_of_leaf), high.max(high_of_leaf))
+                }
             };
             half_width = half_width.max(-low.x).max(high.x);
             top = top.max(high.y);
@@ -134,13 +167,18 @@ impl CardDrawing {
 
     fn draw(&self, size: [usize; 2], low: Vec2, size_m: Vec2) -> Canvas {
         let mut canvas = Canvas::new(size[0], size[1], low, size_m);
+        let leaf = |canvas: &mut Canvas, leaf: &Leaf| {
+            canvas.shade_under(leaf);
+            canvas.leaf(leaf);
+        };
         for mark in &self.marks {
             match mark {
-                Mark::Leaf(leaf) => {
-                    canvas.shade_under(leaf);
-                    canvas.leaf(leaf);
-                }
+                Mark::Leaf(of) => leaf(&mut canvas, of),
                 Mark::Stroke(stroke) => canvas.stroke(stroke),
+                Mark::Stalked(stalk, of) => {
+                    canvas.stroke(stalk);
+                    leaf(&mut canvas, of);
+                }
             }
         }
         canvas

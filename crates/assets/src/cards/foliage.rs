@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::{Vec2, Vec3};
 use nemoral_seed::{Draw, Rng};
 
-use super::card_raster::CardDrawing;
+use super::card_raster::{CardDrawing, Mark};
 use crate::textures::canvas::{Leaf, Outline, Stroke};
 use crate::tree::{LeafKind, LeafLook, linear};
 
@@ -59,8 +59,7 @@ pub(super) struct Stalked {
 
 impl CardDrawing {
     pub(super) fn stalked(&mut self, Stalked { stalk, leaf, .. }: Stalked) {
-        self.stroke(stalk);
-        self.leaf(leaf);
+        self.marks.push(Mark::Stalked(stalk, leaf));
     }
 }
 
@@ -394,7 +393,7 @@ mod tests {
     use nemoral_seed::{Domain, Key};
 
     use super::*;
-    use crate::cards::card_raster::{Mark, TWIG_TEXELS};
+    use crate::cards::card_raster::TWIG_TEXELS;
     use crate::tree::{FoliageCard, GrowthParams, SizeClass, Species, TreeMaterials, grow};
 
     /// The leaf area that is recorded for a broadleaved tree is what is drawn: the sum of the areas
@@ -411,7 +410,7 @@ mod tests {
                 .map(|i| {
                     let drawing = draw(&species.leaves, &mut key.item(i).rng());
                     let leaves = drawing.marks.iter().map(|mark| match mark {
-                        Mark::Leaf(leaf) => leaf.area_m2(),
+                        Mark::Stalked(_, leaf) => leaf.area_m2(),
                         _ => 0.0,
                     });
                     let leaf_m2: f64 = leaves.sum();

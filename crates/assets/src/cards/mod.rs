@@ -6,6 +6,7 @@ pub(crate) mod climbers;
 pub(crate) mod foliage;
 pub(crate) mod lianas;
 pub(crate) mod reed;
+pub(crate) mod seasons;
 pub(crate) mod seedlings;
 pub(crate) mod shed;
 pub(crate) mod sward;

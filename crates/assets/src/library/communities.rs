@@ -63,7 +63,8 @@ impl PlantGrower<'_> {
                     (shape, OcclusionParams::SHRUB)
                 }
                 PlantCommunity::Bracken => {
-                    let shape = thicket::bracken(height(0.7, 1.4), all, rng);
+                    let mut shape = thicket::bracken(height(0.7, 1.4), all, rng);
+                    shape.flatten(all.frond_height);
                     (shape, OcclusionParams::LOW)
                 }
                 PlantCommunity::Heath => {

@@ -11,6 +11,9 @@ use crate::plant::shed::{LitterPlan, Shed, litter};
 /// Variants of a patch, thin to deep: wide ones, and narrow ones.
 const VARIANTS: [u32; 2] = [12, 8];
 
+/// How many more leaves stand out right after the fall than in summer (our choice).
+const JUST_FALLEN: f64 = 0.6;
+
 /// What litter to make.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LitterParams {
@@ -66,6 +69,12 @@ impl PlantGrower<'_> {
                 materials,
             })
             .collect();
+        // What has just fallen lies loose, before it is pressed down and rots.
+        let loose = |own: usize| -> f64 {
+            let phenology = self.species[own].phenology;
+            let fresh = (self.season.as_ref().zip(phenology)).map(|(s, of)| of.fresh_litter(s));
+            1.0 + JUST_FALLEN * fresh.unwrap_or(0.0)
+        };
         let patches = |own: usize, size: usize| {
             let name = format!("{}_litter", self.species[own].name);
             let count = VARIANTS[size];
@@ -73,7 +82,8 @@ impl PlantGrower<'_> {
                 let plan = LitterPlan {
                     radius_m: LitterPatches::RADII_M[size] as f32,
                     depth: (i as f32 + 0.5) / count as f32,
-                    amounts: [params.leaves, params.wood, params.stones].map(|a| a as f32),
+                    amounts: [params.leaves * loose(own), params.wood, params.stones]
+                        .map(|a| a as f32),
                     stand: &stand,
                     shares: &params.shares,
                     own,

@@ -17,7 +17,7 @@ use crate::plant::shrub::ShrubKind;
 use crate::plant::stump::stump;
 use crate::plant::surface_root::surface_root;
 use crate::plant::{floor, undergrowth, wayside};
-use crate::tree::{Species, individual_rank};
+use crate::tree::{Season, Species, individual_rank};
 
 const SHRUBS: Domain = Domain::new("assets.shrubs");
 const STUMPS: Domain = Domain::new("assets.stumps");
@@ -53,6 +53,8 @@ pub(super) struct PlantGrower<'a> {
     pub(super) species: &'a [Species],
     pub(super) materials: &'a WorldMaterials,
     pub(super) masks: &'a MaskCoverage,
+    /// High summer without one.
+    pub(super) season: Option<Season>,
     pub(super) key: Key,
 }
 
@@ -297,15 +299,16 @@ impl PlantGrower<'_> {
     pub(super) fn ferns(&self) -> Vec<PlantAsset> {
         self.collect(FERNS, 2 * PATCHES, &|i, key| {
             let mut rng = key.rng();
-            if i % 2 == 0 {
-                self.patch("bracken", i, undergrowth::bracken(self.materials, &mut rng))
+            let (name, mut shape) = if i % 2 == 0 {
+                ("bracken", undergrowth::bracken(self.materials, &mut rng))
             } else {
-                self.patch(
+                (
                     "male_fern",
-                    i,
                     undergrowth::male_fern(self.materials, &mut rng),
                 )
-            }
+            };
+            shape.flatten(self.materials.frond_height);
+            self.patch(name, i, shape)
         })
     }
 

@@ -52,6 +52,7 @@ impl SingleTree {
             surface_roots: false,
             rock_faces: false,
             litter: false,
+            season: None,
         };
         let materials = WorldMaterials::bake(std::slice::from_ref(species), wanted, key);
         let params = AssetParams::default();

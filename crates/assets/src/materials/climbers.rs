@@ -4,9 +4,9 @@ use glam::Vec3;
 use nemoral_scene::{MaterialLibrary, Semantic};
 use nemoral_seed::Key;
 
-use super::foliage::{CardKind, register_flat};
+use super::foliage::{CardKind, KindImages, register_flat};
 use super::optics::{self, LeafOptics};
-use crate::cards::card_raster::CardImage;
+use super::seasons::FullLeafMasks;
 use crate::cards::climbers;
 use crate::tree::FoliageCard;
 
@@ -43,16 +43,14 @@ const KINDS: [CardKind; 2] = [
 ];
 
 /// Draws the images.
-pub(super) fn images(key: Key) -> Vec<Vec<Vec<CardImage>>> {
-    KINDS.iter().map(|kind| kind.images(key)).collect()
+pub(super) fn images(key: Key) -> Vec<KindImages> {
+    // All of them are evergreen.
+    KINDS.iter().map(|kind| kind.images(key, None)).collect()
 }
 
 impl ClimberMaterials {
-    pub(super) fn register(
-        library: &mut MaterialLibrary,
-        images: Vec<Vec<Vec<CardImage>>>,
-    ) -> Self {
-        let mut cards = register_flat(library, &KINDS, images);
+    pub(super) fn register(library: &mut MaterialLibrary, images: Vec<KindImages>) -> Self {
+        let mut cards = register_flat(library, &KINDS, images, &mut FullLeafMasks::new());
         let ivy = cards.next().unwrap_or_default();
         let moss = cards.next().unwrap_or_default();
         let carpet = ivy.iter().map(|card| {

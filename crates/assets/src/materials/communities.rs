@@ -5,12 +5,14 @@ use nemoral_scene::{MaterialLibrary, PlantCommunity, Semantic};
 use nemoral_seed::{Key, PhiloxRng};
 use rayon::prelude::*;
 
-use super::foliage::{CardKind, register_flat};
+use super::foliage::{CardKind, KindImages, register_flat};
 use super::optics::{self, LeafOptics};
-use crate::cards::card_raster::{CardDrawing, CardImage};
+use super::plant_year;
+use super::seasons::FullLeafMasks;
+use crate::cards::card_raster::CardDrawing;
 use crate::cards::reed;
 use crate::cards::sward::{self, Strip, THATCH};
-use crate::tree::FoliageCard;
+use crate::tree::{FoliageCard, Season};
 
 /// Images of what only closed vegetation has; those of a community that is not wanted are missing.
 #[derive(Clone, Debug, Default)]
@@ -73,18 +75,21 @@ const DEAD_BLADES: LeafOptics = LeafOptics {
 const KINDS: [CardKind; 12] = [
     CardKind::new("sward.green", 3, Semantic::Grass, GREEN, |r, v| {
         strip(r, TALL, [0.03, 0.12, 0.25][v as usize % 3])
-    }),
+    })
+    .through(plant_year::GRASS),
     CardKind::new("sward.glaucous", 2, Semantic::Grass, GLAUCOUS, |r, v| {
         let mut drawing = strip(r, WAXY, 0.1 * f64::from(v));
         drawing.tint(Vec3::new(1.05, 1.0, 2.1));
         drawing
-    }),
+    })
+    .through(plant_year::GRASS),
     CardKind::new("sward.straw", 2, Semantic::Grass, STRAW, |r, v| {
         strip(r, TALL, [0.97, 0.72][v as usize % 2])
     }),
     CardKind::new("sward.short", 2, Semantic::Grass, GREEN, |r, v| {
         strip(r, SHORT, [0.03, 0.15][v as usize % 2])
-    }),
+    })
+    .through(plant_year::GRASS),
     CardKind::new("sward.short_straw", 1, Semantic::Grass, STRAW, |r, _| {
         strip(r, SHORT, 0.8)
     }),
@@ -100,19 +105,23 @@ const KINDS: [CardKind; 12] = [
         Semantic::Shrub,
         optics::BILBERRY,
         |r, _| sward::bilberry(r),
-    ),
+    )
+    .through(plant_year::BILBERRY),
     CardKind::new("nettle.stem", 3, Semantic::Herb, optics::BRAMBLE, |r, _| {
         sward::nettle(r)
-    }),
+    })
+    .through(plant_year::TALL_HERB),
     CardKind::new("reed.culm", 3, Semantic::Grass, GLAUCOUS, |r, v| {
         reed::culm(r, v == 2)
-    }),
+    })
+    .through(plant_year::REED),
     CardKind::new("reed.dead_culm", 2, Semantic::Grass, STRAW, |r, _| {
         reed::dead_culm(r)
     }),
     CardKind::new("reed.leaves", 2, Semantic::Grass, GLAUCOUS, |r, _| {
         reed::leaves(r)
-    }),
+    })
+    .through(plant_year::REED),
 ];
 
 const TALL: Strip = Strip {
@@ -140,7 +149,11 @@ fn strip(rng: &mut PhiloxRng, of: Strip, cured: f64) -> CardDrawing {
 }
 
 /// The images of those kinds that the communities need, in the order of all kinds.
-pub(super) fn images(communities: &[PlantCommunity], key: Key) -> Vec<Vec<Vec<CardImage>>> {
+pub(super) fn images(
+    communities: &[PlantCommunity],
+    key: Key,
+    season: Option<&Season>,
+) -> Vec<KindImages> {
     let has = |community| communities.contains(&community);
     let has_grass = communities.iter().any(|c| c.is_grass());
     let is_wanted = |i: usize| match i {
@@ -153,9 +166,9 @@ pub(super) fn images(communities: &[PlantCommunity], key: Key) -> Vec<Vec<Vec<Ca
     kinds
         .map(|(i, kind)| {
             if is_wanted(i) {
-                kind.images(key)
+                kind.images(key, season)
             } else {
-                Vec::new()
+                KindImages::NONE
             }
         })
         .collect()
@@ -164,9 +177,10 @@ pub(super) fn images(communities: &[PlantCommunity], key: Key) -> Vec<Vec<Vec<Ca
 impl CommunityMaterials {
     pub(super) fn register(
         library: &mut MaterialLibrary,
-        images: Vec<Vec<Vec<CardImage>>>,
+        images: Vec<KindImages>,
+        full_leaf: &mut FullLeafMasks,
     ) -> Self {
-        let mut cards = register_flat(library, &KINDS, images);
+        let mut cards = register_flat(library, &KINDS, images, full_leaf);
         let mut next = || cards.next().unwrap_or_default();
         Self {
             tall: [next(), next(), next()],

@@ -8,10 +8,12 @@ use nemoral_seed::{Domain, Key, PhiloxRng};
 use rayon::prelude::*;
 
 use super::optics::{self, LeafOptics};
+use super::plant_year::{self, PlantYear};
+use super::seasons::FullLeafMasks;
 use super::solid::{laser, solid};
 use crate::cards::card_raster::{CardDrawing, CardImage, TWIG_TEXELS};
 use crate::cards::{foliage, understory};
-use crate::tree::{FoliageCard, LeafLook, linear};
+use crate::tree::{FoliageCard, LeafLook, Season, SeasonalLeaves, linear};
 
 /// A kind of card: what to draw, how often, and what it is.
 pub(super) struct CardKind {
@@ -21,6 +23,8 @@ pub(super) struct CardKind {
     semantic: Semantic,
     support: Option<Semantic>,
     optics: LeafOptics,
+    /// Evergreen without one.
+    year: Option<PlantYear>,
     roughness: f32,
     draw: fn(&mut PhiloxRng, u32) -> CardDrawing,
 }
@@ -40,6 +44,7 @@ impl CardKind {
             semantic,
             support: None,
             optics,
+            year: None,
             roughness: 0.6,
             draw,
         }
@@ -51,20 +56,48 @@ impl CardKind {
         self
     }
 
-    /// The variants' images, each in its slices.
-    pub(super) fn images(&self, key: Key) -> Vec<Vec<CardImage>> {
-        let mean = self.optics.albedo * LEAVES_IN_SHADE;
-        (0..self.variants)
-            .into_par_iter()
-            .map(|variant| {
-                let mut rng = key
-                    .domain(Domain::new(self.name))
-                    .item(u64::from(variant))
-                    .rng();
-                (self.draw)(&mut rng, variant).slices(self.slices, TWIG_TEXELS, mean)
-            })
-            .collect()
+    /// What turns and dies in the course of a year.
+    pub(super) const fn through(mut self, year: PlantYear) -> Self {
+        self.year = Some(year);
+        self
     }
+
+    /// The variants' images, each in its slices; those of high summer without a season.
+    pub(super) fn images(&self, key: Key, season: Option<&Season>) -> KindImages {
+        let mean = self.optics.albedo * LEAVES_IN_SHADE;
+        let now =
+            (self.year.zip(season)).and_then(|(year, season)| Some((year, year.phase(season)?)));
+        let image = |variant: u32| {
+            let key = key.domain(Domain::new(self.name)).item(u64::from(variant));
+            let drawing = (self.draw)(&mut key.rng(), variant);
+            let Some((year, phase)) = now else {
+                return drawing.slices(self.slices, TWIG_TEXELS, mean);
+            };
+            let now = year.drawing(&drawing, phase, &self.optics, key.domain(SEASON));
+            now.slices_within(&drawing, self.slices, TWIG_TEXELS, mean)
+        };
+        KindImages {
+            optics: now.map_or(self.optics, |(year, phase)| {
+                year.optics(phase, &self.optics)
+            }),
+            variants: (0..self.variants).into_par_iter().map(image).collect(),
+        }
+    }
+}
+
+/// The images of a kind, each in its slices, and the optics of its leaves.
+#[derive(Clone, Debug)]
+pub(super) struct KindImages {
+    optics: LeafOptics,
+    variants: Vec<Vec<CardImage>>,
+}
+
+impl KindImages {
+    /// No images.
+    pub(super) const NONE: Self = Self {
+        optics: optics::HERB,
+        variants: Vec::new(),
+    };
 }
 
 /// The standard deviation of the slopes of an image's leaves against the image, about 15 degrees
@@ -87,7 +120,7 @@ fn of_spray(leaves: &LeafLook) -> f32 {
 pub(super) const LEAVES_IN_SHADE: f32 = 0.92;
 
 /// Dead fronds of bracken.
-const DEAD_FROND: LeafOptics = LeafOptics {
+pub(super) const DEAD_FROND: LeafOptics = LeafOptics {
     albedo: Vec3::new(0.215, 0.125, 0.058),
     transmittance: Vec3::new(0.09, 0.04, 0.005),
     laser: optics::CURED.laser,
@@ -121,10 +154,12 @@ pub(super) const KINDS: [CardKind; 11] = [
         Semantic::Bramble,
         optics::BRAMBLE,
         |r, v| understory::bramble(r, v == 5),
-    ),
+    )
+    .through(plant_year::BRAMBLE),
     CardKind::new("bracken.pinna", 3, Semantic::Fern, optics::HERB, |r, _| {
         understory::bracken_pinna(r, false)
-    }),
+    })
+    .through(plant_year::BRACKEN),
     CardKind::new(
         "bracken.dead_pinna",
         3,
@@ -141,6 +176,7 @@ pub(super) const KINDS: [CardKind; 11] = [
             optics::HERB,
             |r, _| understory::fern_frond(r),
         )
+        .through(plant_year::MALE_FERN)
     },
     CardKind::new("grass.blades", 6, Semantic::Grass, GRASS, |r, v| {
         understory::grass(
@@ -148,24 +184,28 @@ pub(super) const KINDS: [CardKind; 11] = [
             [0.05, 0.10, 0.16, 0.30, 0.55, 0.2][v as usize % 6],
             v == 5,
         )
-    }),
+    })
+    .through(plant_year::GRASS),
     CardKind::new(
         "herb.broad_leaf",
         4,
         Semantic::Herb,
         optics::HERB,
         |r, _| understory::broad_leaf(r),
-    ),
+    )
+    .through(plant_year::ROSETTE),
     CardKind::new(
         "herb.leafy_stem",
         4,
         Semantic::Herb,
         optics::HERB,
         |r, v| understory::leafy_stem(r, v >= 2),
-    ),
+    )
+    .through(plant_year::TALL_HERB),
     CardKind::new("herb.trefoil", 3, Semantic::Herb, optics::HERB, |r, _| {
         understory::trefoil(r)
-    }),
+    })
+    .through(plant_year::TREFOIL),
     CardKind::new(
         "fallen.leaf",
         6,
@@ -178,14 +218,50 @@ pub(super) const KINDS: [CardKind; 11] = [
 /// Variants of each species' leafy twig.
 const LEAF_VARIANTS: u64 = 5;
 
+const SEASON: Domain = Domain::new("assets.cards.season");
+
+/// An image of leaves, which may be those of a season.
+pub(super) struct LeafImage {
+    pub(super) image: CardImage,
+    /// What its leaves are like; `None` if there are none.
+    pub(super) leaves: Option<LeafLook>,
+}
+
+impl LeafImage {
+    /// The image of a drawing of leaves that look like `look` in summer. Its mean is that of the
+    /// leaves of summer.
+    pub(super) fn new(
+        drawing: &CardDrawing,
+        (look, mean): (&LeafLook, Vec3),
+        season: Option<&SeasonalLeaves>,
+        key: Key,
+    ) -> Self {
+        let Some(season) = season else {
+            return Self {
+                image: drawing.slices(1, TWIG_TEXELS, mean).swap_remove(0),
+                leaves: Some(look.clone()),
+            };
+        };
+        let now = drawing.in_season(season, look.reflectance(), key.domain(SEASON));
+        let mut images = now.slices_within(drawing, 1, TWIG_TEXELS, mean);
+        Self {
+            image: images.swap_remove(0),
+            leaves: now.has_leaves().then(|| season.mean_look()),
+        }
+    }
+}
+
 /// The images of a species' leafy twigs, as bright as a shoot of such leaves.
-pub(super) fn leaf_images(look: &LeafLook, key: Key) -> Vec<CardImage> {
+pub(super) fn leaf_images(
+    look: &LeafLook,
+    season: Option<&SeasonalLeaves>,
+    key: Key,
+) -> Vec<LeafImage> {
     let mean = look.reflectance();
     let image = |variant| {
-        let mut rng = key.item(variant).rng();
-        foliage::draw(look, &mut rng)
-            .slices(1, TWIG_TEXELS, mean)
-            .swap_remove(0)
+        let key = key.item(variant);
+        let drawing = foliage::draw(look, &mut key.rng());
+        LeafImage::new(&drawing, (look, mean), season, key)
     };
     (0..LEAF_VARIANTS).into_par_iter().map(image).collect()
 }
@@ -198,7 +274,8 @@ pub(super) fn register_leaves(
     leaves: &LeafLook,
     picture: CardImage,
 ) -> FoliageCard {
-    let opaque_fraction = picture.mask.opaque_fraction() as f32;
+    let whole = picture.whole_mask.as_ref().unwrap_or(&picture.mask);
+    let opaque_fraction = whole.opaque_fraction() as f32;
     let roughness = of_spray(leaves);
     let optics = laser(leaves.nm905, leaves.nm1550);
     let material = library.add(Material {
@@ -218,11 +295,12 @@ pub(super) fn register_leaves(
 pub(super) fn register_flat(
     library: &mut MaterialLibrary,
     kinds: &[CardKind],
-    images: Vec<Vec<Vec<CardImage>>>,
+    images: Vec<KindImages>,
+    full_leaf: &mut FullLeafMasks,
 ) -> std::vec::IntoIter<Vec<FoliageCard>> {
     let kinds = kinds.iter().zip(images);
-    let cards = kinds.map(|(kind, variants)| {
-        let cards = register_cards(library, kind, variants).into_iter();
+    let cards = kinds.map(|(kind, images)| {
+        let cards = register_cards(library, kind, images, full_leaf).into_iter();
         cards.flatten().collect()
     });
     let cards: Vec<Vec<FoliageCard>> = cards.collect();
@@ -233,30 +311,34 @@ pub(super) fn register_flat(
 pub(super) fn register_cards(
     library: &mut MaterialLibrary,
     kind: &CardKind,
-    variants: Vec<Vec<CardImage>>,
+    images: KindImages,
+    full_leaf: &mut FullLeafMasks,
 ) -> Vec<Vec<FoliageCard>> {
     let mut number = 0;
-    variants
+    let optics = images.optics;
+    (images.variants)
         .into_iter()
         .map(|slices| {
             slices
                 .into_iter()
                 .map(|picture| {
-                    let opaque_fraction = picture.mask.opaque_fraction() as f32;
+                    let whole = picture.whole_mask.as_ref().unwrap_or(&picture.mask);
+                    let opaque_fraction = whole.opaque_fraction() as f32;
                     let material = library.add(Material {
                         name: format!("{}.{number}", kind.name),
                         semantic: kind.semantic,
                         support: kind.support,
                         albedo: Arc::new(picture.texture),
-                        transmittance: kind.optics.transmittance,
+                        transmittance: optics.transmittance,
                         roughness: kind.roughness,
                         mask: Some(Arc::new(picture.mask)),
                         ground: false,
                         tile_m: 1.0,
-                        optics: kind.optics.laser,
+                        optics: optics.laser,
                         liquid: None,
                     });
                     number += 1;
+                    full_leaf.extend(picture.whole_mask.map(|m| (material, Arc::new(m))));
                     FoliageCard {
                         material,
                         width_m: picture.width_m,

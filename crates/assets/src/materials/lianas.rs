@@ -4,11 +4,12 @@ use glam::Vec3;
 use nemoral_scene::{Material, MaterialId, MaterialLibrary, Semantic};
 use nemoral_seed::Key;
 
-use super::foliage::{CardKind, register_flat};
+use super::foliage::{CardKind, KindImages, register_flat};
 use super::optics::{self, LeafOptics};
-use crate::cards::card_raster::CardImage;
+use super::plant_year;
+use super::seasons::FullLeafMasks;
 use crate::cards::lianas::{self, Bears};
-use crate::tree::FoliageCard;
+use crate::tree::{FoliageCard, Season};
 
 /// Images of lianas, and what their stems are made of.
 #[derive(Clone, Debug)]
@@ -53,6 +54,7 @@ const LIANAS: [CardKind; 2] = [
             lianas::clematis(r, bears)
         },
     )
+    .through(plant_year::LIANA)
     .on(Semantic::Branch),
     CardKind::new(
         "honeysuckle.foliage",
@@ -61,6 +63,7 @@ const LIANAS: [CardKind; 2] = [
         HONEYSUCKLE,
         |r, v| lianas::honeysuckle(r, v == 4),
     )
+    .through(plant_year::LIANA)
     .on(Semantic::Stem),
 ];
 const RUNS: [CardKind; 1] = [CardKind::new(
@@ -72,14 +75,15 @@ const RUNS: [CardKind; 1] = [CardKind::new(
 )];
 
 /// Draws the images of lianas.
-pub(super) fn liana_images(key: Key) -> Vec<Vec<Vec<CardImage>>> {
-    LIANAS.iter().map(|kind| kind.images(key)).collect()
+pub(super) fn liana_images(key: Key, season: Option<&Season>) -> Vec<KindImages> {
+    let kinds = LIANAS.iter();
+    kinds.map(|kind| kind.images(key, season)).collect()
 }
 
 /// Draws runs of resin and registers them.
 pub(super) fn resin(library: &mut MaterialLibrary, key: Key) -> Vec<FoliageCard> {
-    let images = RUNS.iter().map(|kind| kind.images(key)).collect();
-    register_flat(library, &RUNS, images)
+    let images = RUNS.iter().map(|kind| kind.images(key, None)).collect();
+    register_flat(library, &RUNS, images, &mut FullLeafMasks::new())
         .next()
         .unwrap_or_default()
 }
@@ -88,10 +92,11 @@ impl LianaMaterials {
     /// `wood` is what their stems look like.
     pub(super) fn register(
         library: &mut MaterialLibrary,
-        images: Vec<Vec<Vec<CardImage>>>,
+        images: Vec<KindImages>,
         wood: MaterialId,
+        full_leaf: &mut FullLeafMasks,
     ) -> Self {
-        let mut cards = register_flat(library, &LIANAS, images);
+        let mut cards = register_flat(library, &LIANAS, images, full_leaf);
         let clematis = cards.next().unwrap_or_default();
         let honeysuckle = cards.next().unwrap_or_default();
         let wood = library.get(wood).clone();

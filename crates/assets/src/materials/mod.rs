@@ -7,6 +7,8 @@ mod foliage;
 mod ground;
 mod lianas;
 pub(crate) mod optics;
+mod plant_year;
+mod seasons;
 mod seedling;
 mod shed;
 mod solid;
@@ -22,28 +24,33 @@ use nemoral_seed::{Domain, Key};
 use rayon::prelude::*;
 
 use self::deadwood::DeadwoodTextures;
-use self::foliage::{KINDS, leaf_images, register_cards};
+use self::foliage::{KINDS, KindImages, LeafImage, leaf_images, register_cards};
 use self::ground::{bake_floors, bake_trails, register_ground};
+use self::seasons::SpeciesLeaves;
 use self::solid::{SolidTextures, register_stump, solid};
-use self::trees::register_tree;
-use crate::cards::card_raster::CardImage;
+use self::trees::{register_foliage, register_tree};
 use crate::plant::rock::StoneMaterials;
 use crate::plant::wayside::StepMaterials;
 use crate::textures::mineral;
 use crate::textures::tile::Tile;
-use crate::tree::{FoliageCard, Species, TreeMaterials};
+use crate::tree::{FoliageCard, Season, SeasonalLeaves, Species, TreeMaterials};
 
 pub(crate) use self::climbers::ClimberMaterials;
 pub(crate) use self::communities::{CommunityMaterials, Hue};
 pub(crate) use self::deadwood::{DeadwoodMaterials, LogMaterials, RootPlateMaterials};
 pub use self::ground::{GroundMaterials, TrailMaterials};
 pub(crate) use self::lianas::LianaMaterials;
+pub(crate) use self::seasons::{FullLeafMasks, Timing};
 pub(crate) use self::seedling::SeedlingMaterials;
 pub(crate) use self::shed::ShedMaterials;
 pub(crate) use self::solid::StumpMaterials;
+pub(crate) use self::wet::wet;
 
 const TEXTURES: Domain = Domain::new("assets.textures");
 const CARDS: Domain = Domain::new("assets.cards");
+
+/// Names of the leaves of a species after its first ones.
+const LATER: [&str; 3] = ["b", "c", "d"];
 
 /// Bakes textures, or spares their baking.
 #[derive(Clone, Debug)]
@@ -70,7 +77,11 @@ impl TextureBaker {
 pub(crate) struct WorldMaterials {
     pub(crate) library: MaterialLibrary,
     /// The materials of each species.
-    pub(crate) trees: Vec<TreeMaterials>,
+    trees: Vec<TreeMaterials>,
+    /// The leaves of each species, and the images of all that are different.
+    leaves: Vec<(SpeciesLeaves, Vec<Vec<FoliageCard>>)>,
+    /// What tells in full leaf how much light is left under leaves that the season has taken.
+    pub(crate) full_leaf: FullLeafMasks,
     /// Bark and face of stumps, of each species.
     pub(crate) stumps: Vec<StumpMaterials>,
     /// The materials of the seedlings of each species; empty without seedlings.
@@ -119,6 +130,8 @@ pub(crate) struct WorldMaterials {
     pub(crate) bramble: Vec<FoliageCard>,
     pub(crate) bracken: Vec<FoliageCard>,
     pub(crate) bracken_dead: Vec<FoliageCard>,
+    /// The height of fronds over that of standing ones.
+    pub(crate) frond_height: f32,
     /// Fronds; each is its slices, foot first.
     pub(crate) fronds: Vec<Vec<FoliageCard>>,
     /// The last one bears flowering stalks.
@@ -144,16 +157,18 @@ pub(crate) struct Wanted<'a> {
     pub(crate) rock_faces: bool,
     pub(crate) surface_roots: bool,
     pub(crate) litter: bool,
+    /// High summer without one.
+    pub(crate) season: Option<Season>,
     /// Whether bark, wood, stone and ground have textures.
     pub(crate) textures: bool,
 }
 
 /// Images of seedlings, textures of deadwood, images of climbers and of closed vegetation.
 type Rare = (
-    Vec<Vec<CardImage>>,
+    Vec<Vec<LeafImage>>,
     Option<DeadwoodTextures>,
-    Option<Vec<Vec<Vec<CardImage>>>>,
-    Vec<Vec<Vec<CardImage>>>,
+    Option<Vec<KindImages>>,
+    Vec<KindImages>,
 );
 
 impl WorldMaterials {
@@ -173,6 +188,7 @@ impl WorldMaterials {
             rock_faces,
             surface_roots,
             litter,
+            season,
             textures: is_textured,
         } = wanted;
         let baker = &TextureBaker::new(is_textured);
@@ -184,24 +200,35 @@ impl WorldMaterials {
                 || bake_floors(baker, textures.item(200)),
             )
         };
+        let of_species: Vec<SpeciesLeaves> = (species.iter())
+            .map(|s| SpeciesLeaves::new(s, season.as_ref()))
+            .collect();
         let solids = || SolidTextures::bake(baker, species, deadwood, textures.item(300));
         let foliage = || -> (Vec<_>, Vec<_>) {
-            let kinds = KINDS.par_iter().map(|kind| kind.images(cards));
-            let trees = species.par_iter().map(|s| {
+            let kinds = KINDS
+                .par_iter()
+                .map(|kind| kind.images(cards, season.as_ref()));
+            let trees = species.par_iter().zip(&of_species).map(|(s, leaves)| {
                 let key = cards.domain(Domain::new(&s.name));
-                leaf_images(&s.shoot(), key)
+                let images = |season: Option<&SeasonalLeaves>| -> Vec<LeafImage> {
+                    leaf_images(&leaves.summer, season, key)
+                };
+                match leaves.seasonal.is_empty() {
+                    true => vec![images(None)],
+                    false => leaves.seasonal.iter().map(|of| images(Some(of))).collect(),
+                }
             });
             rayon::join(|| kinds.collect(), || trees.collect())
         };
         let rare = || {
-            let young = species.par_iter().filter(|_| seedlings);
-            let young = young.map(|s| {
+            let young = species.par_iter().zip(&of_species).filter(|_| seedlings);
+            let young = young.map(|(s, leaves)| {
                 let key = cards.domain(Domain::new(&s.name));
-                seedling::images(&s.leaves, key)
+                seedling::images(&s.leaves, leaves.of_seedlings().as_ref(), key)
             });
             let dead = || deadwood.then(|| DeadwoodTextures::bake(baker, textures.item(400)));
             let climbing = || climbers.then(|| self::climbers::images(cards));
-            let closed = || self::communities::images(communities, cards);
+            let closed = || self::communities::images(communities, cards, season.as_ref());
             let ((young, dead), (climbing, closed)) = rayon::join(
                 || rayon::join(|| young.collect(), dead),
                 || rayon::join(climbing, closed),
@@ -212,6 +239,7 @@ impl WorldMaterials {
             || rayon::join(ground, solids),
             || rayon::join(foliage, rare),
         );
+        let leaves = of_species.into_iter().zip(leaves).collect();
         let mut all = Self::register(species, ground, solids, images, leaves, rare);
         if wayside {
             all.wayside();
@@ -239,7 +267,7 @@ impl WorldMaterials {
             }));
         }
         if litter {
-            all.shed(species, cards);
+            all.shed(species, season.as_ref(), cards);
         }
         if surface_roots {
             let root = |tree: &TreeMaterials| solid::surface_root(all.library.get(tree.stem));
@@ -247,13 +275,27 @@ impl WorldMaterials {
             all.surface_roots = roots.into_iter().map(|of| all.library.add(of)).collect();
         }
         if lianas {
-            let (images, wood) = (self::lianas::liana_images(cards), all.shrub_wood);
-            all.lianas = Some(LianaMaterials::register(&mut all.library, images, wood));
+            let images = self::lianas::liana_images(cards, season.as_ref());
+            let (wood, full_leaf) = (all.shrub_wood, &mut all.full_leaf);
+            let lianas = LianaMaterials::register(&mut all.library, images, wood, full_leaf);
+            all.lianas = Some(lianas);
         }
         if resin {
             all.resin = self::lianas::resin(&mut all.library, cards);
         }
+        all.frond_height = plant_year::frond_height(season.as_ref());
+        all.full_leaf
+            .sort_unstable_by_key(|(material, _)| material.0);
         all
+    }
+
+    /// What the trees of a species that are this late are made of.
+    pub(crate) fn tree(&self, species: usize, timing: Timing) -> TreeMaterials {
+        let (leaves, foliage) = &self.leaves[species];
+        TreeMaterials {
+            foliage: foliage[leaves.number(timing)].clone(),
+            ..self.trees[species].clone()
+        }
     }
 
     /// Adds what lies across ways, under them and beside them, after all other materials, so that
@@ -298,9 +340,9 @@ impl WorldMaterials {
     }
 
     /// Adds what each species sheds, after all other materials.
-    fn shed(&mut self, species: &[Species], cards: Key) {
+    fn shed(&mut self, species: &[Species], season: Option<&Season>, cards: Key) {
         let images: Vec<_> = (species.par_iter())
-            .map(|s| shed::images(s, cards))
+            .map(|s| shed::images(s, season, cards))
             .collect();
         for ((species, tree), images) in species.iter().zip(&self.trees).zip(images) {
             let of = ShedMaterials::register(&mut self.library, species, tree, images);
@@ -318,16 +360,17 @@ impl WorldMaterials {
         species: &[Species],
         (trails, floors): (Vec<[Arc<Texture>; 3]>, Vec<Arc<Texture>>),
         solids: SolidTextures,
-        images: Vec<Vec<Vec<CardImage>>>,
-        leaves: Vec<Vec<CardImage>>,
+        images: Vec<KindImages>,
+        leaves: Vec<(SpeciesLeaves, Vec<Vec<LeafImage>>)>,
         (young, dead, climbing, closed): Rare,
     ) -> Self {
         let mut library = MaterialLibrary::new();
+        let mut full_leaf = FullLeafMasks::new();
         let ground = register_ground(&mut library, floors, trails);
         let mut foliage: Vec<Vec<Vec<FoliageCard>>> = KINDS
             .iter()
             .zip(images)
-            .map(|(kind, variants)| register_cards(&mut library, kind, variants))
+            .map(|(kind, images)| register_cards(&mut library, kind, images, &mut full_leaf))
             .collect();
         // Kinds with one slice are lists of cards.
         let mut flat = |i: usize| -> Vec<FoliageCard> {
@@ -349,9 +392,20 @@ impl WorldMaterials {
         let fronds = std::mem::take(&mut foliage[5]);
 
         let mut trees = Vec::new();
+        let mut foliage_of_trees = Vec::new();
         let mut stumps = Vec::new();
-        for ((species, barks), images) in species.iter().zip(&solids.barks).zip(leaves) {
-            trees.push(register_tree(&mut library, species, barks, &solids, images));
+        for ((species, barks), (leaves, images)) in species.iter().zip(&solids.barks).zip(leaves) {
+            let mut images = images.into_iter();
+            let first = images.next().unwrap_or_default();
+            let tree = register_tree(&mut library, species, barks, &solids, first, &mut full_leaf);
+            let mut foliage = vec![tree.foliage.clone()];
+            for (number, images) in images.enumerate() {
+                let part = format!("foliage.{}", LATER[number]);
+                let cards = register_foliage(&mut library, species, &part, images, &mut full_leaf);
+                foliage.push(cards);
+            }
+            trees.push(tree);
+            foliage_of_trees.push((leaves, foliage));
             stumps.push(register_stump(&mut library, species, barks));
         }
         let mut add = |name: &str, semantic, albedo: &Arc<Texture>, roughness, optics| {
@@ -424,7 +478,7 @@ impl WorldMaterials {
             DeadwoodMaterials::register(&mut library, species, &solids, &textures, &ground)
         });
         let climbers = climbing.map(|images| ClimberMaterials::register(&mut library, images));
-        let communities = CommunityMaterials::register(&mut library, closed);
+        let communities = CommunityMaterials::register(&mut library, closed, &mut full_leaf);
         Self {
             library,
             deadwood,
@@ -436,6 +490,8 @@ impl WorldMaterials {
             culvert: None,
             communities,
             trees,
+            leaves: foliage_of_trees,
+            full_leaf,
             stumps,
             seedlings,
             ground,
@@ -459,6 +515,7 @@ impl WorldMaterials {
             bramble,
             bracken,
             bracken_dead,
+            frond_height: 1.0,
             fronds,
             grass,
             broad_leaf,

@@ -4,11 +4,10 @@
 use nemoral_scene::{MaterialId, MaterialLibrary, Semantic};
 use nemoral_seed::{Domain, Key};
 
-use super::foliage::{LEAVES_IN_SHADE, register_leaves};
+use super::foliage::{LEAVES_IN_SHADE, LeafImage, register_leaves};
 use super::solid::{BarkTextures, laser, solid};
-use crate::cards::card_raster::{CardImage, TWIG_TEXELS};
 use crate::cards::seedlings;
-use crate::tree::{FoliageCard, LeafLook, Species};
+use crate::tree::{FoliageCard, LeafLook, SeasonalLeaves, Species};
 
 const IMAGES: Domain = Domain::new("assets.cards.seedling");
 
@@ -20,12 +19,12 @@ pub(crate) struct SeedlingMaterials {
     pub(crate) stem: MaterialId,
 }
 
-pub(super) fn images(look: &LeafLook, key: Key) -> Vec<CardImage> {
+pub(super) fn images(look: &LeafLook, season: Option<&SeasonalLeaves>, key: Key) -> Vec<LeafImage> {
     let mean = look.reflectance() * LEAVES_IN_SHADE;
     let image = |variant: usize| {
-        let mut rng = key.domain(IMAGES).item(variant as u64).rng();
-        let drawing = seedlings::draw(look, variant, &mut rng);
-        drawing.slices(1, TWIG_TEXELS, mean).swap_remove(0)
+        let key = key.domain(IMAGES).item(variant as u64);
+        let drawing = seedlings::draw(look, variant, &mut key.rng());
+        LeafImage::new(&drawing, (look, mean), season, key)
     };
     (0..seedlings::VARIANTS).map(image).collect()
 }
@@ -34,12 +33,13 @@ pub(super) fn register(
     library: &mut MaterialLibrary,
     species: &Species,
     barks: &BarkTextures,
-    images: Vec<CardImage>,
+    images: Vec<LeafImage>,
 ) -> SeedlingMaterials {
     let (name, bark) = (&species.name, &species.bark);
-    let leaves = images.into_iter().enumerate().map(|(number, picture)| {
+    let leaves = images.into_iter().enumerate().map(|(number, of)| {
         let name = format!("{name}.seedling.{number}");
-        register_leaves(library, &name, Semantic::Seedling, &species.leaves, picture)
+        let look = of.leaves.unwrap_or_else(|| species.leaves.clone());
+        register_leaves(library, &name, Semantic::Seedling, &look, of.image)
     });
     SeedlingMaterials {
         leaves: leaves.collect(),

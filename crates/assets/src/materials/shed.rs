@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use glam::Vec3;
 use nemoral_scene::{Material, MaterialId, MaterialLibrary, Semantic};
 use nemoral_seed::{Domain, Key};
 use rayon::prelude::*;
@@ -10,7 +11,7 @@ use super::optics;
 use super::solid::solid;
 use crate::cards::card_raster::CardImage;
 use crate::cards::shed;
-use crate::tree::{FoliageCard, Species, TreeMaterials, linear};
+use crate::tree::{FoliageCard, Season, Species, TreeMaterials, linear};
 
 const IMAGES: Domain = Domain::new("assets.cards.shed");
 
@@ -25,19 +26,37 @@ pub(crate) struct ShedMaterials {
     pub(crate) barks: [MaterialId; 2],
 }
 
+/// How much of its own colour a leaf that has just fallen keeps, and how much of the images of
+/// each tint are such leaves right after the fall (our choice).
+const FRESH_COLOUR: f32 = 0.7;
+const FRESH: [f32; shed::VARIANTS] = [1.0, 0.8, 0.9, 0.6, 0.3];
+
+/// The mean colour of each image of a species' litter.
+fn colours(species: &Species, season: Option<&Season>) -> [Vec3; shed::VARIANTS] {
+    let albedo = linear(species.shed_look().albedo);
+    let usual = shed::TINTS.map(|tint| albedo * tint);
+    let Some((season, phenology)) = season.zip(species.phenology) else {
+        return usual;
+    };
+    let fresh = albedo.lerp(linear(phenology.withered.albedo), FRESH_COLOUR);
+    let share = phenology.fresh_litter(season) as f32;
+    std::array::from_fn(|i| usual[i].lerp(fresh, share * FRESH[i]))
+}
+
 /// The images of a species' litter, each in its pieces.
-pub(super) fn images(species: &Species, cards: Key) -> Vec<Vec<CardImage>> {
+pub(super) fn images(
+    species: &Species,
+    season: Option<&Season>,
+    cards: Key,
+) -> Vec<Vec<CardImage>> {
     let (look, shed) = (&species.leaves, species.shed_look());
+    let colours = colours(species, season);
     let key = cards.domain(Domain::new(&species.name)).domain(IMAGES);
     let image = |variant: usize| {
         let mut rng = key.item(variant as u64).rng();
         let mut drawing = shed::draw(look, &shed, &mut rng);
-        drawing.tint(shed::TINTS[variant]);
-        drawing.slices(
-            shed::slices(look),
-            shed::texels(look),
-            linear(shed.albedo) * shed::TINTS[variant],
-        )
+        drawing.tint(colours[variant] / linear(shed.albedo));
+        drawing.slices(shed::slices(look), shed::texels(look), colours[variant])
     };
     (0..shed::VARIANTS).into_par_iter().map(image).collect()
 }

@@ -1,15 +1,18 @@
-//! Wet stone.
+//! Wet surfaces.
 
 use std::sync::Arc;
 
 use glam::Vec3;
-use nemoral_scene::{Material, Texture};
+use nemoral_scene::{LaserBand, Material, MaterialId, MaterialLibrary, Optics, Semantic, Texture};
 
 use super::optics;
 
 /// How much of a wet surface is darker than a dry one: stone is smooth here and there.
 const SHARE: f32 = 0.85;
 const ROUGHNESS: f32 = 0.35;
+
+/// What the end of a name says of materials that are wet in any weather.
+const WET: &str = ".wet";
 
 /// The albedo of a surface under a film of water, by channel (Lekner and Dorf 1988, "Why some
 /// things are darker when wet", Applied Optics 27, 1278, doi 10.1364/AO.27.001278, equations 5, 10
@@ -33,11 +36,110 @@ pub(super) fn wet_stone(dry: &Material) -> Material {
         .collect();
     let albedo = Texture::from_linear(dry.albedo.width(), dry.albedo.height(), &texels);
     Material {
-        name: format!("{}.wet", dry.name),
+        name: format!("{}{WET}", dry.name),
         albedo: Arc::new(albedo.expect("it has the size of a texture")),
         roughness: ROUGHNESS,
         optics: optics::WET_ROCK,
         ..dry.clone()
+    }
+}
+
+/// How rain wets a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Wetting {
+    /// The share of it that takes a film of water.
+    share: f32,
+    /// How rough what is soaked is at most, for the ways that a pixel of it faces.
+    roughness: f32,
+    /// Depth of the water that light of 1550 nm crosses twice, mm.
+    water_mm: f32,
+}
+
+/// The absorption of light of 1550 nm by water (Hale and Querry 1973); at 905 nm it is a hundredth,
+/// which a film does not show.
+const ABSORPTION_1550_PER_MM: f32 = 0.811;
+
+/// Shares, roughnesses and depths in the ranges that games (Lagarde 2013) and fields have, and our
+/// choice.
+const fn wetting(of: Semantic) -> Option<Wetting> {
+    let (share, roughness, water_mm) = match of {
+        Semantic::Sky
+        | Semantic::Water
+        | Semantic::Ice
+        | Semantic::Snow
+        | Semantic::AirborneEcho => return None,
+        Semantic::Rock | Semantic::Stone => (SHARE, ROUGHNESS, 0.1),
+        Semantic::TrailRut => (1.0, 0.45, 0.3),
+        Semantic::Soil | Semantic::CutSlope | Semantic::TrailSurface | Semantic::TrailStrip => {
+            (1.0, 0.65, 0.2)
+        }
+        // Waxy leaves shed water: some drops and a thin film stay.
+        Semantic::Leaf
+        | Semantic::Climber
+        | Semantic::Shrub
+        | Semantic::Bramble
+        | Semantic::Grass
+        | Semantic::Herb
+        | Semantic::Fern
+        | Semantic::Seedling => (0.3, 0.5, 0.05),
+        // What faces all ways does not gleam as one surface.
+        Semantic::Needle => (0.3, 1.0, 0.05),
+        Semantic::GroundMoss | Semantic::StemGrowth => (0.8, 1.0, 0.3),
+        // Bark, wood and litter.
+        _ => (1.0, 0.75, 0.2),
+    };
+    Some(Wetting {
+        share,
+        roughness,
+        water_mm,
+    })
+}
+
+/// Wets the materials of a library, but for some, from 0, dry, to 1, soaked.
+pub(crate) fn wet(library: &MaterialLibrary, wetness: f32, but: &[MaterialId]) -> MaterialLibrary {
+    let mut known: Vec<(Arc<Texture>, f32, Arc<Texture>)> = Vec::new();
+    let mut textures = |dry: &Arc<Texture>, share: f32| {
+        let is_same = |(of, by, _): &&(_, f32, _)| Arc::ptr_eq(of, dry) && *by == share;
+        if let Some((_, _, wet)) = known.iter().find(is_same) {
+            return Arc::clone(wet);
+        }
+        let film = |dry: f32| dry + (wet_albedo(Vec3::splat(dry)).x - dry) * share;
+        let wet = Arc::new(dry.with_curve(film));
+        known.push((Arc::clone(dry), share, Arc::clone(&wet)));
+        wet
+    };
+    let mut wetted = MaterialLibrary::new();
+    for (i, dry) in library.materials().iter().enumerate() {
+        let is_wet = but.contains(&MaterialId(i as u16)) || dry.name.ends_with(WET);
+        let material = match wetting(dry.semantic).filter(|_| !is_wet) {
+            None => dry.clone(),
+            Some(of) => {
+                let share = of.share * wetness;
+                let depth = 2.0 * ABSORPTION_1550_PER_MM * of.water_mm * wetness;
+                let through = libm::expf(-depth);
+                Material {
+                    albedo: textures(&dry.albedo, share),
+                    roughness: dry.roughness
+                        + (of.roughness.min(dry.roughness) - dry.roughness) * wetness,
+                    optics: Optics {
+                        nm905: filmed(dry.optics.nm905, share, 1.0),
+                        nm1550: filmed(dry.optics.nm1550, share, through),
+                    },
+                    ..dry.clone()
+                }
+            }
+        };
+        wetted.add(material);
+    }
+    wetted
+}
+
+/// A surface under a film that lets this share of the light through on its way in and out.
+fn filmed(dry: LaserBand, share: f32, through: f32) -> LaserBand {
+    let wet = wet_albedo(Vec3::splat(dry.reflectance)).x * through;
+    LaserBand {
+        reflectance: dry.reflectance + (wet - dry.reflectance) * share,
+        transmittance: dry.transmittance * (1.0 - share * (1.0 - through)),
     }
 }
 
@@ -51,5 +153,35 @@ mod tests {
             let found = wet_albedo(Vec3::splat(dry)).x;
             assert!((found - wet).abs() < 0.004, "{dry}: {found} for {wet}");
         }
+    }
+
+    #[test]
+    fn bark_is_darker_when_wet_and_most_of_all_at_1550_nm() {
+        let mut library = MaterialLibrary::new();
+        let band = |reflectance| LaserBand {
+            reflectance,
+            transmittance: 0.0,
+        };
+        let bark = library.add(Material {
+            optics: Optics {
+                nm905: band(0.36),
+                nm1550: band(0.45),
+            },
+            ..Material::plain("bark", Semantic::Stem, Vec3::splat(0.2))
+        });
+        let bed = library.add(Material::plain("bed", Semantic::Soil, Vec3::splat(0.2)));
+        let soaked = wet(&library, 1.0, &[bed]);
+        let of = soaked.get(bark);
+        assert!((of.albedo.mean().x - 0.1075).abs() < 0.004);
+        assert!((of.optics.nm905.reflectance - 0.21).abs() < 0.02);
+        // A fifth of a millimetre of water, there and back.
+        assert!((of.optics.nm1550.reflectance - 0.206).abs() < 0.02);
+        assert!(of.roughness < library.get(bark).roughness);
+        assert_eq!(
+            soaked.get(bed).albedo.mean(),
+            library.get(bed).albedo.mean()
+        );
+        let damp = wet(&library, 0.5, &[]).get(bark).albedo.mean().x;
+        assert!(damp > 0.1075 && damp < 0.2);
     }
 }

@@ -27,6 +27,25 @@ pub(crate) fn leaning(azimuth: f32, tilt: f32) -> Vec3 {
 }
 
 impl Shape {
+    /// Presses it towards the ground: heights are multiplied by a share.
+    pub(crate) fn flatten(&mut self, share: f32) {
+        if share == 1.0 {
+            return;
+        }
+        let pressed = Vec3::new(1.0, 1.0, share);
+        for position in &mut self.mesh.positions {
+            *position *= pressed;
+        }
+        for normal in &mut self.mesh.normals {
+            *normal = (*normal / pressed).normalize_or(Vec3::Z);
+        }
+        for card in &mut self.cards {
+            card.corner *= pressed;
+            card.edge_u *= pressed;
+            card.edge_v *= pressed;
+        }
+    }
+
     /// Hangs an image at `base`, growing along `along` and spread along `across`; both are made
     /// perpendicular unit vectors.
     pub(crate) fn card(

@@ -146,6 +146,11 @@ impl Leaf {
 }
 
 impl Stroke {
+    /// Multiplies its colours.
+    pub(crate) fn tint(&mut self, by: Vec3) {
+        self.colour = self.colour.map(|c| c * by);
+    }
+
     /// A straight stroke of one colour.
     pub(crate) fn straight(from: Vec2, to: Vec2, width_m: [f32; 2], colour: Vec3) -> Self {
         Self {

@@ -4,6 +4,7 @@
 use serde::Deserialize;
 
 use super::look::{BarkLook, LeafLook};
+use super::phenology::{Phenology, Season, SeasonalLeaves};
 use super::ranges::Ranges;
 use super::shed::ShedLook;
 use nemoral_scene::ParamError;
@@ -36,6 +37,8 @@ pub struct Species {
     pub foliage: FoliageForm,
     /// What a leafy twig looks like.
     pub leaves: LeafLook,
+    /// The leaves through the year; evergreen without it.
+    pub phenology: Option<Phenology>,
     /// What the bark looks like.
     pub bark: BarkLook,
     /// What it sheds, if that differs from what most species shed.
@@ -255,6 +258,9 @@ impl Species {
         self.foliage.check(&self.name)?;
         self.leaves.check(&self.name)?;
         self.bark.check(&self.name)?;
+        if let Some(phenology) = &self.phenology {
+            phenology.check(&self.name)?;
+        }
         self.shed.map_or(Ok(()), |shed| shed.check(&self.name))
     }
 }
@@ -264,6 +270,19 @@ impl Species {
     #[must_use]
     pub fn shoot(&self) -> LeafLook {
         self.leaves.in_shoot(self.foliage.silhouette_factor)
+    }
+
+    /// The mean leaves of most of its trees in a season, or in high summer, as in a shoot, and the
+    /// share of the leaf area of summer that is there.
+    #[must_use]
+    pub fn shoot_in(&self, season: Option<&Season>) -> (LeafLook, f64) {
+        let Some((season, phenology)) = season.zip(self.phenology) else {
+            return (self.shoot(), 1.0);
+        };
+        let phase = phenology.phase(season, 0.0, false);
+        let factor = self.foliage.silhouette_factor;
+        let leaves = SeasonalLeaves::new(self.leaves.clone(), phenology, phase, factor);
+        (leaves.mean_look(), phase.leaf_area())
     }
 
     /// What it sheds: its own numbers, or, without any, leaves as those of most species.

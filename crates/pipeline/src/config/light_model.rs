@@ -4,7 +4,7 @@ use nemoral_render::{SkyParams, UtcTime};
 use nemoral_scene::glam::{DVec3, Vec3};
 use nemoral_scene::{Hydrometeor, extinction_per_m, visibility_m};
 
-use super::{Sky, Sun, SunDate, SunPosition, Weather};
+use super::{Season, Sky, Sun, SunDate, SunPosition, Weather};
 use crate::Error;
 
 impl Sun {
@@ -23,6 +23,30 @@ impl Sun {
         }
         .map_err(|e| Error::request(format!("sun: {e}")))
     }
+}
+
+impl Season {
+    /// The day and the latitude by which leaves unfold and fall; `None` in high summer.
+    pub(crate) fn place(&self, sun: &Sun) -> Option<nemoral_assets::Season> {
+        let (day_of_year, latitude_deg) = match &sun.position {
+            _ if self.day_of_year > 0 => (self.day_of_year, self.latitude_deg),
+            SunPosition::Date(date) => (day_of_year(&date.time().ok()?), date.latitude_deg),
+            SunPosition::Angles(_) => return None,
+        };
+        Some(nemoral_assets::Season {
+            day_of_year: f64::from(day_of_year),
+            latitude_deg: latitude_deg.clamp(-70.0, 70.0),
+        })
+    }
+}
+
+/// The day of the year, from 1.
+fn day_of_year(time: &UtcTime) -> u32 {
+    let is_leap = time.year % 4 == 0 && (time.year % 100 != 0 || time.year % 400 == 0);
+    let february = 28 + u32::from(is_leap);
+    let months = [31, february, 31, 30, 31, 30, 31, 31, 30, 31, 30];
+    let before = months.iter().take(time.month.saturating_sub(1) as usize);
+    before.sum::<u32>() + time.day
 }
 
 impl SunDate {
@@ -55,6 +79,20 @@ fn parse_utc(text: &str) -> Option<UtcTime> {
         day: day.parse().ok()?,
         hour: h + m / 60.0 + s / 3600.0,
     })
+}
+
+/// Rain of so many millimetres wets all but a third of what it can wet.
+const WETTING_MM: f64 = 2.0;
+
+impl Weather {
+    /// How wet the forest is, from 0, dry, to 1, soaked.
+    pub(crate) fn wetness(&self) -> f64 {
+        if self.wetness >= 0.0 {
+            return self.wetness;
+        }
+        // What an hour of the rain leaves.
+        1.0 - libm::exp(-self.rain_mm_per_h / WETTING_MM)
+    }
 }
 
 /// The visibility through haze and through what falls.
@@ -94,6 +132,47 @@ pub(crate) fn sky_params(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_date_of_the_sun_says_the_season_unless_a_day_does() {
+        let date = |utc: &str, later_h| Sun {
+            position: SunPosition::Date(SunDate {
+                utc: utc.to_owned(),
+                later_h,
+                ..SunDate::default()
+            }),
+            ..Sun::default()
+        };
+        let day = |of: &Sun| Season::default().place(of).map(|s| s.day_of_year);
+        assert_eq!(day(&Sun::default()), None);
+        assert_eq!(day(&date("2023-12-31T12:00:00", 0.0)), Some(365.0));
+        assert_eq!(day(&date("2024-12-31T12:00:00", 0.0)), Some(366.0));
+        assert_eq!(day(&date("2024-02-29T23:00:00", 2.0)), Some(61.0));
+        let given = Season {
+            day_of_year: 20,
+            latitude_deg: 60.0,
+        };
+        let place = given.place(&date("2023-06-21T12:00:00", 0.0));
+        assert_eq!(
+            place.map(|s| (s.day_of_year, s.latitude_deg)),
+            Some((20.0, 60.0))
+        );
+    }
+
+    #[test]
+    fn rain_wets_unless_it_is_said_how_wet_it_is() {
+        let wetness = |rain_mm_per_h, wetness| {
+            let weather = Weather {
+                rain_mm_per_h,
+                wetness,
+                ..Weather::default()
+            };
+            weather.wetness()
+        };
+        assert_eq!(Weather::default().wetness(), 0.0);
+        assert!((wetness(2.0, -1.0) - 0.632).abs() < 0.001);
+        assert_eq!([wetness(20.0, 0.0), wetness(0.0, 1.0)], [0.0, 1.0]);
+    }
 
     #[test]
     fn what_falls_takes_visibility_away() {

@@ -64,7 +64,7 @@ impl Recorder {
             let objects = runner.get(self.forest().object_geometry, chunk)?;
             let low_plants = runner.get(self.forest().undergrowth_geometry, chunk)?;
             let litter = runner.get(self.forest().litter_geometry, chunk)?;
-            let groups = std::iter::once(&objects.0)
+            let groups = std::iter::once(&objects.group)
                 .chain(&low_plants.0)
                 .chain(&litter.0);
             for (instance, _) in groups.flat_map(|group| group.instances()) {

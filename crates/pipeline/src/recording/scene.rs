@@ -97,7 +97,7 @@ impl FrameScene {
         }
         wanted.compute()?;
         let solid = chunks.iter().zip(objects.all(&chunks)?);
-        let mut groups: Vec<_> = solid.map(|(at, g)| (*at, Arc::clone(&g.0))).collect();
+        let mut groups: Vec<_> = solid.map(|(at, g)| (*at, Arc::clone(&g.group))).collect();
         let low = low.iter().zip(undergrowth.all(&low)?);
         groups.extend(low.filter_map(|(at, g)| Some((*at, Arc::clone(g.0.as_ref()?)))));
         let shed = littered.iter().zip(litter.all(&littered)?);

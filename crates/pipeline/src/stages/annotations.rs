@@ -74,7 +74,7 @@ impl Stage<Forest> for UncoveredGeometryStage {
         (trunks, assets, geometry, objects): Values<'_, Self>,
     ) -> Result<UncoveredGeometry, Error> {
         let at = (at, self.chunk_size_m);
-        let strip = || UncoveredGeometry::new(at, &trunks, &assets, &geometry.0, &objects);
+        let strip = || UncoveredGeometry::new(at, &trunks, &assets, &geometry.group, &objects);
         Ok(in_pool(strip))
     }
 }

@@ -26,7 +26,7 @@ impl Stage<Forest> for LibraryStage {
     type Inputs = ();
     type Output = Library;
     const ID: &'static str = "world.library";
-    const VERSION: u32 = 23;
+    const VERSION: u32 = 24;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         self.0.fingerprint(hasher);
@@ -56,11 +56,12 @@ impl Stage<Forest> for AssetStage {
     type Inputs = (OfWorld<Library>,);
     type Output = WorldAssets;
     const ID: &'static str = "world.assets";
-    const VERSION: u32 = 14;
+    const VERSION: u32 = 15;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         self.recipe.fingerprint(hasher);
         hasher.write_u64(u64::from(self.recipe.has_water()));
+        hasher.write_f64(self.recipe.wetness());
         self.models.fingerprint(hasher);
     }
 

@@ -46,9 +46,17 @@ impl Stage<Forest> for ObjectGeometryStage {
             None => None,
         };
         let ground = in_pool(|| self.ground.make(at, world, &assets, &ground))?;
+        let floor: Vec<_> = std::iter::once(ground).chain(sheets).collect();
+        let in_full_leaf = assets.is_leafless().then(|| {
+            let placed = |object| assets.instance_in_full_leaf(object, at, self.chunk_size_m);
+            floor
+                .iter()
+                .cloned()
+                .chain(objects.0.iter().map(placed))
+                .collect()
+        });
         let placed = |object| assets.instance(object, at, self.chunk_size_m);
-        let objects = objects.0.iter().map(placed);
-        let instances = std::iter::once(ground).chain(sheets).chain(objects);
-        Ok(ObjectGeometry::new(instances.collect()))
+        let instances = floor.into_iter().chain(objects.0.iter().map(placed));
+        Ok(ObjectGeometry::new(instances.collect(), in_full_leaf))
     }
 }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use nemoral_raycast::RayScene;
+use nemoral_raycast::{Group, RayScene};
 use nemoral_scene::ChunkCoord;
 use nemoral_seed::Key;
 use nemoral_stand::{REACH_M, SkyViewArea, SkyViewFactor};
@@ -24,22 +24,27 @@ pub(crate) fn chunks_of_trees(
     at.square((REACH_M / chunk_size_m).ceil() as i32)
 }
 
-/// Measures under the crowns of the trees in a chunk and in its neighbours.
-fn under_crowns(
+/// The trees in a chunk and in its neighbours, as `of` has them.
+fn crowns(
     at: ChunkCoord,
     chunk_size_m: f64,
     objects: &Demand<'_, ObjectGeometry>,
-    measure: impl FnOnce(&RayScene) -> SkyViewFactor + Send,
-) -> Result<SkyViewFactor, Error> {
+    of: impl Fn(&ObjectGeometry) -> &Arc<Group>,
+) -> Result<RayScene, Error> {
     let around: Vec<ChunkCoord> = chunks_of_trees(at, chunk_size_m).collect();
     let groups = around.iter().zip(objects.all(&around)?);
     let offset = |chunk: &ChunkCoord| chunk_offset_m(*chunk, at, chunk_size_m);
-    let groups = groups.map(|(chunk, objects)| (offset(chunk), Arc::clone(&objects.0)));
+    let groups = groups.map(|(chunk, objects)| (offset(chunk), Arc::clone(of(&objects))));
     let groups: Vec<_> = groups.collect();
-    Ok(in_pool(|| measure(&RayScene::new(groups))))
+    Ok(in_pool(|| RayScene::new(groups)))
 }
 
-/// Measures the [`SkyViewFactor`] of a chunk near the ground, by which plants grow.
+/// Trees in full leaf, by whose light plants have grown.
+fn in_full_leaf(objects: &ObjectGeometry) -> &Arc<Group> {
+    objects.in_full_leaf.as_ref().unwrap_or(&objects.group)
+}
+
+/// Measures the [`SkyViewFactor`] of a chunk near the ground in full leaf, by which plants grow.
 #[derive(Clone, Copy, Debug)]
 pub struct GroundSkyViewStage {
     /// Side of a chunk.
@@ -73,13 +78,15 @@ impl Stage<Forest> for GroundSkyViewStage {
             side_m: self.chunk_size_m,
             canopy_height_m: assets.mean_height_m(),
         };
-        under_crowns(at, self.chunk_size_m, &objects, |crowns| {
-            SkyViewFactor::measure_near_ground(&area, &*ground, crowns)
-        })
+        let crowns = crowns(at, self.chunk_size_m, &objects, in_full_leaf)?;
+        Ok(in_pool(|| {
+            SkyViewFactor::measure_near_ground(&area, &*ground, &crowns)
+        }))
     }
 }
 
-/// Measures the rest of the [`SkyViewFactor`] of a chunk, by which cameras see.
+/// Measures the rest of the [`SkyViewFactor`] of a chunk, by which cameras see; all of it, if the
+/// season has taken leaves away.
 #[derive(Clone, Copy, Debug)]
 pub struct SkyViewStage {
     /// Side of a chunk.
@@ -88,7 +95,11 @@ pub struct SkyViewStage {
 
 impl Stage<Forest> for SkyViewStage {
     type At = ChunkCoord;
-    type Inputs = (Node<ChunkCoord, SkyViewFactor>, AnyChunk<ObjectGeometry>);
+    type Inputs = (
+        OfWorld<WorldAssets>,
+        Node<ChunkCoord, SkyViewFactor>,
+        AnyChunk<ObjectGeometry>,
+    );
     type Output = SkyViewFactor;
     const ID: &'static str = "chunk.sky_view_factor";
     const VERSION: u32 = 3;
@@ -102,10 +113,12 @@ impl Stage<Forest> for SkyViewStage {
         &self,
         at: ChunkCoord,
         _: Key,
-        (near_ground, objects): Values<'_, Self>,
+        (assets, near_ground, objects): Values<'_, Self>,
     ) -> Result<SkyViewFactor, Error> {
-        under_crowns(at, self.chunk_size_m, &objects, |crowns| {
-            near_ground.completed(crowns)
-        })
+        let crowns = crowns(at, self.chunk_size_m, &objects, |objects| &objects.group)?;
+        Ok(in_pool(|| match assets.is_leafless() {
+            true => near_ground.measured_again(&crowns),
+            false => near_ground.completed(&crowns),
+        }))
     }
 }

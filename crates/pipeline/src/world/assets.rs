@@ -34,6 +34,10 @@ pub struct WorldAssets {
     pub stumps: Vec<Arc<Blas>>,
     /// Of `library.shrubs`.
     pub shrubs: Vec<Arc<Blas>>,
+    /// The same in full leaf.
+    shrubs_in_full_leaf: Vec<Arc<Blas>>,
+    /// Whether the season has taken leaves away.
+    is_leafless: bool,
     /// Of `library.rocks`, then of `library.stream_stones.rocks`.
     pub rocks: Vec<Arc<Blas>>,
     /// Of `library.grass`.
@@ -131,6 +135,8 @@ pub struct Standing {
     pub tree: TreeAsset,
     /// Its acceleration structure.
     pub blas: Arc<Blas>,
+    /// The same in full leaf.
+    in_full_leaf: Arc<Blas>,
     /// How often it is chosen, relative to the others.
     pub weight: f64,
 }
@@ -148,6 +154,10 @@ impl WorldAssets {
         let water = recipe
             .has_water()
             .then(|| WaterMaterials::add_to(Arc::make_mut(&mut library)));
+        if recipe.wetness() > 0.0 {
+            let beds = water.as_ref().map(|of| [of.gravel, of.mud]);
+            Arc::make_mut(&mut library).wet(recipe.wetness(), beds.as_ref().map_or(&[], |b| b));
+        }
         let species = recipe.species()?;
         let params = recipe.params(&species);
         let snags = recipe.snag_share();
@@ -162,6 +172,11 @@ impl WorldAssets {
             .iter()
             .flat_map(|(_, share)| std::iter::repeat_n(*share, of_species))
             .collect();
+        let full_leaf = library.materials_in_full_leaf();
+        let in_full_leaf = |blas: &Arc<Blas>| match &full_leaf {
+            Some(materials) => Arc::new(Blas::build(Arc::clone(blas.prototype()), materials)),
+            None => Arc::clone(blas),
+        };
         let standing = |(tree, is_measured): (&TreeAsset, bool)| {
             let of = species.iter().find(|(s, _)| s.name == tree.species);
             let (all, of_them) = if tree.class == SizeClass::Sapling {
@@ -171,9 +186,11 @@ impl WorldAssets {
             } else {
                 (snags, params.snags_per_species)
             };
+            let blas = Arc::new(Blas::build(Arc::clone(&tree.prototype), &library.materials));
             Standing {
                 tree: tree.clone(),
-                blas: Arc::new(Blas::build(Arc::clone(&tree.prototype), &library.materials)),
+                in_full_leaf: in_full_leaf(&blas),
+                blas,
                 weight: of
                     .filter(|_| !is_measured)
                     .map_or(0.0, |(_, share)| share * all / f64::from(of_them)),
@@ -216,12 +233,15 @@ impl WorldAssets {
                 .collect()
         };
         let plants = |assets: &[PlantAsset]| build(assets.iter().map(|a| &a.prototype).collect());
+        let shrubs = plants(&library.shrubs);
         Ok(Self {
+            is_leafless: full_leaf.is_some(),
+            shrubs_in_full_leaf: shrubs.par_iter().map(in_full_leaf).collect(),
+            shrubs,
             standing,
             with_edge_trees: params.edge_trees.then_some(of_stand[0]),
             first_sapling,
             stumps: plants(&library.stumps),
-            shrubs: plants(&library.shrubs),
             rocks: [plants(&library.rocks), plants(&library.stream_stones.rocks)].concat(),
             grass: plants(&library.grass),
             herbs: plants(&library.herbs),
@@ -310,6 +330,20 @@ impl WorldAssets {
         }
     }
 
+    /// Whether the season has taken leaves away.
+    pub(crate) const fn is_leafless(&self) -> bool {
+        self.is_leafless
+    }
+
+    /// An object's shape in full leaf.
+    fn shape_in_full_leaf(&self, object: &SceneObject) -> &Arc<Blas> {
+        match object.kind {
+            ObjectKind::Tree => &self.standing[object.asset].in_full_leaf,
+            ObjectKind::Shrub => &self.shrubs_in_full_leaf[object.asset],
+            _ => self.shape(object),
+        }
+    }
+
     /// A rock by its number among the shapes of rocks.
     fn rock(&self, asset: usize) -> &PlantAsset {
         let (dry, wet) = (&self.library.rocks, &self.library.stream_stones.rocks);
@@ -335,6 +369,17 @@ impl WorldAssets {
         chunk_size_m: f64,
     ) -> (InstancePlace, Arc<Blas>) {
         let shape = self.shape(object);
+        (object.place(chunk, chunk_size_m), Arc::clone(shape))
+    }
+
+    /// The same in full leaf.
+    pub(crate) fn instance_in_full_leaf(
+        &self,
+        object: &SceneObject,
+        chunk: ChunkCoord,
+        chunk_size_m: f64,
+    ) -> (InstancePlace, Arc<Blas>) {
+        let shape = self.shape_in_full_leaf(object);
         (object.place(chunk, chunk_size_m), Arc::clone(shape))
     }
 

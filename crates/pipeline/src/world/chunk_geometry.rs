@@ -9,7 +9,12 @@ use crate::pool::in_pool;
 
 /// The ground of a chunk and all its objects with an id.
 #[derive(Debug)]
-pub struct ObjectGeometry(pub Arc<Group>);
+pub struct ObjectGeometry {
+    /// As they are in their season.
+    pub group: Arc<Group>,
+    /// The same in full leaf, if they are not: what grows below goes by it.
+    pub in_full_leaf: Option<Arc<Group>>,
+}
 
 /// A chunk's undergrowth, seedlings and trail grass; `None` where nothing grows.
 #[derive(Debug)]
@@ -20,8 +25,16 @@ pub struct UndergrowthGeometry(pub Option<Arc<Group>>);
 pub struct LitterGeometry(pub Option<Arc<Group>>);
 
 impl ObjectGeometry {
-    pub(crate) fn new(instances: Vec<(InstancePlace, Arc<Blas>)>) -> Self {
-        Self(Arc::new(in_pool(|| Group::build(instances))))
+    /// From instances as they are and, if they differ, in full leaf.
+    pub(crate) fn new(
+        instances: Vec<(InstancePlace, Arc<Blas>)>,
+        in_full_leaf: Option<Vec<(InstancePlace, Arc<Blas>)>>,
+    ) -> Self {
+        let build = |instances| Arc::new(in_pool(|| Group::build(instances)));
+        Self {
+            group: build(instances),
+            in_full_leaf: in_full_leaf.map(build),
+        }
     }
 }
 

@@ -1,7 +1,7 @@
 //! The library, as a config describes it.
 
 use nemoral_assets::{
-    AssetParams, ClimberParams, LitterParams, Species, StandParams, StandSpecies, StemMoss,
+    AssetParams, ClimberParams, LitterParams, Season, Species, StandParams, StandSpecies, StemMoss,
 };
 use nemoral_scene::glam::Vec3;
 use nemoral_scene::{PlantCommunity, TrailSurfaceKind};
@@ -32,10 +32,14 @@ pub(crate) struct Recipe {
     edge_trees: bool,
     /// The amounts of leaves, of wood and of stones in litter; `None` without litter.
     litter: Option<[f64; 3]>,
+    /// High summer without one.
+    season: Option<Season>,
     /// Whether anything is to be looked at.
     textures: bool,
     /// Its materials do not change what is grown.
     water: bool,
+    /// Neither does that.
+    wetness: f64,
     /// The trees of a stem map; their places do not matter here.
     site: config::Site,
     /// The models that it may name.
@@ -59,8 +63,10 @@ impl Encode for Recipe {
             surface_roots,
             edge_trees,
             litter,
+            season,
             textures,
             water: _,
+            wetness: _,
             site,
             tree_models,
             inputs: _,
@@ -126,6 +132,13 @@ impl Encode for Recipe {
         }
         // Without litter, no leaves.
         encoder.field("litter", &litter.unwrap_or([0.0; 3]));
+        if let Some(Season {
+            day_of_year,
+            latitude_deg,
+        }) = season
+        {
+            encoder.field("season", &[*day_of_year, *latitude_deg]);
+        }
         if !textures {
             encoder.field("textures", textures);
         }
@@ -204,8 +217,10 @@ impl Recipe {
                 let of = &config.litter;
                 of.is_any().then_some([of.leaves, of.wood, of.stones])
             },
+            season: config.season.place(&config.sun),
             textures: config.all_cameras().next().is_some(),
             water: config.water.is_any(),
+            wetness: config.weather.wetness(),
             site: config.site.clone(),
             tree_models: config.tree_models(),
             inputs: inputs.clone(),
@@ -227,6 +242,11 @@ impl Recipe {
     /// Whether there is any water in the world.
     pub(crate) fn has_water(&self) -> bool {
         self.water
+    }
+
+    /// How wet everything is, 0..=1.
+    pub(crate) fn wetness(&self) -> f64 {
+        self.wetness
     }
 
     /// The key that the plants of a world grow from: its own, unless they have a seed.
@@ -278,8 +298,10 @@ impl Recipe {
             dbh_mean_m,
         } in self.params(&named).species
         {
-            let area = (share(&species.name) * species.mean_leaf_area_m2(dbh_mean_m)) as f32;
-            sum += area * species.shoot().scattering();
+            let (leaves, there) = species.shoot_in(self.season.as_ref());
+            let in_summer = share(&species.name) * species.mean_leaf_area_m2(dbh_mean_m);
+            let area = (in_summer * there.max(0.01)) as f32;
+            sum += area * leaves.scattering();
             total += area;
         }
         Ok(sum / total)
@@ -319,6 +341,7 @@ impl Recipe {
             rock_faces: self.rock_faces,
             surface_roots: self.surface_roots,
             edge_trees: self.edge_trees,
+            season: self.season,
             textures: self.textures,
             trunk_radius_m: a.trunk_radius_m,
             stand: StandParams {

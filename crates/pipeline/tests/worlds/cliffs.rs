@@ -36,7 +36,11 @@ fn cliffs_are_bare_rock_on_which_nothing_stands() {
         let geometry = runner
             .get(world.forest.object_geometry, at)
             .expect("a chunk");
-        let mut shapes = geometry.0.instances().iter().map(|(_, s)| s.prototype());
+        let mut shapes = geometry
+            .group
+            .instances()
+            .iter()
+            .map(|(_, s)| s.prototype());
         let mesh = (shapes.find(|s| s.name() == "ground"))
             .expect("ground")
             .mesh();

@@ -85,7 +85,7 @@ fn leaves_lie_on_the_mesh_of_the_ground() {
             let solid = runner
                 .get(world.forest.object_geometry, at)
                 .expect("a chunk");
-            let ground = Arc::clone(solid.0.instances()[0].1.prototype());
+            let ground = Arc::clone(solid.group.instances()[0].1.prototype());
             let assets = runner.get(world.forest.assets, ()).expect("assets");
             let mesh = RayScene::of_shape(ground, &assets.library.materials);
             let geometry = runner
@@ -142,7 +142,7 @@ fn leaves_lie_on_the_neighbour_s_mesh_too() {
         let next = ChunkCoord::new(at.x + step, at.y);
         let solid = runner.get(BEECH.forest.object_geometry, next);
         let solid = solid.expect("a chunk");
-        let ground = Arc::clone(solid.0.instances()[0].1.prototype());
+        let ground = Arc::clone(solid.group.instances()[0].1.prototype());
         let mesh = RayScene::of_shape(ground, &assets.library.materials);
         let litter = runner
             .get(BEECH.forest.litter_geometry, at)

@@ -106,7 +106,7 @@ fn water_is_inside_of_its_banks() {
             .expect("a chunk");
         let ground = runner.get(VALLEY.forest.ground, at).expect("a ground");
         let origin = at.origin_m(50.0);
-        for (_, shape) in geometry.0.instances() {
+        for (_, shape) in geometry.group.instances() {
             let mesh = shape.prototype().mesh();
             let is_water = (mesh.triangles.first())
                 .is_some_and(|t| materials.get(t.material).semantic == Semantic::Water);

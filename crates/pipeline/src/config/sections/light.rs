@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::DATA;
 use crate::config::InputPath;
-use crate::config::schema::Allowed::{File, Real, Text, Triple};
+use crate::config::schema::Allowed::{File, Real, Text, Triple, Whole};
 use crate::config::schema::{encode_variants, section};
 
 section! {
@@ -70,6 +70,20 @@ section! {
 }
 
 section! {
+    /// The time of the year. Leaves unfold, turn and fall; bracken, herbs and grass die down, and
+    /// fresh litter lies. The sun does not follow it: `[sun]` does. Where things stand and how low
+    /// plants grew does not depend on it.
+    Season at "season" {
+        /// The day of the year; 0 for that of `sun.date`, or high summer if the sun has angles. In
+        /// the north 105 is spring, 290 autumn and 20 winter.
+        day_of_year: u32 = 0, Whole(0, 366), "high summer";
+        /// The latitude that says when buds burst and leaves fall, north positive; of `sun.date`,
+        /// if that gives the day.
+        latitude_deg: f64 = 50.0, Real(-70.0, 70.0), "central Europe";
+    }
+}
+
+section! {
     /// The sky that lights the scene.
     Sky at "sky" {
         /// Haze: 2 very clear, 3 clear, 6 hazy.
@@ -88,8 +102,8 @@ section! {
 }
 
 section! {
-    /// The air near the ground, for cameras and LiDARs: visibility, fog, falling rain and snow. The
-    /// ground stays as dry as it is.
+    /// The air near the ground, for cameras and LiDARs: visibility, fog, falling rain and snow; and
+    /// how wet everything is. No snow lies.
     Weather at "weather" {
         /// Meteorological visibility at the camera's height: the distance at which 2 % of the
         /// contrast is left. It is haze below 10,000 and mist below 2000.
@@ -107,5 +121,8 @@ section! {
         rain_mm_per_h: f64 = 0.0, Real(0.0, 200.0), "none; sizes by Marshall and Palmer 1948";
         /// Snowfall as water: 0.5 is light, 1 moderate, 3 heavy.
         snowfall_mm_per_h: f64 = 0.0, Real(0.0, 20.0), "none; sizes by Gunn and Marshall 1958";
+        /// How wet ground, bark, stones and leaves are, from 0, dry, to 1, soaked; below 0 as wet
+        /// as an hour of the rain that falls makes them.
+        wetness: f64 = -1.0, Real(-1.0, 1.0), "follows the rain";
     }
 }

@@ -94,6 +94,8 @@ section! {
         assets: Assets;
         /// Your own models.
         models: BTreeMap<String, Model>;
+        /// The time of the year.
+        season: Season;
         /// Sun.
         sun: Sun;
         /// Sky.
@@ -203,6 +205,7 @@ pub const SECTIONS: &[SectionSpec] = &[
     Assets::SPEC,
     MODELS,
     Model::SPEC,
+    Season::SPEC,
     Sun::SPEC,
     SunAngles::SPEC,
     SunDate::SPEC,

@@ -1,0 +1,350 @@
+//! The year of low plants and climbers: what of them is green, dead or gone.
+
+use glam::Vec3;
+use nemoral_scene::{LaserBand, Optics};
+use nemoral_seed::{Draw, Key};
+
+use super::optics::{self, LeafOptics};
+use crate::cards::card_raster::{CardDrawing, Mark};
+use crate::cards::sward::STRAW;
+use crate::textures::tile::luminance;
+use crate::tree::Season;
+
+/// What is left of a plant on a day: of its leaves the share that is there, and of these the share
+/// that is dead.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct PlantPhase {
+    dead: f32,
+    there: f32,
+}
+
+/// The year of a kind of plant.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PlantYear {
+    /// Days of the year at 50 degrees north, the share of dead leaves and the share of leaves that
+    /// are there; lines lead from day to day. Observers' central values, and our choice.
+    days: &'static [(f64, f32, f32)],
+    dead: LeafOptics,
+    /// Whether all strokes of a drawing are blades, which live and die as leaves do.
+    are_strokes_blades: bool,
+}
+
+/// How many days later it is spring for each degree north, and how many days earlier autumn.
+const DAYS_PER_DEGREE: [f64; 2] = [2.0, 1.5];
+
+const DEAD_LEAF: LeafOptics = LeafOptics {
+    albedo: Vec3::new(0.170, 0.102, 0.074),
+    transmittance: Vec3::new(0.077, 0.030, 0.013),
+    laser: optics::CURED.laser,
+};
+/// Leaves of bramble in winter, between green and red.
+const BRONZE: LeafOptics = LeafOptics {
+    albedo: Vec3::new(0.135, 0.070, 0.040),
+    transmittance: Vec3::new(0.110, 0.050, 0.010),
+    laser: optics::HERB.laser,
+};
+/// As leaves of bilberry turn, PROSPECT-D.
+const RED: LeafOptics = LeafOptics {
+    albedo: Vec3::new(0.247, 0.077, 0.045),
+    transmittance: Vec3::new(0.241, 0.053, 0.010),
+    laser: optics::HERB.laser,
+};
+const DEAD_BLADE: LeafOptics = LeafOptics {
+    albedo: STRAW,
+    transmittance: Vec3::new(0.105, 0.080, 0.030),
+    laser: optics::CURED.laser,
+};
+
+const fn of_leaves(dead: LeafOptics, days: &'static [(f64, f32, f32)]) -> PlantYear {
+    PlantYear {
+        days,
+        dead,
+        are_strokes_blades: false,
+    }
+}
+
+const fn of_blades(days: &'static [(f64, f32, f32)]) -> PlantYear {
+    PlantYear {
+        days,
+        dead: DEAD_BLADE,
+        are_strokes_blades: true,
+    }
+}
+
+/// Bracken: up from the end of April, grown in June, rusty from October.
+pub(super) const BRACKEN: PlantYear = of_leaves(
+    super::foliage::DEAD_FROND,
+    &[
+        (0.0, 1.0, 0.7),
+        (125.0, 1.0, 0.45),
+        (140.0, 0.5, 0.5),
+        (165.0, 0.0, 1.0),
+        (245.0, 0.0, 1.0),
+        (275.0, 0.6, 1.0),
+        (290.0, 1.0, 1.0),
+        (330.0, 1.0, 0.85),
+        (366.0, 1.0, 0.7),
+    ],
+);
+/// Male fern, some of whose fronds stay green over the new year.
+pub(super) const MALE_FERN: PlantYear = of_leaves(
+    super::foliage::DEAD_FROND,
+    &[
+        (0.0, 0.8, 0.9),
+        (110.0, 1.0, 0.7),
+        (135.0, 0.2, 0.7),
+        (160.0, 0.0, 1.0),
+        (300.0, 0.0, 1.0),
+        (345.0, 0.6, 1.0),
+        (366.0, 0.8, 0.9),
+    ],
+);
+/// Rosettes, which are half green in winter.
+pub(super) const ROSETTE: PlantYear = of_leaves(
+    DEAD_LEAF,
+    &[
+        (0.0, 0.5, 0.6),
+        (75.0, 0.4, 0.6),
+        (110.0, 0.0, 1.0),
+        (290.0, 0.0, 1.0),
+        (340.0, 0.5, 0.6),
+        (366.0, 0.5, 0.6),
+    ],
+);
+/// Herbs that die down in autumn, and nettles.
+pub(super) const TALL_HERB: PlantYear = of_leaves(
+    DEAD_LEAF,
+    &[
+        (0.0, 1.0, 0.25),
+        (95.0, 1.0, 0.1),
+        (105.0, 0.0, 0.2),
+        (140.0, 0.0, 1.0),
+        (275.0, 0.0, 1.0),
+        (315.0, 0.9, 0.5),
+        (340.0, 1.0, 0.25),
+        (366.0, 1.0, 0.25),
+    ],
+);
+/// Wood-sorrel and clover.
+pub(super) const TREFOIL: PlantYear = of_leaves(
+    DEAD_LEAF,
+    &[
+        (0.0, 0.3, 0.4),
+        (90.0, 0.0, 0.6),
+        (115.0, 0.0, 1.0),
+        (300.0, 0.0, 1.0),
+        (335.0, 0.3, 0.4),
+        (366.0, 0.3, 0.4),
+    ],
+);
+/// Grass, two fifths of whose blades are straw in winter.
+pub(super) const GRASS: PlantYear = of_blades(&[
+    (0.0, 0.4, 1.0),
+    (80.0, 0.45, 1.0),
+    (115.0, 0.0, 1.0),
+    (285.0, 0.0, 1.0),
+    (330.0, 0.35, 1.0),
+    (366.0, 0.4, 1.0),
+]);
+/// Reed, dead above the ground from November to May.
+pub(super) const REED: PlantYear = of_blades(&[
+    (0.0, 1.0, 0.8),
+    (120.0, 1.0, 0.6),
+    (145.0, 0.3, 0.9),
+    (165.0, 0.0, 1.0),
+    (260.0, 0.0, 1.0),
+    (310.0, 1.0, 1.0),
+    (366.0, 1.0, 0.8),
+]);
+/// Bramble, which keeps half of its leaves, some of them red.
+pub(super) const BRAMBLE: PlantYear = of_leaves(
+    BRONZE,
+    &[
+        (0.0, 0.35, 0.55),
+        (90.0, 0.4, 0.5),
+        (115.0, 0.1, 0.7),
+        (140.0, 0.0, 1.0),
+        (260.0, 0.0, 1.0),
+        (300.0, 0.25, 0.9),
+        (340.0, 0.35, 0.65),
+        (366.0, 0.35, 0.55),
+    ],
+);
+/// Bilberry, red in September and bare in winter.
+pub(super) const BILBERRY: PlantYear = of_leaves(
+    RED,
+    &[
+        (0.0, 0.0, 0.0),
+        (112.0, 0.0, 0.0),
+        (140.0, 0.0, 1.0),
+        (235.0, 0.0, 1.0),
+        (262.0, 0.7, 1.0),
+        (280.0, 0.9, 0.6),
+        (300.0, 1.0, 0.0),
+        (366.0, 0.0, 0.0),
+    ],
+);
+/// Clematis and honeysuckle.
+pub(super) const LIANA: PlantYear = of_leaves(
+    DEAD_LEAF,
+    &[
+        (0.0, 1.0, 0.03),
+        (75.0, 0.0, 0.0),
+        (115.0, 0.0, 1.0),
+        (280.0, 0.0, 1.0),
+        (300.0, 0.5, 0.8),
+        (325.0, 1.0, 0.1),
+        (366.0, 1.0, 0.03),
+    ],
+);
+
+/// The height of fronds over that of standing ones: dead bracken breaks down over the winter.
+pub(crate) fn frond_height(season: Option<&Season>) -> f32 {
+    const HEIGHTS: [(f64, f32); 7] = [
+        (0.0, 0.5),
+        (120.0, 0.3),
+        (140.0, 0.5),
+        (165.0, 1.0),
+        (290.0, 1.0),
+        (330.0, 0.65),
+        (366.0, 0.5),
+    ];
+    season.map_or(1.0, |season| {
+        on(day_at_50(season), &HEIGHTS.map(|(d, h)| (d, [h]))).map_or(1.0, |[h]| h)
+    })
+}
+
+/// The day of the year that is at 50 degrees north what this day is at its latitude.
+fn day_at_50(season: &Season) -> f64 {
+    let (day, north) = (season.northern_day(), season.latitude_deg.abs() - 50.0);
+    let [spring, autumn] = DAYS_PER_DEGREE;
+    // In midsummer and midwinter there is nothing to shift.
+    let shifted = match day {
+        d if d < 182.0 => d - spring * north * (d / 60.0).min((182.0 - d) / 40.0).clamp(0.0, 1.0),
+        d => d + autumn * north * ((d - 182.0) / 40.0).min((366.0 - d) / 30.0).clamp(0.0, 1.0),
+    };
+    shifted.clamp(0.0, 366.0)
+}
+
+/// The values of a day, on the lines between days.
+fn on<const N: usize>(day: f64, of: &[(f64, [f32; N])]) -> Option<[f32; N]> {
+    let next = of.iter().position(|(d, _)| *d >= day)?.max(1);
+    let ((a, from), (b, to)) = (of[next - 1], of[next]);
+    let share = ((day - a) / (b - a)) as f32;
+    Some(std::array::from_fn(|i| from[i] + (to[i] - from[i]) * share))
+}
+
+impl PlantYear {
+    /// What is left in a season; `None` if all of it is green.
+    pub(super) fn phase(&self, season: &Season) -> Option<PlantPhase> {
+        let days: Vec<_> = self
+            .days
+            .iter()
+            .map(|&(d, dead, there)| (d, [dead, there]))
+            .collect();
+        let [dead, there] = on(day_at_50(season), &days)?;
+        (dead > 0.0 || there < 1.0).then_some(PlantPhase { dead, there })
+    }
+
+    /// A drawing of leaves with these optics in its phase. Each leaf has a draw of its own from
+    /// the key, so that leaves go one after the other.
+    pub(super) fn drawing(
+        &self,
+        drawing: &CardDrawing,
+        phase: PlantPhase,
+        own: &LeafOptics,
+        key: Key,
+    ) -> CardDrawing {
+        let difference = self.dead.albedo - own.albedo;
+        let withered = |colour: Vec3| {
+            let shade = luminance(colour) / luminance(own.albedo);
+            (colour + difference * shade).max(Vec3::splat(0.01))
+        };
+        let in_phase = |(i, mark): (usize, &Mark)| {
+            let mut rng = key.item(i as u64).rng();
+            let (is_there, is_dead) = (
+                rng.chance(f64::from(phase.there)),
+                rng.chance(f64::from(phase.dead)),
+            );
+            let is_leaf = self.are_strokes_blades || !matches!(mark, Mark::Stroke(_));
+            let mut mark = mark.clone();
+            if is_leaf && is_dead {
+                match &mut mark {
+                    Mark::Leaf(leaf) | Mark::Stalked(_, leaf) => {
+                        leaf.colour = withered(leaf.colour)
+                    }
+                    Mark::Stroke(blade) => blade.colour = blade.colour.map(withered),
+                }
+            }
+            (is_there || !is_leaf).then_some(mark)
+        };
+        let marks: Vec<Mark> = drawing
+            .marks
+            .iter()
+            .enumerate()
+            .filter_map(in_phase)
+            .collect();
+        match marks.is_empty() {
+            // Something is left of every plant.
+            true => drawing.clone(),
+            false => CardDrawing { marks },
+        }
+    }
+
+    /// The optics of leaves in their phase.
+    pub(super) fn optics(&self, phase: PlantPhase, own: &LeafOptics) -> LeafOptics {
+        let dead = phase.dead;
+        let band = |a: LaserBand, b: LaserBand| LaserBand {
+            reflectance: a.reflectance + (b.reflectance - a.reflectance) * dead,
+            transmittance: a.transmittance + (b.transmittance - a.transmittance) * dead,
+        };
+        LeafOptics {
+            albedo: own.albedo.lerp(self.dead.albedo, dead),
+            transmittance: own.transmittance.lerp(self.dead.transmittance, dead),
+            laser: Optics {
+                nm905: band(own.laser.nm905, self.dead.laser.nm905),
+                nm1550: band(own.laser.nm1550, self.dead.laser.nm1550),
+            },
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ALL: [PlantYear; 10] = [
+        BRACKEN, MALE_FERN, ROSETTE, TALL_HERB, TREFOIL, GRASS, REED, BRAMBLE, BILBERRY, LIANA,
+    ];
+
+    fn at(day_of_year: f64, latitude_deg: f64) -> Season {
+        Season {
+            day_of_year,
+            latitude_deg,
+        }
+    }
+
+    #[test]
+    fn high_summer_is_green_everywhere_and_years_close() {
+        for (i, year) in ALL.iter().enumerate() {
+            for (day, latitude) in [(182.0, 40.0), (200.0, 60.0), (15.0, -45.0)] {
+                assert_eq!(year.phase(&at(day, latitude)), None, "{i} {day}");
+            }
+            let ends = [year.days[0], year.days[year.days.len() - 1]];
+            assert_eq!([ends[0].0, ends[1].0], [0.0, 366.0], "{i}");
+            assert!(year.days.windows(2).all(|d| d[0].0 < d[1].0), "{i}");
+            let [a, b] = ends.map(|(_, dead, there)| (dead, there));
+            assert!(a == b || a.1 == 0.0, "{i}: the new year");
+        }
+        assert_eq!(frond_height(None), 1.0);
+        assert_eq!(frond_height(Some(&at(200.0, 50.0))), 1.0);
+        assert!(frond_height(Some(&at(20.0, 50.0))) < 0.6);
+    }
+
+    #[test]
+    fn spring_comes_later_and_autumn_earlier_in_the_north() {
+        let there = |day, latitude| TALL_HERB.phase(&at(day, latitude)).map_or(1.0, |p| p.there);
+        assert!(there(120.0, 42.0) > there(120.0, 58.0));
+        assert!(there(310.0, 42.0) > there(310.0, 58.0));
+    }
+}

@@ -1,0 +1,479 @@
+//! Leaves through the year: when they unfold, turn and fall, and what they look like meanwhile.
+//!
+//! Leaf area follows the double logistic curve that phenology is fitted with (Elmore et al. 2012,
+//! "Landscape controls on the timing of spring, autumn, and growing season length in mid-Atlantic
+//! forests"), whose first half makes leaves larger and whose second half makes them fewer. All days
+//! are days of the year of the northern hemisphere; south of the equator they are half a year
+//! later.
+
+use serde::Deserialize;
+
+use super::look::LeafLook;
+use super::ranges::Ranges;
+use nemoral_scene::ParamError;
+
+/// A day at a latitude.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Season {
+    /// The day of the year, 1..=366.
+    pub day_of_year: f64,
+    /// Latitude, north positive, −70..=70 degrees.
+    pub latitude_deg: f64,
+}
+
+/// The year of a deciduous species. Each event has its day of the year at latitudes of 40, 50 and
+/// 60 degrees, 1..=366, on low ground; what is between and beyond them follows the lines through
+/// them.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Phenology {
+    /// Leaves have a tenth of their area.
+    pub bud_burst: [f64; 3],
+    /// Leaves have nine tenths of their area; 8 to 60 days after bud burst.
+    pub full_leaf: [f64; 3],
+    /// Half of the leaves have turned; at least 60 days after full leaf.
+    pub peak_colour: [f64; 3],
+    /// Half of the leaves have fallen; up to 60 days after the peak of colour.
+    pub half_fallen: [f64; 3],
+    /// Duration of the fall, the scale of a logistic curve: from 12 to 88 % in four times as many
+    /// days, 1..=20.
+    pub fall_days: f64,
+    /// The share of dead leaves that stay on until bud burst: of saplings and seedlings, and of
+    /// grown trees, 0..=0.9.
+    pub marcescent: [f64; 2],
+    /// Leaves at the peak of colour.
+    pub turned: LeafStage,
+    /// Leaves before they fall, and those that stay on.
+    pub withered: LeafStage,
+}
+
+/// A leaf at some time of the year, as in [`LeafLook`].
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LeafStage {
+    /// Linear RGB reflectance, 0..=0.7.
+    pub albedo: [f64; 3],
+    /// Linear RGB transmittance, 0..=0.7.
+    pub transmittance: [f64; 3],
+    /// Reflectance and transmittance at 905 nm.
+    pub nm905: [f64; 2],
+    /// Reflectance and transmittance at 1550 nm.
+    pub nm1550: [f64; 2],
+}
+
+/// Where a tree is in its year.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LeafPhase {
+    /// The area of each leaf over that of a grown one, 0..=1.
+    pub grown: f64,
+    /// The share of leaves that have not fallen, 0..=1.
+    pub kept: f64,
+    /// How young leaves are: 1 as they unfold, 0 a month after full leaf.
+    pub young: f64,
+    /// Days since half of the leaves had turned, −60..=60.
+    pub turned_days: f64,
+}
+
+/// Leaves that have just unfolded, and leaves that begin to turn, of all species (PROSPECT-D).
+const YOUNG: LeafStage = LeafStage {
+    albedo: [0.117, 0.154, 0.032],
+    transmittance: [0.141, 0.175, 0.0],
+    nm905: [0.45, 0.52],
+    nm1550: [0.26, 0.37],
+};
+const TURNING: LeafStage = LeafStage {
+    albedo: [0.208, 0.185, 0.029],
+    transmittance: [0.168, 0.138, 0.0],
+    nm905: [0.49, 0.45],
+    nm1550: [0.32, 0.33],
+};
+/// Dead leaves that have hung through the winter.
+const WINTERED: LeafStage = LeafStage {
+    albedo: [0.17, 0.102, 0.074],
+    transmittance: [0.077, 0.03, 0.013],
+    nm905: [0.5, 0.34],
+    nm1550: [0.47, 0.37],
+};
+
+/// Standard deviation of the days on which the leaves of one tree turn (our choice).
+const LEAF_SD_DAYS: f64 = 5.0;
+/// The scale of the curve by which one leaf turns, days.
+const TURNING_DAYS: f64 = 4.0;
+/// A leaf withers so many days after it has turned.
+const WITHERING_AFTER_DAYS: f64 = 13.0;
+/// How long leaves look young after full leaf, days.
+const YOUNG_DAYS: f64 = 30.0;
+/// Fresh litter fades by a factor of e in so many days.
+const LITTER_FADES_DAYS: f64 = 120.0;
+/// So long after they have turned, leaves change no more.
+const LATE_DAYS: f64 = 60.0;
+/// The days between the tenth and nine tenths of a logistic curve of scale 1.
+const TENTH_TO_NINE_TENTHS: f64 = 4.394;
+
+impl Season {
+    /// Refuses a day or a latitude that there is not.
+    pub(crate) fn check(&self) -> Result<(), ParamError> {
+        ParamError::check_within("season.day_of_year", self.day_of_year, 1.0, 366.0)?;
+        ParamError::check_within("season.latitude_deg", self.latitude_deg, -70.0, 70.0)
+    }
+
+    /// The day of the year that has the same season in the north, 0..365.25.
+    pub(crate) fn northern_day(&self) -> f64 {
+        let half_year = if self.latitude_deg < 0.0 {
+            182.625
+        } else {
+            0.0
+        };
+        (self.day_of_year + half_year).rem_euclid(365.25)
+    }
+
+    /// The day at this latitude of an event that has days at 40, 50 and 60 degrees.
+    pub(crate) fn day_of(&self, [at_40, at_50, at_60]: [f64; 3]) -> f64 {
+        let latitude = self.latitude_deg.abs();
+        if latitude < 50.0 {
+            at_50 + (at_50 - at_40) * (latitude - 50.0) / 10.0
+        } else {
+            at_50 + (at_60 - at_50) * (latitude - 50.0) / 10.0
+        }
+    }
+}
+
+impl LeafPhase {
+    /// High summer.
+    pub const SUMMER: Self = Self {
+        grown: 1.0,
+        kept: 1.0,
+        young: 0.0,
+        turned_days: -LATE_DAYS,
+    };
+
+    /// Leaf area over that of high summer.
+    #[must_use]
+    pub fn leaf_area(&self) -> f64 {
+        self.grown * self.kept
+    }
+}
+
+impl Phenology {
+    /// Where a tree is in its year that is so many days later than most of its species; the young
+    /// stand under others, unfold a week before them and keep more dead leaves.
+    #[must_use]
+    pub fn phase(&self, season: &Season, late_days: f64, is_young: bool) -> LeafPhase {
+        let [bud_burst, full_leaf] =
+            [self.bud_burst, self.full_leaf].map(|days| season.day_of(days));
+        let half_grown = 0.5 * (bud_burst + full_leaf);
+        let growing_days = (full_leaf - bud_burst) / TENTH_TO_NINE_TENTHS;
+        let mut day = season.northern_day() - late_days;
+        let spring_day = day + if is_young { 7.0 } else { 0.0 };
+        // Before anything unfolds, what is left of last year's leaves is there.
+        let is_spring = spring_day >= half_grown - 5.0 * growing_days;
+        let grown = logistic((spring_day - half_grown) / growing_days);
+        let young = ((full_leaf + YOUNG_DAYS - spring_day) / YOUNG_DAYS).clamp(0.0, 1.0);
+        if !is_spring {
+            day += 365.25;
+        }
+        let marcescent = self.marcescent[usize::from(!is_young)];
+        let hanging = logistic((season.day_of(self.half_fallen) - day) / self.fall_days);
+        LeafPhase {
+            grown: if is_spring { settled(grown) } else { 1.0 },
+            kept: marcescent + (1.0 - marcescent) * settled(hanging),
+            young: if is_spring { young } else { 0.0 },
+            turned_days: (day - season.day_of(self.peak_colour)).clamp(-LATE_DAYS, LATE_DAYS),
+        }
+    }
+
+    /// How much of the litter has just fallen, over what it is in high summer: 1 when the last
+    /// leaves have come down, then less from month to month.
+    pub(crate) fn fresh_litter(&self, season: &Season) -> f64 {
+        let fresh = |days: f64| {
+            logistic(days / self.fall_days) * libm::exp(-days.max(0.0) / LITTER_FADES_DAYS)
+        };
+        let fallen = season.day_of(self.half_fallen);
+        let days = (season.northern_day() - fallen + 60.0).rem_euclid(365.25) - 60.0;
+        let in_summer = fresh(365.25 + 172.0 - fallen);
+        ((fresh(days) - in_summer) / (1.0 - in_summer)).max(0.0)
+    }
+
+    pub(super) fn check(&self, species: &str) -> Result<(), ParamError> {
+        let name = format!("{species}.phenology");
+        let r = Ranges(&name);
+        for k in 0..3 {
+            let field = |name: &str| format!("{name}[{k}]");
+            let (burst, full) = (self.bud_burst[k], self.full_leaf[k]);
+            let (peak, fallen) = (self.peak_colour[k], self.half_fallen[k]);
+            r.one(&field("bud_burst"), burst, 1.0, 230.0)?;
+            r.one(&field("full_leaf"), full, burst + 8.0, burst + 60.0)?;
+            r.one(&field("peak_colour"), peak, full + 60.0, 366.0)?;
+            r.one(&field("half_fallen"), fallen, peak, peak + 60.0)?;
+        }
+        r.one("fall_days", self.fall_days, 1.0, 20.0)?;
+        r.each("marcescent", &self.marcescent, 0.0, 0.9)?;
+        self.turned.check(&r, "turned")?;
+        self.withered.check(&r, "withered")
+    }
+
+    /// A leaf of those that look like `own` in summer, which is `deviation` standard deviations
+    /// later than most leaves of its tree.
+    fn leaf(&self, own: &LeafLook, phase: &LeafPhase, deviation: f64) -> LeafStage {
+        let days = phase.turned_days - LEAF_SD_DAYS * deviation;
+        let turned = 2.0 * settled(logistic(days / TURNING_DAYS));
+        LeafStage::of(own)
+            .towards(&YOUNG, phase.young)
+            .towards(&TURNING, turned.min(1.0))
+            .towards(&self.turned, turned - 1.0)
+            .towards(&self.withered, withered(days))
+            .towards(&WINTERED, (phase.turned_days - 25.0) / (LATE_DAYS - 25.0))
+    }
+}
+
+/// The share by which a leaf has withered so many days after it turned.
+fn withered(days: f64) -> f64 {
+    settled(logistic((days - WITHERING_AFTER_DAYS) / TURNING_DAYS))
+}
+
+fn logistic(x: f64) -> f64 {
+    1.0 / (1.0 + libm::exp(-x))
+}
+
+/// A share that a logistic curve has nearly reached is reached.
+fn settled(share: f64) -> f64 {
+    match share {
+        s if s < 0.005 => 0.0,
+        s if s > 0.995 => 1.0,
+        s => s,
+    }
+}
+
+impl LeafStage {
+    /// The leaves of summer.
+    fn of(look: &LeafLook) -> Self {
+        Self {
+            albedo: look.reflectance().to_array().map(f64::from),
+            transmittance: look.transmittance,
+            nm905: look.nm905,
+            nm1550: look.nm1550,
+        }
+    }
+
+    /// On the way to another stage, by a share within 0..=1.
+    fn towards(self, to: &Self, share: f64) -> Self {
+        let share = share.clamp(0.0, 1.0);
+        let mix = |a: f64, b: f64| a + (b - a) * share;
+        fn each<const N: usize>(
+            a: [f64; N],
+            b: [f64; N],
+            mix: impl Fn(f64, f64) -> f64,
+        ) -> [f64; N] {
+            std::array::from_fn(|i| mix(a[i], b[i]))
+        }
+        Self {
+            albedo: each(self.albedo, to.albedo, mix),
+            transmittance: each(self.transmittance, to.transmittance, mix),
+            nm905: each(self.nm905, to.nm905, mix),
+            nm1550: each(self.nm1550, to.nm1550, mix),
+        }
+    }
+
+    fn check(&self, r: &Ranges<'_>, name: &str) -> Result<(), ParamError> {
+        let field = |part: &str| format!("{name}.{part}");
+        r.each(&field("albedo"), &self.albedo, 0.0, 0.7)?;
+        for (reflected, passed) in self.albedo.into_iter().zip(self.transmittance) {
+            r.one(
+                &field("transmittance"),
+                passed,
+                0.0,
+                (0.99 - reflected).min(0.7),
+            )?;
+        }
+        for (band, [reflected, passed]) in [("nm905", self.nm905), ("nm1550", self.nm1550)] {
+            r.one(&field(band), reflected, 0.0, 1.0)?;
+            r.one(&field(band), passed, 0.0, 1.0 - reflected)?;
+        }
+        Ok(())
+    }
+}
+
+/// The leaves of one kind of tree in their season: what its images are drawn by.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct SeasonalLeaves {
+    phase: LeafPhase,
+    phenology: Phenology,
+    /// The leaves of summer.
+    own: LeafLook,
+    silhouette_factor: f64,
+}
+
+/// What the season makes of one leaf of an image.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct SeasonalLeaf {
+    /// Its length and width over those of a grown leaf.
+    pub(crate) size: f32,
+    /// How far it has rolled in from its sides, 0..=1.
+    pub(crate) withered: f32,
+    /// Linear RGB reflectance, as in a shoot.
+    pub(crate) albedo: [f64; 3],
+}
+
+impl SeasonalLeaves {
+    /// Leaves that hang on a shoot of this silhouette factor, 1 for single leaves.
+    pub(crate) const fn new(
+        own: LeafLook,
+        phenology: Phenology,
+        phase: LeafPhase,
+        silhouette_factor: f64,
+    ) -> Self {
+        Self {
+            phase,
+            phenology,
+            own,
+            silhouette_factor,
+        }
+    }
+
+    /// The same leaves with no others around them.
+    pub(crate) fn alone(self) -> Self {
+        Self {
+            silhouette_factor: 1.0,
+            ..self
+        }
+    }
+
+    /// A leaf with a draw that decides when it falls, 0..1, and one that decides when it turns,
+    /// standard normal; `None` if it has fallen or not come. What has fallen on one day has fallen
+    /// on all that follow, until spring.
+    pub(crate) fn leaf(&self, falls: f64, deviation: f64) -> Option<SeasonalLeaf> {
+        let phase = &self.phase;
+        if falls >= phase.kept || phase.grown == 0.0 {
+            return None;
+        }
+        let stage = self.phenology.leaf(&self.own, phase, deviation);
+        let days = phase.turned_days - LEAF_SD_DAYS * deviation;
+        Some(SeasonalLeaf {
+            size: libm::sqrt(phase.grown) as f32,
+            withered: withered(days) as f32,
+            albedo: self.look_of(&stage).albedo,
+        })
+    }
+
+    /// The mean of its leaves, as in a shoot: reflectance and transmittance.
+    pub(crate) fn mean_look(&self) -> LeafLook {
+        // The nine tenths' quantiles of a standard normal distribution.
+        const QUANTILES: [f64; 9] = [
+            -1.593, -0.967, -0.589, -0.282, 0.0, 0.282, 0.589, 0.967, 1.593,
+        ];
+        let leaves = QUANTILES.map(|z| self.phenology.leaf(&self.own, &self.phase, z));
+        let mut mean = leaves[0];
+        for (i, leaf) in leaves.iter().enumerate().skip(1) {
+            mean = mean.towards(leaf, 1.0 / (i + 1) as f64);
+        }
+        self.look_of(&mean)
+    }
+
+    fn look_of(&self, stage: &LeafStage) -> LeafLook {
+        LeafLook {
+            albedo: stage.albedo,
+            glaucous: 0.0,
+            transmittance: stage.transmittance,
+            nm905: stage.nm905,
+            nm1550: stage.nm1550,
+            ..self.own
+        }
+        .in_shoot(self.silhouette_factor)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::Species;
+
+    fn deciduous() -> Vec<(Species, Phenology)> {
+        let all = Species::all().into_iter();
+        all.filter_map(|s| s.phenology.map(|p| (s, p))).collect()
+    }
+
+    fn at(day_of_year: f64) -> Season {
+        Season {
+            day_of_year,
+            latitude_deg: 50.0,
+        }
+    }
+
+    #[test]
+    fn leaf_area_is_a_tenth_at_bud_burst_and_nine_tenths_at_full_leaf() {
+        for (species, p) in deciduous() {
+            let area = |day| p.phase(&at(day), 0.0, false).leaf_area();
+            let (burst, full) = (p.bud_burst[1], p.full_leaf[1]);
+            for (day, share) in [(burst, 0.1), (0.5 * (burst + full), 0.5), (full, 0.9)] {
+                assert!((area(day) - share).abs() < 0.01, "{} {day}", species.name);
+            }
+            let [_, left] = p.marcescent;
+            let half = area(p.half_fallen[1]);
+            assert!((half - 0.5 * (1.0 + left)).abs() < 0.01, "{half}");
+            assert_eq!(area(1.0), left, "{}: the new year", species.name);
+            assert_eq!(p.phase(&at(200.0), 0.0, false), LeafPhase::SUMMER);
+        }
+        assert_eq!(deciduous().len(), 3);
+    }
+
+    #[test]
+    fn the_south_has_the_other_half_of_the_year() {
+        let (_, beech) = deciduous().remove(0);
+        let south = Season {
+            day_of_year: 20.0,
+            latitude_deg: -50.0,
+        };
+        assert_eq!(beech.phase(&south, 0.0, false), LeafPhase::SUMMER);
+        let winter = Season {
+            day_of_year: 200.0,
+            ..south
+        };
+        assert!(beech.phase(&winter, 0.0, false).leaf_area() < 0.05);
+    }
+
+    #[test]
+    fn leaves_turn_from_green_to_yellow_or_brown_and_dry() {
+        let green = |rgb: [f64; 3]| rgb[1] / rgb.iter().sum::<f64>();
+        for (species, p) in deciduous() {
+            let mean = |day| {
+                let phase = p.phase(&at(day), 0.0, false);
+                SeasonalLeaves::new(species.leaves.clone(), p, phase, 1.0).mean_look()
+            };
+            let (summer, peak) = (mean(200.0), mean(p.peak_colour[1] + 6.0));
+            assert!(green(summer.albedo) > 0.5, "{}", species.name);
+            assert!(green(peak.albedo) < 0.4, "{} {peak:?}", species.name);
+            let ratio = |look: &LeafLook| look.nm1550[0] / look.nm905[0];
+            let dry = ratio(&mean(p.half_fallen[1] + 20.0));
+            assert!(dry > ratio(&summer) && dry < 1.0, "{}: {dry}", species.name);
+        }
+    }
+
+    proptest! {
+        /// No leaf scatters more light than it gets, and what has fallen stays fallen.
+        #[test]
+        fn leaves_are_possible_and_stay_fallen(
+            day in 150_u32..365,
+            late in -10.0..10.0,
+            falls in 0.0..1.0,
+            deviation in -3.0..3.0,
+        ) {
+            for (species, p) in deciduous() {
+                let leaf = |day: u32| {
+                    let phase = p.phase(&at(f64::from(day)), late, false);
+                    SeasonalLeaves::new(species.leaves.clone(), p, phase, 1.0).leaf(falls, deviation)
+                };
+                prop_assert!(leaf(day).is_some() || leaf(day + 1).is_none());
+                let phase = p.phase(&at(f64::from(day)), late, false);
+                let stage = p.leaf(&species.leaves, &phase, deviation);
+                for (r, t) in stage.albedo.into_iter().zip(stage.transmittance) {
+                    prop_assert!(r >= 0.0 && t >= 0.0 && r + t < 1.0);
+                }
+                for [r, t] in [stage.nm905, stage.nm1550] {
+                    prop_assert!(r + t <= 1.0);
+                }
+            }
+        }
+    }
+}
