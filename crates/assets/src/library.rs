@@ -352,6 +352,7 @@ impl Library {
     pub fn grow(params: &AssetParams, key: Key) -> Result<Self, ParamError> {
         params.check()?;
         let species: Vec<Species> = params.species.iter().map(|s| s.species.clone()).collect();
+        let season = params.season.filter(|of| !of.is_high_summer(&species));
         let wanted = Wanted {
             communities: &params.communities,
             trail_surfaces: &params.trail_surfaces,
@@ -360,7 +361,7 @@ impl Library {
             rock_faces: params.rock_faces,
             surface_roots: params.surface_roots,
             litter: params.litter.is_some(),
-            season: params.season,
+            season,
             seedlings: params.seedlings_per_species > 0,
             deadwood: params.deadwood,
             climbers: params.climbers.is_some(),
@@ -393,7 +394,7 @@ impl Library {
             species: &species,
             materials: &materials,
             masks: &masks,
-            season: params.season,
+            season,
             key,
         };
         let climbers = (materials.climbers.as_ref())
@@ -444,13 +445,12 @@ impl Library {
         })
     }
 
-    /// Wets all surfaces but those of some materials, from 0, dry, to 1, soaked by rain: a film of
-    /// water makes what is porous darker, for eyes and lasers, and smoother. Leaves shed most of
-    /// it. Only materials change.
-    pub fn wet(&mut self, wetness: f64, but: &[MaterialId]) {
-        if wetness > 0.0 {
-            self.materials = materials::wet(&self.materials, wetness.min(1.0) as f32, but);
-        }
+    /// The materials as they are when all surfaces but some are wet, from 0, dry, to 1, soaked by
+    /// rain: a film of water makes what is porous darker, for eyes and lasers, and smoother. Leaves
+    /// shed most of it.
+    #[must_use]
+    pub fn wet_materials(&self, wetness: f64, but: &[MaterialId]) -> MaterialLibrary {
+        materials::wet(&self.materials, wetness.clamp(0.0, 1.0) as f32, but)
     }
 
     /// The materials with the masks that they have in full leaf; `None` if they have these. What

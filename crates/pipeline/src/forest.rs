@@ -3,7 +3,7 @@
 use nemoral_assets::Library;
 use nemoral_placement::{CoverPoint, Placement, Site};
 use nemoral_render::CameraImages;
-use nemoral_scene::{Annotations, ChunkCoord, LidarPoint};
+use nemoral_scene::{Annotations, ChunkCoord, LidarPoint, MaterialLibrary};
 use nemoral_seed::Key;
 use nemoral_stand::{FallenStem, SceneObjects, SkyViewFactor};
 
@@ -14,7 +14,7 @@ use crate::recording::pose::{FramePose, pictures_s};
 use crate::recording::scene::FrameScene;
 use crate::recording::visible_reach::VisibleReach;
 use crate::stages::annotations::{AnnotationStage, TrunkStage, UncoveredGeometryStage};
-use crate::stages::assets::{AssetStage, LibraryStage};
+use crate::stages::assets::{AssetStage, LibraryStage, MaterialStage};
 use crate::stages::balance::{ChoiceStage, ChosenPoseStage, PilotStage};
 use crate::stages::deadwood::{DeadwoodStage, FallenStemStage};
 use crate::stages::frame::{
@@ -65,6 +65,8 @@ pub struct ForestPlan {
     pub assets: Node<(), WorldAssets>,
     /// World: the same with textures, which `assets` lacks where no camera looks at them.
     pub textured_assets: Node<(), WorldAssets>,
+    /// World: the materials of `assets`, as wet as the weather makes them.
+    pub materials: Node<(), MaterialLibrary>,
     /// World: how objects are placed.
     pub placement: Node<(), Placement>,
     /// World: the robot's path.
@@ -171,6 +173,8 @@ impl ForestPlan {
             Some(_) => assets,
             None => add_assets(recipe.textured()).1,
         };
+        let wetness = config.weather.wetness();
+        let materials = plan.add(MaterialStage { wetness }, (assets.global(),));
         let placement = plan.add(
             PlacementStage(PlacementRecipe::new(config)),
             (assets.global(), ground_model.global()),
@@ -385,7 +389,7 @@ impl ForestPlan {
         );
         let images = plan.add(
             ImageStage,
-            (cameras.global(), assets.global(), pose, camera_scene),
+            (cameras.global(), materials.global(), pose, camera_scene),
         );
         let trunks = plan.add(
             TrunkStage {
@@ -412,7 +416,7 @@ impl ForestPlan {
         );
         let scans = plan.add(
             ScanStage,
-            (lidars.global(), assets.global(), pose, lidar_scene),
+            (lidars.global(), materials.global(), pose, lidar_scene),
         );
 
         Ok(Self {
@@ -424,6 +428,7 @@ impl ForestPlan {
             library,
             assets,
             textured_assets,
+            materials,
             placement,
             trajectory,
             cameras,

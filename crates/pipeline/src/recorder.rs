@@ -241,7 +241,7 @@ impl Recorder {
         let (runner, forest) = (self.runner(), &self.forest);
         let lidars = runner.get(forest.lidars, ())?;
         let rigs = runner.get(forest.cameras, ())?;
-        let assets = runner.get(forest.assets, ())?;
+        let materials = runner.get(forest.materials, ())?;
         let mut pose = FramePose::moving(
             (observation.world_from_body, observation.motion),
             observation.time_s,
@@ -254,8 +254,7 @@ impl Recorder {
         let place_m = observation.world_from_body.translation_m.truncate();
         let scene = forest.scene_around(&runner, place_m, f64::INFINITY, !rigs.is_empty())?;
         let number = observation.index.unwrap_or_else(|| noise_of(observation));
-        let materials = &assets.library.materials;
-        let moment = Moment::new(forest.world(), number, &pose, &scene, materials);
+        let moment = Moment::new(forest.world(), number, &pose, &scene, &materials);
         let picture = |(i, rig)| moment.picture(i, rig);
         let images: Vec<CameraImages> = in_pool(|| {
             rigs.iter()

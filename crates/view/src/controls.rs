@@ -97,6 +97,17 @@ pub const CONTROLS: &[Control] = &[
         },
     },
     Control {
+        name: "day",
+        group: "Season",
+        label: "Day of the year",
+        unit: "day",
+        min: 1.0,
+        max: 366.0,
+        step: 1.0,
+        get: |c| c.season.day(&c.sun).map_or(HIGH_SUMMER, f64::from),
+        set: |c, day| c.season.day_of_year = day as u32,
+    },
+    Control {
         name: "overcast",
         group: "Weather",
         label: "Clouds",
@@ -163,6 +174,17 @@ pub const CONTROLS: &[Control] = &[
         set: |c, snowfall_mm_per_h| c.weather.snowfall_mm_per_h = snowfall_mm_per_h,
     },
     Control {
+        name: "wetness",
+        group: "Weather",
+        label: "Wetness",
+        unit: "",
+        min: 0.0,
+        max: 1.0,
+        step: 0.05,
+        get: |c| c.weather.wetness(),
+        set: |c, wetness| c.weather.wetness = wetness,
+    },
+    Control {
         name: "trees",
         group: "Stand",
         label: "Trees",
@@ -196,6 +218,9 @@ pub const CONTROLS: &[Control] = &[
         set: |c, v| c.undergrowth.cover = v,
     },
 ];
+
+/// The day that a config without a date shows.
+const HIGH_SUMMER: f64 = 196.0;
 
 /// The area of a chunk.
 fn hectares(config: &Config) -> f64 {

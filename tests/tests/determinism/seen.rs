@@ -20,7 +20,7 @@ fn compare(store: &Store, settings: &[&str]) -> [usize; 3] {
     let forest = ForestPlan::new(&config).expect("a plan");
     let runner = Runner::new(forest.plan(), store, 2);
     let pose = runner.get(forest.pose, 0).expect("a pose");
-    let assets = runner.get(forest.assets, ()).expect("assets");
+    let materials = runner.get(forest.materials, ()).expect("materials");
     let cameras = runner.get(forest.cameras, ()).expect("cameras");
     let lidars = runner.get(forest.lidars, ()).expect("LiDARs");
 
@@ -28,7 +28,7 @@ fn compare(store: &Store, settings: &[&str]) -> [usize; 3] {
     let scenes = nodes.map(|node| runner.get(node, 0).expect("a scene"));
     let [cameras_see, lidars_see, all] = scenes
         .each_ref()
-        .map(|scene| Moment::new(forest.world(), 0, &pose, scene, &assets.library.materials));
+        .map(|scene| Moment::new(forest.world(), 0, &pose, scene, &materials));
     for (i, rig) in cameras.iter().enumerate() {
         let [a, b] = [cameras_see, all].map(|m| m.picture(i, rig).expect("a picture"));
         assert!(a.truth == b.truth, "its truth differs: {settings:?}");

@@ -198,6 +198,11 @@ pub(super) const LIANA: PlantYear = of_leaves(
     ],
 );
 
+/// The years of all kinds of plants.
+const ALL: [PlantYear; 10] = [
+    BRACKEN, MALE_FERN, ROSETTE, TALL_HERB, TREFOIL, GRASS, REED, BRAMBLE, BILBERRY, LIANA,
+];
+
 /// The height of fronds over that of standing ones: dead bracken breaks down over the winter.
 pub(crate) fn frond_height(season: Option<&Season>) -> f32 {
     const HEIGHTS: [(f64, f32); 7] = [
@@ -309,13 +314,14 @@ impl PlantYear {
     }
 }
 
+/// Whether all low plants are as they are in high summer.
+pub(super) fn is_high_summer(season: &Season) -> bool {
+    ALL.iter().all(|year| year.phase(season).is_none()) && frond_height(Some(season)) == 1.0
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    const ALL: [PlantYear; 10] = [
-        BRACKEN, MALE_FERN, ROSETTE, TALL_HERB, TREFOIL, GRASS, REED, BRAMBLE, BILBERRY, LIANA,
-    ];
 
     fn at(day_of_year: f64, latitude_deg: f64) -> Season {
         Season {

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use nemoral_scene::{AlphaMask, MaterialId};
 use nemoral_seed::{Domain, Draw, Key};
 
+use super::plant_year;
 use crate::tree::{LeafLook, LeafPhase, Season, SeasonalLeaves, Species};
 
 const TIMING: Domain = Domain::new("assets.tree.timing");
@@ -12,6 +13,9 @@ const TIMING: Domain = Domain::new("assets.tree.timing");
 /// Standard deviation of the days by which trees of a species are early or late: of 146 beeches on
 /// one hectare 23 were always 3 to 6 days early and 22 always 3 to 10 days late (Malyshev 2022).
 const TREE_SD_DAYS: f64 = 4.0;
+
+/// Less fresh litter than this is not seen.
+const FRESH_LITTER_SEEN: f64 = 0.1;
 
 /// When a tree unfolds and drops its leaves, by what others of its species do. Three equal groups
 /// have the standard deviation of all trees; the young are a group of their own.
@@ -91,6 +95,19 @@ impl SpeciesLeaves {
     pub(super) fn of_seedlings(&self) -> Option<SeasonalLeaves> {
         let young = self.seasonal.get(self.number(Timing::Young))?;
         Some(young.clone().alone())
+    }
+}
+
+impl Season {
+    /// Whether nothing differs from high summer in a forest of these species.
+    #[must_use]
+    pub fn is_high_summer(&self, species: &[Species]) -> bool {
+        let is_green = |species: &Species| {
+            let leaves = SpeciesLeaves::new(species, Some(self));
+            let litter = species.phenology.map_or(0.0, |p| p.fresh_litter(self));
+            leaves.seasonal.is_empty() && litter < FRESH_LITTER_SEEN
+        };
+        species.iter().all(is_green) && plant_year::is_high_summer(self)
     }
 }
 

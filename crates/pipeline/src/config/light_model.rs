@@ -26,15 +26,24 @@ impl Sun {
 }
 
 impl Season {
+    /// The day of the year, said or of the sun's date; `None` for high summer, where neither is.
+    #[must_use]
+    pub fn day(&self, sun: &Sun) -> Option<u32> {
+        match &sun.position {
+            _ if self.day_of_year > 0 => Some(self.day_of_year),
+            SunPosition::Date(date) => Some(day_of_year(&date.time().ok()?)),
+            SunPosition::Angles(_) => None,
+        }
+    }
+
     /// The day and the latitude by which leaves unfold and fall; `None` in high summer.
     pub(crate) fn place(&self, sun: &Sun) -> Option<nemoral_assets::Season> {
-        let (day_of_year, latitude_deg) = match &sun.position {
-            _ if self.day_of_year > 0 => (self.day_of_year, self.latitude_deg),
-            SunPosition::Date(date) => (day_of_year(&date.time().ok()?), date.latitude_deg),
-            SunPosition::Angles(_) => return None,
+        let latitude_deg = match &sun.position {
+            SunPosition::Date(date) if self.day_of_year == 0 => date.latitude_deg,
+            _ => self.latitude_deg,
         };
         Some(nemoral_assets::Season {
-            day_of_year: f64::from(day_of_year),
+            day_of_year: f64::from(self.day(sun)?),
             latitude_deg: latitude_deg.clamp(-70.0, 70.0),
         })
     }
@@ -86,7 +95,8 @@ const WETTING_MM: f64 = 2.0;
 
 impl Weather {
     /// How wet the forest is, from 0, dry, to 1, soaked.
-    pub(crate) fn wetness(&self) -> f64 {
+    #[must_use]
+    pub fn wetness(&self) -> f64 {
         if self.wetness >= 0.0 {
             return self.wetness;
         }

@@ -115,7 +115,7 @@ impl Recorder {
             name,
             origin_m,
             seed: config.seed,
-            materials: assets.library.materials.clone(),
+            materials: assets.wet_materials(config.weather.wetness()),
             ontology: Ontology::by_name(&config.output.ontology)
                 .expect("the config's words are the built-in ontologies"),
             instances,

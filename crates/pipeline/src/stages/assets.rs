@@ -1,6 +1,7 @@
 //! The library that is grown once for a world.
 
 use nemoral_assets::Library;
+use nemoral_scene::MaterialLibrary;
 use nemoral_seed::Key;
 
 use crate::Error;
@@ -19,6 +20,30 @@ pub struct LibraryStage(pub(crate) Recipe);
 pub struct AssetStage {
     pub(crate) recipe: Recipe,
     pub(crate) models: ModelRecipe,
+}
+
+/// Wets the materials of the [`WorldAssets`] as the weather does. Nothing that grows depends on it.
+#[derive(Clone, Copy, Debug)]
+pub struct MaterialStage {
+    /// From 0, dry, to 1, soaked.
+    pub wetness: f64,
+}
+
+impl Stage<Forest> for MaterialStage {
+    type At = ();
+    type Inputs = (OfWorld<WorldAssets>,);
+    type Output = MaterialLibrary;
+    const ID: &'static str = "world.materials";
+    const VERSION: u32 = 1;
+
+    fn fingerprint(&self, hasher: &mut Hasher) {
+        let Self { wetness } = self;
+        hasher.write_f64(*wetness);
+    }
+
+    fn run(&self, (): (), _: Key, (assets,): Values<'_, Self>) -> Result<MaterialLibrary, Error> {
+        Ok(assets.wet_materials(self.wetness))
+    }
 }
 
 impl Stage<Forest> for LibraryStage {
@@ -56,12 +81,11 @@ impl Stage<Forest> for AssetStage {
     type Inputs = (OfWorld<Library>,);
     type Output = WorldAssets;
     const ID: &'static str = "world.assets";
-    const VERSION: u32 = 15;
+    const VERSION: u32 = 14;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         self.recipe.fingerprint(hasher);
         hasher.write_u64(u64::from(self.recipe.has_water()));
-        hasher.write_f64(self.recipe.wetness());
         self.models.fingerprint(hasher);
     }
 

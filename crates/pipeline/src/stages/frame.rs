@@ -1,7 +1,7 @@
 //! A frame: the robot's pose, the visible scene, pictures and scans.
 
 use nemoral_render::CameraImages;
-use nemoral_scene::LidarPoint;
+use nemoral_scene::{LidarPoint, MaterialLibrary};
 use nemoral_seed::Key;
 use nemoral_stand::{SceneObjects, SkyViewFactor};
 
@@ -178,7 +178,7 @@ impl Stage<Forest> for ImageStage {
     type At = u64;
     type Inputs = (
         OfWorld<Vec<CameraRig>>,
-        OfWorld<WorldAssets>,
+        OfWorld<MaterialLibrary>,
         Node<u64, FramePose>,
         Node<u64, FrameScene>,
     );
@@ -192,9 +192,9 @@ impl Stage<Forest> for ImageStage {
         &self,
         at: u64,
         world: Key,
-        (rigs, assets, pose, scene): Values<'_, Self>,
+        (rigs, materials, pose, scene): Values<'_, Self>,
     ) -> Result<Vec<CameraImages>, Error> {
-        let moment = Moment::new(world, at, &pose, &scene, &assets.library.materials);
+        let moment = Moment::new(world, at, &pose, &scene, &materials);
         let picture = |(i, rig)| moment.picture(i, rig);
         in_pool(|| rigs.iter().enumerate().map(picture).collect())
     }
@@ -208,7 +208,7 @@ impl Stage<Forest> for ScanStage {
     type At = u64;
     type Inputs = (
         OfWorld<Vec<LidarRig>>,
-        OfWorld<WorldAssets>,
+        OfWorld<MaterialLibrary>,
         Node<u64, FramePose>,
         Node<u64, FrameScene>,
     );
@@ -222,9 +222,9 @@ impl Stage<Forest> for ScanStage {
         &self,
         at: u64,
         world: Key,
-        (rigs, assets, pose, scene): Values<'_, Self>,
+        (rigs, materials, pose, scene): Values<'_, Self>,
     ) -> Result<Vec<Vec<LidarPoint>>, Error> {
-        let moment = Moment::new(world, at, &pose, &scene, &assets.library.materials);
+        let moment = Moment::new(world, at, &pose, &scene, &materials);
         Ok(in_pool(|| {
             rigs.iter().map(|rig| moment.scan(rig)).collect()
         }))

@@ -5,7 +5,8 @@ use std::sync::Arc;
 use nemoral_assets::{Library, LogAsset, PlantAsset, SizeClass, Species, TreeAsset, TreeSize};
 use nemoral_raycast::Blas;
 use nemoral_scene::{
-    ChunkCoord, DeadwoodRecord, InstancePlace, ObjectKind, ObjectRecord, Prototype, TreeRecord,
+    ChunkCoord, DeadwoodRecord, InstancePlace, MaterialLibrary, ObjectKind, ObjectRecord,
+    Prototype, TreeRecord,
 };
 use nemoral_seed::Key;
 use nemoral_stand::{MeasuredSize, SceneObject};
@@ -154,10 +155,6 @@ impl WorldAssets {
         let water = recipe
             .has_water()
             .then(|| WaterMaterials::add_to(Arc::make_mut(&mut library)));
-        if recipe.wetness() > 0.0 {
-            let beds = water.as_ref().map(|of| [of.gravel, of.mud]);
-            Arc::make_mut(&mut library).wet(recipe.wetness(), beds.as_ref().map_or(&[], |b| b));
-        }
         let species = recipe.species()?;
         let params = recipe.params(&species);
         let snags = recipe.snag_share();
@@ -328,6 +325,16 @@ impl WorldAssets {
             _ if object.on_trail => &self.trail_stones[object.asset],
             _ => &self.rocks[object.asset],
         }
+    }
+
+    /// The materials in wet weather, from 0, dry, to 1. The beds of waters are wet in any.
+    pub(crate) fn wet_materials(&self, wetness: f64) -> MaterialLibrary {
+        if wetness <= 0.0 {
+            return self.library.materials.clone();
+        }
+        let beds = self.water.as_ref().map(|of| [of.gravel, of.mud]);
+        let beds = beds.as_ref().map_or(&[][..], |beds| beds);
+        self.library.wet_materials(wetness, beds)
     }
 
     /// Whether the season has taken leaves away.

@@ -38,8 +38,6 @@ pub(crate) struct Recipe {
     textures: bool,
     /// Its materials do not change what is grown.
     water: bool,
-    /// Neither does that.
-    wetness: f64,
     /// The trees of a stem map; their places do not matter here.
     site: config::Site,
     /// The models that it may name.
@@ -66,7 +64,6 @@ impl Encode for Recipe {
             season,
             textures,
             water: _,
-            wetness: _,
             site,
             tree_models,
             inputs: _,
@@ -173,7 +170,7 @@ const LIVING_PER_SAPLING: u32 = 2;
 
 impl Recipe {
     pub(crate) fn new(config: &Config, inputs: &InputFiles) -> Self {
-        Self {
+        let mut recipe = Self {
             assets: config.assets.clone(),
             saplings: config.placement.regeneration.saplings > 0.0,
             seedlings: config.placement.regeneration.seedlings > 0.0,
@@ -220,11 +217,18 @@ impl Recipe {
             season: config.season.place(&config.sun),
             textures: config.all_cameras().next().is_some(),
             water: config.water.is_any(),
-            wetness: config.weather.wetness(),
             site: config.site.clone(),
             tree_models: config.tree_models(),
             inputs: inputs.clone(),
+        };
+        // On days without any difference all worlds share their plants.
+        if let Some((season, species)) = recipe.season.zip(recipe.species().ok()) {
+            let grown: Vec<Species> = (recipe.params(&species).species.into_iter())
+                .map(|of| of.species)
+                .collect();
+            recipe.season = (!season.is_high_summer(&grown)).then_some(season);
         }
+        recipe
     }
 
     /// The same with textures, which a forest without cameras has not.
@@ -242,11 +246,6 @@ impl Recipe {
     /// Whether there is any water in the world.
     pub(crate) fn has_water(&self) -> bool {
         self.water
-    }
-
-    /// How wet everything is, 0..=1.
-    pub(crate) fn wetness(&self) -> f64 {
-        self.wetness
     }
 
     /// The key that the plants of a world grow from: its own, unless they have a seed.

@@ -10,6 +10,7 @@ mod edge_trees;
 mod export;
 mod litter;
 mod meadows;
+mod seasons;
 mod splits;
 mod surface_roots;
 mod water;

@@ -64,7 +64,7 @@ pub(super) fn paint(
         .forest
         .level_pose(&runner, place_m, robot.heading_deg)?;
     let pose = FramePose::still(body, 0.0, &world.lidars, seen.chunks.size_m);
-    let materials = &world.assets.library.materials;
+    let materials = &world.materials;
     let begun = Instant::now();
     // A GPU draws whole pictures quickly.
     let is_timed = !glance.still && glance.map == Map::Colour && !shared.backend.draws_ahead();

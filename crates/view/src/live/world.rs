@@ -5,12 +5,11 @@ use std::sync::Arc;
 use nemoral_pipeline::config::Config;
 use nemoral_pipeline::plan::Runner;
 use nemoral_pipeline::recording::scene::FrameScene;
-use nemoral_pipeline::world::assets::WorldAssets;
 use nemoral_pipeline::world::cameras::CameraRig;
 use nemoral_pipeline::world::lidars::LidarRig;
 use nemoral_pipeline::{Backend, ForestPlan, InputFiles};
 use nemoral_scene::glam::{DVec2, DVec3};
-use nemoral_scene::{ChunkCoord, Ontology};
+use nemoral_scene::{ChunkCoord, MaterialLibrary, Ontology};
 
 use super::Shared;
 use super::known_shadows::KnownShadows;
@@ -28,7 +27,8 @@ pub(super) struct World {
     /// As it was asked for.
     pub(super) config: Config,
     pub(super) forest: ForestPlan,
-    pub(super) assets: Arc<WorldAssets>,
+    /// As wet as the weather makes them.
+    pub(super) materials: Arc<MaterialLibrary>,
     /// The config's first camera, and those of drafts and, where rays are cast, of halved ones.
     pub(super) cameras: Arc<Vec<CameraRig>>,
     pub(super) lidars: Arc<Vec<LidarRig>>,
@@ -91,7 +91,7 @@ impl World {
         let runner = Runner::new(forest.plan(), &shared.store, shared.threads);
         let cameras = runner.get(forest.cameras, ())?;
         let lidars = runner.get(forest.lidars, ())?;
-        let assets = runner.get(forest.assets, ())?;
+        let materials = runner.get(forest.materials, ())?;
         let pose = runner.get(forest.pose, 0)?.world_from_body();
         let ahead = pose.transform_vector(DVec3::X);
         let heading_deg = libm::atan2(ahead.x, ahead.y).to_degrees();
@@ -101,7 +101,7 @@ impl World {
             ontology: ontology(&config),
             config,
             forest,
-            assets,
+            materials,
             cameras,
             lidars,
             start,

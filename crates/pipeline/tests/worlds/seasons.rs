@@ -1,0 +1,117 @@
+//! The same world in summer and in winter: nothing grows or stands elsewhere, and what leaves hid
+//! is seen.
+
+use std::sync::Arc;
+
+use nemoral_pipeline::plan::Node;
+use nemoral_realism::World;
+use nemoral_scene::glam::{DVec2, DVec3};
+use nemoral_scene::{ChunkCoord, LidarPoint, Semantic};
+use nemoral_stand::SkyViewFactor;
+
+const AT: ChunkCoord = ChunkCoord { x: 0, y: 0 };
+
+/// A beech stand of few individuals on a day; high summer on day 0.
+fn world(day: u32) -> World {
+    let day = format!("season.day_of_year={day}");
+    let few = [
+        "assets.individuals=2",
+        "chunks.visible_radius_m=150",
+        "chunks.delete_radius_m=250",
+        &day,
+    ];
+    World::without_cameras("beech", &few)
+}
+
+/// The mean of a sky view factor 1.5 m above the ground of the chunk.
+fn open(world: &World, node: Node<ChunkCoord, SkyViewFactor>) -> f64 {
+    let runner = world.runner(2);
+    let factor = runner.get(node, AT).expect("a sky view factor");
+    let ground = runner.get(world.forest.ground, AT).expect("a ground");
+    let place = |i: i32| DVec2::new(f64::from(i % 10) * 5.0 + 2.5, f64::from(i / 10) * 5.0 + 2.5);
+    let at = |p: DVec2| -> DVec3 {
+        let height_m = nemoral_scene::Surface::height_m(&*ground, p);
+        p.extend(height_m + 1.5)
+    };
+    let sum: f64 = (0..100).map(|i| f64::from(factor.at(at(place(i))))).sum();
+    sum / 100.0
+}
+
+/// The points of the LiDAR at frame 0.
+fn scan(world: &World) -> Arc<Vec<Vec<LidarPoint>>> {
+    let scans = world.runner(2).get(world.forest.scans, 0);
+    scans.expect("a scan")
+}
+
+/// The share of points that are leaves of trees, and the farthest tenth's least range, metres.
+fn measured(points: &[LidarPoint]) -> (f64, f64) {
+    let leaves = points
+        .iter()
+        .filter(|p| p.semantic == Semantic::Leaf)
+        .count();
+    let mut ranges: Vec<f64> = points.iter().map(|p| f64::from(p.true_range_m)).collect();
+    ranges.sort_unstable_by(f64::total_cmp);
+    let share = leaves as f64 / points.len() as f64;
+    (share, ranges[ranges.len() * 9 / 10])
+}
+
+#[test]
+fn winter_takes_leaves_and_moves_nothing() {
+    let [summer, autumn, winter] = [0, 303, 20].map(world);
+    // What grows and stands in the chunk, in full.
+    let all = |world: &World| {
+        let (runner, f) = (world.runner(2), &world.forest);
+        let low = runner.get(f.undergrowth, AT).expect("low plants");
+        let young = runner.get(f.seedlings, AT).expect("seedlings");
+        let objects = runner.get(f.objects, AT).expect("objects");
+        format!("{low:?} {young:?} {objects:?}")
+    };
+    let of_summer = all(&summer);
+    for world in [&autumn, &winter] {
+        assert!(
+            all(world) == of_summer,
+            "something stands or grows elsewhere"
+        );
+        let near_ground = |world: &World| open(world, world.forest.ground_sky_view_factor);
+        let difference = near_ground(&summer) - near_ground(world);
+        assert_eq!(difference, 0.0, "plants grow in another light");
+    }
+    let light = |world: &World| open(world, world.forest.sky_view_factor);
+    let [s, a, w] = [&summer, &autumn, &winter].map(light);
+    println!("open sky: summer {s:.2}, autumn {a:.2}, winter {w:.2}");
+    assert!(s < a && a < w && w > s + 0.2, "{s} {a} {w}");
+    let [s, a, w] = [&summer, &autumn, &winter].map(|world| measured(&scan(world)[0]));
+    println!("leaves and far ranges: summer {s:?}, autumn {a:?}, winter {w:?}");
+    assert!(
+        s.0 > 0.1 && a.0 < s.0 && w.0 < 0.3 * s.0,
+        "{s:?} {a:?} {w:?}"
+    );
+    assert!(w.1 > s.1, "{s:?} {w:?}");
+}
+
+#[test]
+fn wet_weather_changes_materials_alone() {
+    let rain = |wetness: &str| {
+        let settings = ["assets.individuals=1", "weather.rain_mm_per_h=0", wetness];
+        World::without_cameras("demo", &settings)
+    };
+    let (dry, wet) = (rain("weather.wetness=0"), rain("weather.wetness=1"));
+    let materials = |world: &World| world.runner(2).get(world.forest.materials, ());
+    let (a, b) = (
+        materials(&dry).expect("materials"),
+        materials(&wet).expect("materials"),
+    );
+    let darker = a.materials().iter().zip(b.materials()).filter(|(a, b)| {
+        assert_eq!((&a.name, a.semantic), (&b.name, b.semantic));
+        b.albedo.mean().y < a.albedo.mean().y
+    });
+    assert!(darker.count() > a.materials().len() / 2);
+    let plan = |world: &World| world.forest.plan().key(world.forest.object_geometry, AT);
+    assert_eq!(plan(&dry), plan(&wet), "nothing grows anew");
+    let (a, b) = (scan(&dry), scan(&wet));
+    let weaker = a[0]
+        .iter()
+        .zip(&b[0])
+        .filter(|(a, b)| b.intensity < a.intensity);
+    assert!(weaker.count() > a[0].len() / 3);
+}
