@@ -6,6 +6,7 @@ mod deadwood;
 mod litter;
 mod plants;
 mod single_tree;
+mod snow;
 
 use std::sync::Arc;
 
@@ -21,6 +22,7 @@ pub use self::deadwood::{Deadwood, LogAsset};
 pub use self::litter::{LitterParams, LitterPatches};
 use self::plants::PlantGrower;
 pub use self::single_tree::SingleTree;
+pub use self::snow::SnowMaterials;
 use crate::ambient_occlusion::{self, MaskCoverage, OcclusionParams};
 use crate::materials::{self, GroundMaterials, Timing, Wanted, WorldMaterials};
 use crate::plant::shape::Shape;

@@ -223,3 +223,44 @@ fn days_and_latitudes_that_there_are_not_are_refused() {
         assert!(refused.contains(field), "{refused}");
     }
 }
+
+/// Snow covers what is on the ground from above, folds grass down and leaves trees alone.
+#[test]
+fn snow_covers_what_lies() {
+    let mut library = library(Some(20.0));
+    let before = library.clone();
+    let snow = library.add_snow(Key::world(7), false);
+    let of = |id: MaterialId| library.materials.get(id);
+    for &floor in &before.ground.floor {
+        let cover = of(snow.over(floor));
+        assert_eq!((cover.semantic, cover.ground), (Semantic::Snow, true));
+        assert_eq!(cover.support, Some(of(floor).semantic));
+        // The brightest thing at 905 nm, the darkest at 1550 nm.
+        let [near, far] = [cover.optics.nm905, cover.optics.nm1550].map(|band| band.reflectance);
+        assert!(near > 0.75 && far < 0.1 && cover.albedo.mean().min_element() > 0.8);
+    }
+    let trail = before.ground.trails[0].rut;
+    let cover = of(snow.over(trail));
+    assert_eq!(cover.semantic, of(trail).semantic, "a trail stays one");
+    let (mut covered, mut bare) = (0, 0);
+    for rock in &library.rocks {
+        let mesh = rock.prototype.mesh();
+        for t in &mesh.triangles {
+            let [a, b, c] = t.corners.map(|i| mesh.positions[i as usize]);
+            let rises = (b - a).cross(c - a).normalize_or_zero().z > 0.57;
+            let m = of(t.material);
+            assert_eq!(m.semantic, Semantic::Rock);
+            assert_eq!(m.name.ends_with(".snow"), rises, "{}", m.name);
+            *(if rises { &mut covered } else { &mut bare }) += 1;
+        }
+    }
+    assert!(covered > 500 && bare > 500, "{covered} {bare}");
+    for (a, b) in before.grass.iter().zip(&library.grass) {
+        assert!((b.height_m / a.height_m - 0.35).abs() < 1e-3);
+        let top = f64::from(b.prototype.bounds().max.z);
+        assert!((top - b.height_m).abs() < 1e-3);
+    }
+    for (a, b) in before.trees.iter().zip(&library.trees) {
+        assert!(std::sync::Arc::ptr_eq(&a.prototype, &b.prototype));
+    }
+}

@@ -267,6 +267,7 @@ const said = {
   "mm/h": (v) => v === 0 ? "none" : `${v.toFixed(1)} mm/h`,
   "/m": (v) => v === 0 ? "none" : `sight ${Math.round(3.912 / v)} m`,
   "/ha": (v) => `${Math.round(v)} per ha`,
+  "cm": (v) => v === 0 ? "none" : `${Math.round(v)} cm`,
   "day": (v) => new Date(2023, 0, Math.min(v, 365)).toLocaleDateString("en-GB", { day: "numeric", month: "long" }),
   "°": (v) => `${Math.round(v)}°`,
 };

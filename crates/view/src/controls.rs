@@ -174,6 +174,17 @@ pub const CONTROLS: &[Control] = &[
         set: |c, snowfall_mm_per_h| c.weather.snowfall_mm_per_h = snowfall_mm_per_h,
     },
     Control {
+        name: "snow",
+        group: "Weather",
+        label: "Snow on the ground",
+        unit: "cm",
+        min: 0.0,
+        max: 60.0,
+        step: 1.0,
+        get: |c| 100.0 * c.weather.snow_depth_m,
+        set: |c, depth_cm| c.weather.snow_depth_m = rounded(0.01 * depth_cm),
+    },
+    Control {
         name: "wetness",
         group: "Weather",
         label: "Wetness",

@@ -3,7 +3,7 @@
 use std::f32::consts::TAU;
 
 use glam::{Vec2, Vec3};
-use nemoral_scene::{Card, MaterialId, Mesh, Triangle};
+use nemoral_scene::{Card, MaterialId, Mesh, Prototype, Triangle};
 
 use crate::tree::FoliageCard;
 
@@ -27,6 +27,14 @@ pub(crate) fn leaning(azimuth: f32, tilt: f32) -> Vec3 {
 }
 
 impl Shape {
+    /// The parts of a finished shape.
+    pub(crate) fn of(shape: &Prototype) -> Self {
+        Self {
+            mesh: shape.mesh().clone(),
+            cards: shape.cards().to_vec(),
+        }
+    }
+
     /// Presses it towards the ground: heights are multiplied by a share.
     pub(crate) fn flatten(&mut self, share: f32) {
         if share == 1.0 {

@@ -5,5 +5,6 @@ pub(crate) mod canvas;
 pub(crate) mod ground;
 pub(crate) mod mineral;
 pub(crate) mod noise;
+pub(crate) mod snow;
 pub(crate) mod tile;
 pub(crate) mod trail;

@@ -81,11 +81,12 @@ impl Stage<Forest> for AssetStage {
     type Inputs = (OfWorld<Library>,);
     type Output = WorldAssets;
     const ID: &'static str = "world.assets";
-    const VERSION: u32 = 14;
+    const VERSION: u32 = 15;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         self.recipe.fingerprint(hasher);
         hasher.write_u64(u64::from(self.recipe.has_water()));
+        hasher.write_u64(u64::from(self.recipe.has_snow()));
         self.models.fingerprint(hasher);
     }
 

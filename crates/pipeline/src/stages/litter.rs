@@ -79,6 +79,10 @@ impl Stage<Forest> for LitterGeometryStage {
         (assets, patches): Values<'_, Self>,
     ) -> Result<LitterGeometry, Error> {
         let origin_m = at.origin_m(self.chunk_size_m);
+        // Snow buries it.
+        if assets.snow.is_some() {
+            return Ok(LitterGeometry::new(Vec::new()));
+        }
         Ok(LitterGeometry::new(instances(&patches, origin_m, &assets)))
     }
 }

@@ -2,13 +2,15 @@
 
 use std::sync::Arc;
 
-use nemoral_assets::{Library, LogAsset, PlantAsset, SizeClass, Species, TreeAsset, TreeSize};
+use nemoral_assets::{
+    Library, LogAsset, PlantAsset, SizeClass, SnowMaterials, Species, TreeAsset, TreeSize,
+};
 use nemoral_raycast::Blas;
 use nemoral_scene::{
     ChunkCoord, DeadwoodRecord, InstancePlace, MaterialLibrary, ObjectKind, ObjectRecord,
     Prototype, TreeRecord,
 };
-use nemoral_seed::Key;
+use nemoral_seed::{Domain, Key};
 use nemoral_stand::{MeasuredSize, SceneObject};
 use rayon::prelude::*;
 
@@ -17,6 +19,8 @@ use super::recipe::Recipe;
 use super::water::WaterMaterials;
 use crate::Error;
 use crate::site::{MeasuredStem, MeasuredStems, ModelStem};
+
+const SNOW: Domain = Domain::new("pipeline.snow");
 
 /// The library and, in the same order, each shape's acceleration structure.
 #[derive(Debug)]
@@ -102,6 +106,8 @@ pub struct WorldAssets {
     pub(crate) models: WorldModels,
     /// The materials of waters and their beds, if there are any.
     pub water: Option<WaterMaterials>,
+    /// The materials of lying snow, if any lies.
+    pub(crate) snow: Option<SnowMaterials>,
 }
 
 /// A tree of a stem map as an object.
@@ -155,6 +161,10 @@ impl WorldAssets {
         let water = recipe
             .has_water()
             .then(|| WaterMaterials::add_to(Arc::make_mut(&mut library)));
+        let snow = recipe.has_snow().then(|| {
+            let library = Arc::make_mut(&mut library);
+            library.add_snow(key.domain(SNOW), recipe.has_textures())
+        });
         let species = recipe.species()?;
         let params = recipe.params(&species);
         let snags = recipe.snag_share();
@@ -287,6 +297,7 @@ impl WorldAssets {
             field_ids,
             models,
             water,
+            snow,
             library,
         })
     }

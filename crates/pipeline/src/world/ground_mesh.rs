@@ -13,6 +13,7 @@ use nemoral_trails::{TrailPlace, TrailSurfaceKind, TrailZone};
 
 use super::assets::WorldAssets;
 use super::ground::{ChunkGround, TerrainField};
+use super::snow::{COVERED_M, SnowCover};
 use super::water::WaterMaterials;
 use crate::Error;
 use crate::config::Config;
@@ -27,6 +28,8 @@ pub(crate) struct GroundMeshRecipe {
     params: MeshParams,
     /// The shares of ground covers, in the order of the library's floors.
     floor: [f64; 3],
+    /// The depth of snow in the open, metres.
+    snow_depth_m: f64,
 }
 
 impl GroundMeshRecipe {
@@ -46,6 +49,7 @@ impl GroundMeshRecipe {
                 let floor = &config.undergrowth.floor;
                 [floor.leaf_litter, floor.needle_litter, floor.moss]
             },
+            snow_depth_m: config.weather.snow_depth_m,
         })
     }
 
@@ -69,7 +73,21 @@ impl GroundMeshRecipe {
                 })
             })
         };
-        let mesh = self.mesher.mesh(at, &memoized, &memoized, &material);
+        let mesh = match &assets.snow {
+            None => self.mesher.mesh(at, &memoized, &memoized, &material),
+            Some(materials) => {
+                let snow = SnowCover {
+                    ground,
+                    below: &memoized,
+                    depth_m: self.snow_depth_m,
+                };
+                let material = |p: DVec2, inside: bool| match material(p, inside) {
+                    below if snow.depth_m(p) < COVERED_M => below,
+                    below => materials.over(below),
+                };
+                self.mesher.mesh(at, &snow, &memoized, &material)
+            }
+        };
         let prototype = Prototype::new("ground", mesh, Vec::new(), &library.materials)
             .map_err(Error::of_stage)?;
         let blas = Arc::new(Blas::build(Arc::new(prototype), &library.materials));
@@ -84,6 +102,7 @@ impl Encode for GroundMeshRecipe {
             mesher: _,
             params,
             floor,
+            snow_depth_m,
         } = self;
         let MeshParams {
             chunk_size_m,
@@ -96,6 +115,9 @@ impl Encode for GroundMeshRecipe {
         encoder.field("fine_cell_m", fine_cell_m);
         encoder.field("tolerance_m", tolerance_m);
         encoder.field("floor", floor);
+        if *snow_depth_m > 0.0 {
+            encoder.field("snow_depth_m", snow_depth_m);
+        }
     }
 }
 

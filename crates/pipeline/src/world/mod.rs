@@ -29,6 +29,7 @@ pub mod patch;
 pub(crate) mod placement;
 pub(crate) mod puddles;
 pub(crate) mod recipe;
+pub(crate) mod snow;
 pub(crate) mod stream_stones;
 pub(crate) mod surface_roots;
 pub(crate) mod thrown;

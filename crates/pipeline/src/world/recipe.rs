@@ -38,6 +38,8 @@ pub(crate) struct Recipe {
     textures: bool,
     /// Its materials do not change what is grown.
     water: bool,
+    /// Neither does that.
+    snow: bool,
     /// The trees of a stem map; their places do not matter here.
     site: config::Site,
     /// The models that it may name.
@@ -64,6 +66,7 @@ impl Encode for Recipe {
             season,
             textures,
             water: _,
+            snow: _,
             site,
             tree_models,
             inputs: _,
@@ -217,6 +220,7 @@ impl Recipe {
             season: config.season.place(&config.sun),
             textures: config.all_cameras().next().is_some(),
             water: config.water.is_any(),
+            snow: config.weather.snow_depth_m > 0.0,
             site: config.site.clone(),
             tree_models: config.tree_models(),
             inputs: inputs.clone(),
@@ -243,9 +247,19 @@ impl Recipe {
         self.inputs.encode(hasher, self);
     }
 
+    /// Whether anything is to be looked at.
+    pub(crate) fn has_textures(&self) -> bool {
+        self.textures
+    }
+
     /// Whether there is any water in the world.
     pub(crate) fn has_water(&self) -> bool {
         self.water
+    }
+
+    /// Whether snow lies.
+    pub(crate) fn has_snow(&self) -> bool {
+        self.snow
     }
 
     /// The key that the plants of a world grow from: its own, unless they have a seed.

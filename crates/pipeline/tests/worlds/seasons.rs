@@ -43,16 +43,10 @@ fn scan(world: &World) -> Arc<Vec<Vec<LidarPoint>>> {
     scans.expect("a scan")
 }
 
-/// The share of points that are leaves of trees, and the farthest tenth's least range, metres.
-fn measured(points: &[LidarPoint]) -> (f64, f64) {
-    let leaves = points
-        .iter()
-        .filter(|p| p.semantic == Semantic::Leaf)
-        .count();
-    let mut ranges: Vec<f64> = points.iter().map(|p| f64::from(p.true_range_m)).collect();
-    ranges.sort_unstable_by(f64::total_cmp);
-    let share = leaves as f64 / points.len() as f64;
-    (share, ranges[ranges.len() * 9 / 10])
+/// The share of points that are leaves of trees.
+fn leaves(points: &[LidarPoint]) -> f64 {
+    let leaves = points.iter().filter(|p| p.semantic == Semantic::Leaf);
+    leaves.count() as f64 / points.len() as f64
 }
 
 #[test]
@@ -80,13 +74,9 @@ fn winter_takes_leaves_and_moves_nothing() {
     let [s, a, w] = [&summer, &autumn, &winter].map(light);
     println!("open sky: summer {s:.2}, autumn {a:.2}, winter {w:.2}");
     assert!(s < a && a < w && w > s + 0.2, "{s} {a} {w}");
-    let [s, a, w] = [&summer, &autumn, &winter].map(|world| measured(&scan(world)[0]));
-    println!("leaves and far ranges: summer {s:?}, autumn {a:?}, winter {w:?}");
-    assert!(
-        s.0 > 0.1 && a.0 < s.0 && w.0 < 0.3 * s.0,
-        "{s:?} {a:?} {w:?}"
-    );
-    assert!(w.1 > s.1, "{s:?} {w:?}");
+    let [s, a, w] = [&summer, &autumn, &winter].map(|world| leaves(&scan(world)[0]));
+    println!("points on leaves: summer {s:.3}, autumn {a:.3}, winter {w:.3}");
+    assert!(s > 0.1 && a < s && w < 0.2 * s, "{s} {a} {w}");
 }
 
 #[test]
@@ -114,4 +104,83 @@ fn wet_weather_changes_materials_alone() {
         .zip(&b[0])
         .filter(|(a, b)| b.intensity < a.intensity);
     assert!(weaker.count() > a[0].len() / 3);
+}
+
+/// Snow lies on the mesh of the ground, as deep as it should, and chunks meet without a gap.
+#[test]
+fn snow_raises_the_ground_and_hides_litter() {
+    let world = |depth: &str| {
+        let settings = ["assets.individuals=1", "trails.spawn_probability=1", depth];
+        World::without_cameras("meadow-edge", &settings)
+    };
+    let (bare, snowy) = (
+        world("weather.snow_depth_m=0"),
+        world("weather.snow_depth_m=0.3"),
+    );
+    let ground = |world: &World, at: ChunkCoord| {
+        let solid = world.runner(2).get(world.forest.object_geometry, at);
+        Arc::clone(solid.expect("a chunk").group.instances()[0].1.prototype())
+    };
+    let assets = snowy
+        .runner(2)
+        .get(snowy.forest.assets, ())
+        .expect("assets");
+    let (mut depths, mut on_trails) = (Vec::new(), Vec::new());
+    for at in (0..4).map(|i| ChunkCoord::new(i % 2, i / 2)) {
+        let snow = ground(&snowy, at);
+        let surface = snowy
+            .runner(2)
+            .get(snowy.forest.ground, at)
+            .expect("a ground");
+        for t in &snow.mesh().triangles {
+            let corners = t
+                .corners
+                .map(|i| snow.mesh().positions[i as usize].as_dvec3());
+            let middle = corners.into_iter().sum::<DVec3>() / 3.0;
+            let p = at.origin_m(50.0) + middle.truncate();
+            let depth_m = middle.z - nemoral_scene::Surface::height_m(&*surface, p);
+            match assets.library.materials.get(t.material) {
+                m if m.semantic == Semantic::Snow => depths.push(depth_m),
+                m if m.name.ends_with(".snow") => on_trails.push(depth_m),
+                _ => {}
+            }
+        }
+        let litter = snowy.runner(2).get(snowy.forest.litter_geometry, at);
+        assert!(
+            litter.expect("litter").0.is_none(),
+            "litter lies on the snow"
+        );
+    }
+    assert!(
+        bare.runner(2)
+            .get(bare.forest.litter_geometry, AT)
+            .expect("litter")
+            .0
+            .is_some()
+    );
+    let range = |depths: &mut Vec<f64>| {
+        depths.sort_unstable_by(f64::total_cmp);
+        [0.02, 0.5, 0.98].map(|q| depths[(q * depths.len() as f64) as usize])
+    };
+    let [low, middle, high] = range(&mut depths);
+    println!("snow: {low:.3} {middle:.3} {high:.3} m");
+    assert!((0.1..0.31).contains(&middle) && high < 0.4 && low > -0.05);
+    let [_, trodden, _] = range(&mut on_trails);
+    println!("on trails {trodden:.3} m");
+    assert!(on_trails.len() > 100 && trodden < 0.7 * middle, "{trodden}");
+    // The vertices on the border of two chunks are the same points.
+    let border = |at: ChunkCoord, x: f32| {
+        let snow = ground(&snowy, at);
+        let on = snow
+            .mesh()
+            .positions
+            .iter()
+            .filter(|p| (p.x - x).abs() < 1e-4);
+        let mut on: Vec<(u32, u32)> = on.map(|p| (p.y.to_bits(), p.z.to_bits())).collect();
+        on.sort_unstable();
+        on.dedup();
+        on
+    };
+    let (west, east) = (border(AT, 50.0), border(ChunkCoord::new(1, 0), 0.0));
+    assert!(west.len() > 20 && west == east);
 }

@@ -103,7 +103,7 @@ section! {
 
 section! {
     /// The air near the ground, for cameras and LiDARs: visibility, fog, falling rain and snow; and
-    /// how wet everything is. No snow lies.
+    /// how wet everything is, and how deep snow lies.
     Weather at "weather" {
         /// Meteorological visibility at the camera's height: the distance at which 2 % of the
         /// contrast is left. It is haze below 10,000 and mist below 2000.
@@ -121,6 +121,9 @@ section! {
         rain_mm_per_h: f64 = 0.0, Real(0.0, 200.0), "none; sizes by Marshall and Palmer 1948";
         /// Snowfall as water: 0.5 is light, 1 moderate, 3 heavy.
         snowfall_mm_per_h: f64 = 0.0, Real(0.0, 20.0), "none; sizes by Gunn and Marshall 1958";
+        /// Snow that lies on level ground in the open: half as deep in the wood, a third of that
+        /// on trails. It covers the ground, rocks, stumps and logs; crowns and shrubs have shed it.
+        snow_depth_m: f64 = 0.0, Real(0.0, 1.0), "none";
         /// How wet ground, bark, stones and leaves are, from 0, dry, to 1, soaked; below 0 as wet
         /// as an hour of the rain that falls makes them.
         wetness: f64 = -1.0, Real(-1.0, 1.0), "follows the rain";

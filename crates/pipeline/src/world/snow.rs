@@ -1,0 +1,71 @@
+//! How deep snow lies on the ground.
+
+use nemoral_scene::glam::DVec2;
+use nemoral_scene::{Surface, SurfaceSample};
+
+use super::ground::ChunkGround;
+
+/// The share of the snow of the open that reaches the ground in a wood: crowns hold up to two
+/// thirds of it (Varhola et al. 2010, "Forest canopy effects on snow accumulation and ablation").
+const UNDER_CROWNS: f64 = 0.55;
+/// The depth of trodden snow over that beside the trail (our choice).
+const TRODDEN: f64 = 0.35;
+/// Less snow than this does not cover the ground, metres.
+pub(crate) const COVERED_M: f64 = 0.015;
+/// The slopes over which snow slides off, metres per metre: 50 and 60 degrees.
+const SLIDES: [f64; 2] = [1.19, 1.73];
+/// The step of differences for its slope, metres.
+const STEP_M: f64 = 0.02;
+
+/// Snow over the ground of a chunk.
+pub(crate) struct SnowCover<'a, S> {
+    pub(crate) ground: &'a ChunkGround,
+    /// The ground below it.
+    pub(crate) below: &'a S,
+    /// Its depth on level ground in the open, metres.
+    pub(crate) depth_m: f64,
+}
+
+impl<S: Surface> SnowCover<'_, S> {
+    /// The depth of snow at a place, metres. It is none at the edge of water, less on trails, under
+    /// crowns and on slopes, and uneven as wind leaves it.
+    pub(crate) fn depth_m(&self, p: DVec2) -> f64 {
+        self.depth_on(p, self.below.sample(p).gradient)
+    }
+
+    fn depth_on(&self, p: DVec2, gradient: DVec2) -> f64 {
+        let ground = self.ground;
+        let trodden = TRODDEN + (1.0 - TRODDEN) * smooth(-0.3, 0.3, ground.trail_edge_m(p));
+        let shelter = UNDER_CROWNS + (1.0 - UNDER_CROWNS) * smooth(-3.0, 4.0, ground.open_m(p));
+        let shore = smooth(0.05, 0.6, ground.bank_m(p).min(ground.puddle_edge_m(p)));
+        let [holds, slides] = SLIDES;
+        let lies = 1.0 - smooth(holds, slides, gradient.length());
+        self.depth_m * trodden * shelter * shore * lies * drift(p)
+    }
+}
+
+impl<S: Surface> Surface for SnowCover<'_, S> {
+    fn sample(&self, p: DVec2) -> SurfaceSample {
+        let below = self.below.sample(p);
+        let depth = |p: DVec2| self.depth_on(p, below.gradient);
+        let here = depth(p);
+        let slope = |step: DVec2| (depth(p + step) - here) / STEP_M;
+        SurfaceSample {
+            height_m: below.height_m + here,
+            gradient: below.gradient
+                + DVec2::new(slope(DVec2::X * STEP_M), slope(DVec2::Y * STEP_M)),
+        }
+    }
+}
+
+/// Drifts of metres, about 1.
+fn drift(p: DVec2) -> f64 {
+    let wave = |x: f64, y: f64| libm::sin(x + 1.3 * libm::sin(y));
+    1.0 + 0.14 * wave(0.61 * p.x + 0.3 * p.y, 0.47 * p.y) + 0.06 * wave(1.9 * p.y, 1.7 * p.x + 0.4)
+}
+
+/// A smooth step from 0 at `from` to 1 at `to`.
+fn smooth(from: f64, to: f64, x: f64) -> f64 {
+    let t = ((x - from) / (to - from)).clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
+}
