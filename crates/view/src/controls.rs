@@ -105,7 +105,7 @@ pub const CONTROLS: &[Control] = &[
         max: 366.0,
         step: 1.0,
         get: |c| c.season.day(&c.sun).map_or(HIGH_SUMMER, f64::from),
-        set: |c, day| c.season.day_of_year = day as u32,
+        set: |c, day| c.season.day_of_year = day.round() as u32,
     },
     Control {
         name: "overcast",
@@ -409,7 +409,10 @@ mod tests {
         let config = Config::default();
         for control in CONTROLS {
             for share in [0.0, 0.3, 1.0] {
-                let value = control.min + share * (control.max - control.min);
+                let mut value = control.min + share * (control.max - control.min);
+                if control.unit == "day" {
+                    value = value.round();
+                }
                 let set = Values::from([(control.name.to_owned(), Value::Number(value))]);
                 let config = changed(&config, &set).unwrap();
                 let Value::Number(shown) = values(&config)[control.name] else {

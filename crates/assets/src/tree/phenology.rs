@@ -162,7 +162,8 @@ impl Phenology {
         let [bud_burst, full_leaf] =
             [self.bud_burst, self.full_leaf].map(|days| season.day_of(days));
         let half_grown = 0.5 * (bud_burst + full_leaf);
-        let growing_days = (full_leaf - bud_burst) / TENTH_TO_NINE_TENTHS;
+        // Lines through days may meet beyond them.
+        let growing_days = ((full_leaf - bud_burst) / TENTH_TO_NINE_TENTHS).max(1.0);
         let mut day = season.northern_day() - late_days;
         let spring_day = day + if is_young { 7.0 } else { 0.0 };
         // Before anything unfolds, what is left of last year's leaves is there.
@@ -451,6 +452,37 @@ mod tests {
     }
 
     proptest! {
+        /// Whatever a species' file says that is accepted, on any day and at any latitude.
+        #[test]
+        fn phases_are_shares(
+            events in proptest::array::uniform3((1.0..230.0, 8.0..60.0, 60.0..200.0, 0.0..60.0)),
+            fall_days in 1.0..20.0,
+            marcescent in proptest::array::uniform2(0.0..0.9),
+            day_of_year in 1.0..366.0,
+            latitude_deg in -70.0..70.0,
+            late in -20.0..20.0,
+            is_young: bool,
+        ) {
+            let (_, beech) = deciduous().remove(0);
+            let phenology = Phenology {
+                bud_burst: events.map(|(burst, ..)| burst),
+                full_leaf: events.map(|(burst, full, ..)| burst + full),
+                peak_colour: events.map(|(burst, full, peak, _)| burst + full + peak),
+                half_fallen: events.map(|(burst, full, peak, fall)| burst + full + peak + fall),
+                fall_days,
+                marcescent,
+                ..beech
+            };
+            prop_assume!(phenology.check("any").is_ok());
+            let season = Season { day_of_year, latitude_deg };
+            let phase = phenology.phase(&season, late, is_young);
+            let fresh = phenology.fresh_litter(&season);
+            for share in [phase.grown, phase.kept, phase.young, fresh] {
+                prop_assert!((0.0..=1.0).contains(&share), "{phase:?} {fresh}");
+            }
+            prop_assert!(phase.turned_days.abs() <= LATE_DAYS);
+        }
+
         /// No leaf scatters more light than it gets, and what has fallen stays fallen.
         #[test]
         fn leaves_are_possible_and_stay_fallen(
