@@ -494,7 +494,8 @@ mod tests {
             for (species, p) in deciduous() {
                 let leaf = |day: u32| {
                     let phase = p.phase(&at(f64::from(day)), late, false);
-                    SeasonalLeaves::new(species.leaves.clone(), p, phase, 1.0).leaf(falls, deviation)
+                    let leaves = SeasonalLeaves::new(species.leaves.clone(), p, phase, 1.0);
+                    leaves.leaf(falls, deviation)
                 };
                 prop_assert!(leaf(day).is_some() || leaf(day + 1).is_none());
                 let phase = p.phase(&at(f64::from(day)), late, false);
