@@ -229,7 +229,7 @@ fn days_and_latitudes_that_there_are_not_are_refused() {
 fn snow_covers_what_lies() {
     let mut library = library(Some(20.0));
     let before = library.clone();
-    let snow = library.add_snow(Key::world(7), false);
+    let snow = library.add_snow((Key::world(7), false), 0.2, &[]);
     let of = |id: MaterialId| library.materials.get(id);
     for &floor in &before.ground.floor {
         let cover = of(snow.over(floor));

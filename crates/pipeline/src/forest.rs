@@ -248,6 +248,7 @@ impl ForestPlan {
             SkyViewStage { chunk_size_m },
             (
                 assets.global(),
+                ground,
                 ground_sky_view_factor,
                 object_geometry.anywhere(),
             ),

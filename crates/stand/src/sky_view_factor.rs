@@ -109,17 +109,6 @@ impl SkyViewFactor {
         }
     }
 
-    /// All layers in the same square, measured with other crowns.
-    #[must_use]
-    pub fn measured_again(&self, crowns: &(impl RayCaster + ?Sized)) -> Self {
-        Self {
-            values: self.open_shares(&HEIGHTS_M, crowns),
-            layers: HEIGHTS_M.len(),
-            ground_m: self.ground_m.clone(),
-            ..*self
-        }
-    }
-
     /// Where a column of nodes is, in metres relative to the square's corner.
     fn column_m(&self, column: usize) -> DVec2 {
         DVec2::new((column % self.side) as f64, (column / self.side) as f64) * self.cell_m

@@ -76,6 +76,7 @@ pub const CONTROLS: &[Control] = &[
         step: 0.5,
         get: |c| sun_angles(c).elevation_deg.clamp(-5.0, 90.0),
         set: |c, elevation_deg| {
+            c.season = c.season.said(&c.sun);
             let mut angles = sun_angles(c);
             angles.elevation_deg = elevation_deg;
             c.sun.position = SunPosition::Angles(angles);
@@ -91,6 +92,7 @@ pub const CONTROLS: &[Control] = &[
         step: 1.0,
         get: |c| sun_angles(c).azimuth_deg,
         set: |c, azimuth_deg| {
+            c.season = c.season.said(&c.sun);
             let mut angles = sun_angles(c);
             angles.azimuth_deg = azimuth_deg;
             c.sun.position = SunPosition::Angles(angles);
@@ -105,7 +107,10 @@ pub const CONTROLS: &[Control] = &[
         max: 366.0,
         step: 1.0,
         get: |c| c.season.day(&c.sun).map_or(HIGH_SUMMER, f64::from),
-        set: |c, day| c.season.day_of_year = day.round() as u32,
+        set: |c, day| {
+            c.season = c.season.said(&c.sun);
+            c.season.day_of_year = day.round() as u32;
+        },
     },
     Control {
         name: "overcast",

@@ -28,7 +28,7 @@ pub(crate) struct CardDrawing {
 #[derive(Clone, Debug)]
 pub(crate) struct CardImage {
     pub(crate) mask: AlphaMask,
-    /// The mask of the whole drawing, if this is a part of it.
+    /// The mask of the whole drawing, if this is less of it.
     pub(crate) whole_mask: Option<AlphaMask>,
     pub(crate) texture: Texture,
     pub(crate) width_m: f32,
@@ -122,7 +122,7 @@ impl CardDrawing {
                 let opaque = |c: usize, r: usize| painted[r * size[0] + c];
                 CardImage {
                     mask: mask(painted),
-                    whole_mask: is_part.then(|| mask(whole)),
+                    whole_mask: (is_part && painted != whole).then(|| mask(whole)),
                     texture: Texture::from_linear_where(size[0], size[1], &linear, opaque)
                         .expect("sides are powers of two"),
                     width_m: size_m.x,

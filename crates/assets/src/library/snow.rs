@@ -35,8 +35,10 @@ const TRODDEN: f32 = 0.82;
 /// Snow lies on what is less steep than some 55 degrees.
 const LEAST_RISE: f32 = 0.57;
 
-/// The height of grass, herbs and ferns under snow over that without (our choice).
+/// The height of grass, herbs and ferns over that without snow, where it is at least so deep,
+/// metres (our choice).
 const FOLDED: f32 = 0.35;
+const FOLDS_M: f64 = 0.1;
 
 /// The materials of snow, by what it lies on.
 #[derive(Clone, Debug, Default)]
@@ -51,6 +53,11 @@ impl SnowMaterials {
     pub fn over(&self, below: MaterialId) -> MaterialId {
         let found = self.covers.binary_search_by_key(&below.0, |(of, _)| of.0);
         found.map_or(below, |i| self.covers[i].1)
+    }
+
+    /// All covers.
+    pub fn covers(&self) -> impl Iterator<Item = MaterialId> + '_ {
+        self.covers.iter().map(|(_, cover)| *cover)
     }
 
     fn new(
@@ -127,8 +134,14 @@ fn like(shape: &Prototype, parts: Shape, library: &MaterialLibrary) -> Prototype
 impl Library {
     /// Lets it snow: adds the materials of snow on the ground, and covers the upper sides of rocks,
     /// stones, stumps, logs, root plates and lying branches; grass, herbs and ferns are folded
-    /// down. Textures are made if they are wanted.
-    pub fn add_snow(&mut self, key: Key, textures: bool) -> SnowMaterials {
+    /// down. `depth_m` is its depth in the open; `beds` are further materials of the ground.
+    /// Textures are made if they are wanted.
+    pub fn add_snow(
+        &mut self,
+        (key, textures): (Key, bool),
+        depth_m: f64,
+        beds: &[MaterialId],
+    ) -> SnowMaterials {
         let fresh = match textures {
             true => snow(key.to_u64() as u32).texture(),
             false => Texture::plain(Vec3::splat(0.86)),
@@ -143,6 +156,7 @@ impl Library {
             .chain([ground.cut_slope, ground.bare_soil])
             .chain(ground.rock_face)
             .chain(trails)
+            .chain(beds.iter().copied())
             .collect();
         for shape in self.covered().iter().flat_map(|plants| plants.iter()) {
             below.extend(materials_of(&shape.prototype));
@@ -160,12 +174,13 @@ impl Library {
         let deadwood = &mut self.deadwood;
         let logs = deadwood.logs.par_iter_mut().chain(&mut deadwood.thrown);
         logs.for_each(|log| cap(&mut log.prototype));
+        let folded = 1.0 - (1.0 - FOLDED) * (depth_m / FOLDS_M).min(1.0) as f32;
         for plants in self.folded() {
             plants.par_iter_mut().for_each(|plant| {
                 let mut low = Shape::of(&plant.prototype);
-                low.flatten(FOLDED);
+                low.flatten(folded);
                 plant.prototype = Arc::new(like(&plant.prototype, low, &library));
-                plant.height_m *= f64::from(FOLDED);
+                plant.height_m *= f64::from(folded);
             });
         }
         snow
@@ -188,13 +203,16 @@ impl Library {
         patches.into_iter().chain(swards)
     }
 
-    /// What lies on the ground or stands on it without leaves.
-    fn covered(&mut self) -> [&mut Vec<PlantAsset>; 9] {
+    /// What lies on the ground or stands on it without leaves; not what lies in water.
+    fn covered(&mut self) -> [&mut Vec<PlantAsset>; 12] {
         [
             &mut self.rocks,
-            &mut self.stream_stones.rocks,
             &mut self.stumps,
             &mut self.trail_stones,
+            &mut self.trail_steps,
+            &mut self.trail_roots,
+            &mut self.culverts,
+            &mut self.banks,
             &mut self.stone_beds,
             &mut self.surface_roots,
             &mut self.deadwood.root_plates,

@@ -25,8 +25,18 @@ pub(crate) struct PlantYear {
     /// are there; lines lead from day to day. Observers' central values, and our choice.
     days: &'static [(f64, f32, f32)],
     dead: LeafOptics,
-    /// Whether all strokes of a drawing are blades, which live and die as leaves do.
-    are_strokes_blades: bool,
+    strokes: Strokes,
+}
+
+/// What the strokes of a drawing are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Strokes {
+    /// Wood, which stays as it is.
+    Twigs,
+    /// Stems of herbs, which die and stay.
+    Stems,
+    /// Blades, which live and die as leaves do.
+    Blades,
 }
 
 /// How many days later it is spring for each degree north, and how many days earlier autumn.
@@ -55,11 +65,19 @@ const DEAD_BLADE: LeafOptics = LeafOptics {
     laser: optics::CURED.laser,
 };
 
-const fn of_leaves(dead: LeafOptics, days: &'static [(f64, f32, f32)]) -> PlantYear {
+const fn of_twigs(dead: LeafOptics, days: &'static [(f64, f32, f32)]) -> PlantYear {
     PlantYear {
         days,
         dead,
-        are_strokes_blades: false,
+        strokes: Strokes::Twigs,
+    }
+}
+
+const fn of_stems(dead: LeafOptics, days: &'static [(f64, f32, f32)]) -> PlantYear {
+    PlantYear {
+        days,
+        dead,
+        strokes: Strokes::Stems,
     }
 }
 
@@ -67,12 +85,12 @@ const fn of_blades(days: &'static [(f64, f32, f32)]) -> PlantYear {
     PlantYear {
         days,
         dead: DEAD_BLADE,
-        are_strokes_blades: true,
+        strokes: Strokes::Blades,
     }
 }
 
 /// Bracken: up from the end of April, grown in June, rusty from October.
-pub(super) const BRACKEN: PlantYear = of_leaves(
+pub(super) const BRACKEN: PlantYear = of_stems(
     super::foliage::DEAD_FROND,
     &[
         (0.0, 1.0, 0.7),
@@ -87,7 +105,7 @@ pub(super) const BRACKEN: PlantYear = of_leaves(
     ],
 );
 /// Male fern, some of whose fronds stay green over the new year.
-pub(super) const MALE_FERN: PlantYear = of_leaves(
+pub(super) const MALE_FERN: PlantYear = of_stems(
     super::foliage::DEAD_FROND,
     &[
         (0.0, 0.8, 0.9),
@@ -100,7 +118,7 @@ pub(super) const MALE_FERN: PlantYear = of_leaves(
     ],
 );
 /// Rosettes, which are half green in winter.
-pub(super) const ROSETTE: PlantYear = of_leaves(
+pub(super) const ROSETTE: PlantYear = of_stems(
     DEAD_LEAF,
     &[
         (0.0, 0.5, 0.6),
@@ -112,7 +130,7 @@ pub(super) const ROSETTE: PlantYear = of_leaves(
     ],
 );
 /// Herbs that die down in autumn, and nettles.
-pub(super) const TALL_HERB: PlantYear = of_leaves(
+pub(super) const TALL_HERB: PlantYear = of_stems(
     DEAD_LEAF,
     &[
         (0.0, 1.0, 0.25),
@@ -126,7 +144,7 @@ pub(super) const TALL_HERB: PlantYear = of_leaves(
     ],
 );
 /// Wood-sorrel and clover.
-pub(super) const TREFOIL: PlantYear = of_leaves(
+pub(super) const TREFOIL: PlantYear = of_stems(
     DEAD_LEAF,
     &[
         (0.0, 0.3, 0.4),
@@ -157,7 +175,7 @@ pub(super) const REED: PlantYear = of_blades(&[
     (366.0, 1.0, 0.8),
 ]);
 /// Bramble, which keeps half of its leaves, some of them red.
-pub(super) const BRAMBLE: PlantYear = of_leaves(
+pub(super) const BRAMBLE: PlantYear = of_twigs(
     BRONZE,
     &[
         (0.0, 0.35, 0.55),
@@ -171,7 +189,7 @@ pub(super) const BRAMBLE: PlantYear = of_leaves(
     ],
 );
 /// Bilberry, red in September and bare in winter.
-pub(super) const BILBERRY: PlantYear = of_leaves(
+pub(super) const BILBERRY: PlantYear = of_twigs(
     RED,
     &[
         (0.0, 0.0, 0.0),
@@ -185,7 +203,7 @@ pub(super) const BILBERRY: PlantYear = of_leaves(
     ],
 );
 /// Clematis and honeysuckle.
-pub(super) const LIANA: PlantYear = of_leaves(
+pub(super) const LIANA: PlantYear = of_twigs(
     DEAD_LEAF,
     &[
         (0.0, 1.0, 0.03),
@@ -219,9 +237,16 @@ pub(crate) fn frond_height(season: Option<&Season>) -> f32 {
     })
 }
 
+/// Whether a colour is that of something alive and green.
+fn is_green(colour: Vec3) -> bool {
+    colour.y > 1.05 * colour.x && colour.y > 1.3 * colour.z
+}
+
 /// The day of the year that is at 50 degrees north what this day is at its latitude.
 fn day_at_50(season: &Season) -> f64 {
-    let (day, north) = (season.northern_day(), season.latitude_deg.abs() - 50.0);
+    let day = season.northern_day();
+    // Near the equator there are no such seasons.
+    let north = (season.latitude_deg.abs() - 50.0).max(-20.0);
     let [spring, autumn] = DAYS_PER_DEGREE;
     // In midsummer and midwinter there is nothing to shift.
     let shifted = match day {
@@ -252,7 +277,8 @@ impl PlantYear {
     }
 
     /// A drawing of leaves with these optics in its phase. Each leaf has a draw of its own from
-    /// the key, so that leaves go one after the other.
+    /// the key, so that leaves go one after the other. Flowers are marks that are not green; they
+    /// go with what dies.
     pub(super) fn drawing(
         &self,
         drawing: &CardDrawing,
@@ -260,10 +286,9 @@ impl PlantYear {
         own: &LeafOptics,
         key: Key,
     ) -> CardDrawing {
-        let difference = self.dead.albedo - own.albedo;
         let withered = |colour: Vec3| {
             let shade = luminance(colour) / luminance(own.albedo);
-            (colour + difference * shade).max(Vec3::splat(0.01))
+            self.dead.albedo * shade.clamp(0.3, 1.3)
         };
         let in_phase = |(i, mark): (usize, &Mark)| {
             let mut rng = key.item(i as u64).rng();
@@ -271,29 +296,36 @@ impl PlantYear {
                 rng.chance(f64::from(phase.there)),
                 rng.chance(f64::from(phase.dead)),
             );
-            let is_leaf = self.are_strokes_blades || !matches!(mark, Mark::Stroke(_));
             let mut mark = mark.clone();
-            if is_leaf && is_dead {
-                match &mut mark {
-                    Mark::Leaf(leaf) | Mark::Stalked(_, leaf) => {
-                        leaf.colour = withered(leaf.colour)
+            match &mut mark {
+                Mark::Leaf(leaf) | Mark::Stalked(_, leaf) => {
+                    let is_flower = !is_green(leaf.colour);
+                    if is_dead {
+                        leaf.colour = withered(leaf.colour);
                     }
-                    Mark::Stroke(blade) => blade.colour = blade.colour.map(withered),
+                    (is_there && !(is_flower && is_dead)).then_some(mark)
+                }
+                Mark::Stroke(stroke) => {
+                    let dies = is_dead && self.strokes != Strokes::Twigs;
+                    if dies && is_green(stroke.colour[1]) {
+                        stroke.colour = stroke.colour.map(withered);
+                    }
+                    (is_there || self.strokes != Strokes::Blades).then_some(mark)
                 }
             }
-            (is_there || !is_leaf).then_some(mark)
         };
-        let marks: Vec<Mark> = drawing
-            .marks
-            .iter()
-            .enumerate()
+        let marks: Vec<Mark> = (drawing.marks.iter().enumerate())
             .filter_map(in_phase)
             .collect();
-        match marks.is_empty() {
-            // Something is left of every plant.
-            true => drawing.clone(),
-            false => CardDrawing { marks },
+        if marks.is_empty() {
+            // Something is left of every plant: its last leaf.
+            let last = drawing.marks.iter().enumerate().next_back();
+            let last = last.map(|(_, mark)| mark.clone());
+            return CardDrawing {
+                marks: last.into_iter().collect(),
+            };
         }
+        CardDrawing { marks }
     }
 
     /// The optics of leaves in their phase.
@@ -345,6 +377,37 @@ mod tests {
         assert_eq!(frond_height(None), 1.0);
         assert_eq!(frond_height(Some(&at(200.0, 50.0))), 1.0);
         assert!(frond_height(Some(&at(20.0, 50.0))) < 0.6);
+    }
+
+    #[test]
+    fn what_dies_is_brown_and_its_flowers_are_gone() {
+        let mut rng = nemoral_seed::Key::world(3).rng();
+        let drawing = crate::cards::understory::leafy_stem(&mut rng, true);
+        let dead = PlantPhase {
+            dead: 1.0,
+            there: 1.0,
+        };
+        let key = nemoral_seed::Key::world(4);
+        let withered = TALL_HERB.drawing(&drawing, dead, &optics::HERB, key);
+        assert!(withered.marks.len() < drawing.marks.len());
+        for mark in &withered.marks {
+            let c = match mark {
+                Mark::Leaf(leaf) | Mark::Stalked(_, leaf) => leaf.colour,
+                Mark::Stroke(stroke) => stroke.colour[1],
+            };
+            assert!(c.x > c.y && c.y > c.z && c.x < 0.3, "{c}");
+        }
+        // Something of every plant is left.
+        let gone = PlantPhase {
+            dead: 1.0,
+            there: 0.0,
+        };
+        assert!(
+            !REED
+                .drawing(&drawing, gone, &optics::HERB, key)
+                .marks
+                .is_empty()
+        );
     }
 
     #[test]

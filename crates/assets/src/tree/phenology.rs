@@ -183,8 +183,8 @@ impl Phenology {
         }
     }
 
-    /// How much of the litter has just fallen, over what it is in high summer: 1 when the last
-    /// leaves have come down, then less from month to month.
+    /// How much of the litter has just fallen, over what it is in high summer: nearly 1 when the
+    /// last leaves have come down, then less from month to month.
     pub(crate) fn fresh_litter(&self, season: &Season) -> f64 {
         let fresh = |days: f64| {
             logistic(days / self.fall_days) * libm::exp(-days.max(0.0) / LITTER_FADES_DAYS)

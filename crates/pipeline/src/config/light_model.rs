@@ -36,6 +36,18 @@ impl Season {
         }
     }
 
+    /// The same season with its day and latitude said, so that it no longer depends on the sun.
+    #[must_use]
+    pub fn said(&self, sun: &Sun) -> Self {
+        self.place(sun).map_or_else(
+            || self.clone(),
+            |place| Self {
+                day_of_year: place.day_of_year as u32,
+                latitude_deg: place.latitude_deg,
+            },
+        )
+    }
+
     /// The day and the latitude by which leaves unfold and fall; `None` in high summer.
     pub(crate) fn place(&self, sun: &Sun) -> Option<nemoral_assets::Season> {
         let latitude_deg = match &sun.position {
@@ -135,8 +147,22 @@ pub(crate) fn sky_params(
         fog_base_m: weather.fog_base_m,
         fog_height_m: weather.fog_height_m,
         foliage_albedo,
+        ground_albedo: ground_albedo(weather),
         ..SkyParams::default()
     }
+}
+
+/// The mean albedo of the ground, which lights what faces down: dry, wet, or under snow that has
+/// some litter on it and gaps in it.
+fn ground_albedo(weather: &Weather) -> Vec3 {
+    const SNOW: Vec3 = Vec3::new(0.76, 0.775, 0.80);
+    /// A film of water leaves so much of what soil and litter reflect.
+    const WET: f32 = 0.55;
+    /// So much snow in the open hides the ground of a wood, metres.
+    const HIDES_M: f64 = 0.05;
+    let dry = SkyParams::default().ground_albedo;
+    let bare = dry * (1.0 + (WET - 1.0) * weather.wetness() as f32);
+    bare.lerp(SNOW, (weather.snow_depth_m / HIDES_M).min(1.0) as f32)
 }
 
 #[cfg(test)]
@@ -158,6 +184,9 @@ mod tests {
         assert_eq!(day(&date("2023-12-31T12:00:00", 0.0)), Some(365.0));
         assert_eq!(day(&date("2024-12-31T12:00:00", 0.0)), Some(366.0));
         assert_eq!(day(&date("2024-02-29T23:00:00", 2.0)), Some(61.0));
+        // Who moves the sun by hand keeps the leaves.
+        let said = Season::default().said(&date("2023-10-31T12:00:00", 0.0));
+        assert_eq!((said.day_of_year, said.latitude_deg), (304, 40.2033));
         let given = Season {
             day_of_year: 20,
             latitude_deg: 60.0,
@@ -182,6 +211,20 @@ mod tests {
         assert_eq!(Weather::default().wetness(), 0.0);
         assert!((wetness(2.0, -1.0) - 0.632).abs() < 0.001);
         assert_eq!([wetness(20.0, 0.0), wetness(0.0, 1.0)], [0.0, 1.0]);
+    }
+
+    #[test]
+    fn snow_brightens_what_faces_down_and_rain_darkens_it() {
+        let of = |snow_depth_m, wetness| {
+            ground_albedo(&Weather {
+                snow_depth_m,
+                wetness,
+                ..Weather::default()
+            })
+        };
+        assert_eq!(of(0.0, -1.0), SkyParams::default().ground_albedo);
+        assert!(of(0.0, 1.0).y < 0.6 * of(0.0, 0.0).y);
+        assert!(of(0.2, 1.0).y > 0.7 && of(0.02, 0.0).y < 0.5);
     }
 
     #[test]

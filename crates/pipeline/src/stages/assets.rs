@@ -86,7 +86,7 @@ impl Stage<Forest> for AssetStage {
     fn fingerprint(&self, hasher: &mut Hasher) {
         self.recipe.fingerprint(hasher);
         hasher.write_u64(u64::from(self.recipe.has_water()));
-        hasher.write_u64(u64::from(self.recipe.has_snow()));
+        hasher.write_f64(self.recipe.snow_depth_m());
         self.models.fingerprint(hasher);
     }
 

@@ -45,18 +45,20 @@ impl Stage<Forest> for ObjectGeometryStage {
             Some(materials) => sheets(&ground, materials, &assets.library)?,
             None => None,
         };
-        let ground = in_pool(|| self.ground.make(at, world, &assets, &ground))?;
-        let floor: Vec<_> = std::iter::once(ground).chain(sheets).collect();
-        let in_full_leaf = assets.is_leafless().then(|| {
+        let floor = |snow| -> Result<Vec<_>, Error> {
+            let ground = in_pool(|| self.ground.make((at, world), &assets, &ground, snow))?;
+            Ok(std::iter::once(ground).chain(sheets.clone()).collect())
+        };
+        let in_summer = if assets.is_wintry() {
             let placed = |object| assets.instance_in_full_leaf(object, at, self.chunk_size_m);
-            floor
-                .iter()
-                .cloned()
-                .chain(objects.0.iter().map(placed))
-                .collect()
-        });
+            let floor = floor(None)?.into_iter();
+            Some(floor.chain(objects.0.iter().map(placed)).collect())
+        } else {
+            None
+        };
         let placed = |object| assets.instance(object, at, self.chunk_size_m);
-        let instances = floor.into_iter().chain(objects.0.iter().map(placed));
-        Ok(ObjectGeometry::new(instances.collect(), in_full_leaf))
+        let floor = floor(assets.snow.as_ref())?.into_iter();
+        let instances = floor.chain(objects.0.iter().map(placed));
+        Ok(ObjectGeometry::new(instances.collect(), in_summer))
     }
 }

@@ -11,9 +11,10 @@ use crate::Error;
 use crate::plan::{AnyChunk, Demand, Forest, Hasher, Node, OfWorld, Stage, Values};
 use crate::pool::in_pool;
 use crate::recording::scene::chunk_offset_m;
-use crate::world::assets::WorldAssets;
+use crate::world::assets::{LyingSnow, WorldAssets};
 use crate::world::chunk_geometry::ObjectGeometry;
 use crate::world::ground::ChunkGround;
+use crate::world::snow::SnowCover;
 
 /// The chunks whose trees may hide the sky from a chunk: as many rings as cover the reach of the
 /// rays.
@@ -22,6 +23,15 @@ pub(crate) fn chunks_of_trees(
     chunk_size_m: f64,
 ) -> impl Iterator<Item = ChunkCoord> {
     at.square((REACH_M / chunk_size_m).ceil() as i32)
+}
+
+/// The square of a chunk.
+fn area(at: ChunkCoord, chunk_size_m: f64, assets: &WorldAssets) -> SkyViewArea {
+    SkyViewArea {
+        origin_m: at.origin_m(chunk_size_m),
+        side_m: chunk_size_m,
+        canopy_height_m: assets.mean_height_m(),
+    }
 }
 
 /// The trees in a chunk and in its neighbours, as `of` has them.
@@ -39,12 +49,7 @@ fn crowns(
     Ok(in_pool(|| RayScene::new(groups)))
 }
 
-/// Trees in full leaf, by whose light plants have grown.
-fn in_full_leaf(objects: &ObjectGeometry) -> &Arc<Group> {
-    objects.in_full_leaf.as_ref().unwrap_or(&objects.group)
-}
-
-/// Measures the [`SkyViewFactor`] of a chunk near the ground in full leaf, by which plants grow.
+/// Measures the [`SkyViewFactor`] of a chunk near the ground in summer, by which plants grow.
 #[derive(Clone, Copy, Debug)]
 pub struct GroundSkyViewStage {
     /// Side of a chunk.
@@ -73,20 +78,16 @@ impl Stage<Forest> for GroundSkyViewStage {
         _: Key,
         (assets, ground, objects): Values<'_, Self>,
     ) -> Result<SkyViewFactor, Error> {
-        let area = SkyViewArea {
-            origin_m: at.origin_m(self.chunk_size_m),
-            side_m: self.chunk_size_m,
-            canopy_height_m: assets.mean_height_m(),
-        };
-        let crowns = crowns(at, self.chunk_size_m, &objects, in_full_leaf)?;
+        let area = area(at, self.chunk_size_m, &assets);
+        let crowns = crowns(at, self.chunk_size_m, &objects, ObjectGeometry::in_summer)?;
         Ok(in_pool(|| {
             SkyViewFactor::measure_near_ground(&area, &*ground, &crowns)
         }))
     }
 }
 
-/// Measures the rest of the [`SkyViewFactor`] of a chunk, by which cameras see; all of it, if the
-/// season has taken leaves away.
+/// Measures the rest of the [`SkyViewFactor`] of a chunk, by which cameras see; all of it over snow,
+/// or if the season has taken leaves away.
 #[derive(Clone, Copy, Debug)]
 pub struct SkyViewStage {
     /// Side of a chunk.
@@ -97,6 +98,7 @@ impl Stage<Forest> for SkyViewStage {
     type At = ChunkCoord;
     type Inputs = (
         OfWorld<WorldAssets>,
+        Node<ChunkCoord, ChunkGround>,
         Node<ChunkCoord, SkyViewFactor>,
         AnyChunk<ObjectGeometry>,
     );
@@ -113,12 +115,21 @@ impl Stage<Forest> for SkyViewStage {
         &self,
         at: ChunkCoord,
         _: Key,
-        (assets, near_ground, objects): Values<'_, Self>,
+        (assets, ground, near_ground, objects): Values<'_, Self>,
     ) -> Result<SkyViewFactor, Error> {
         let crowns = crowns(at, self.chunk_size_m, &objects, |objects| &objects.group)?;
-        Ok(in_pool(|| match assets.is_leafless() {
-            true => near_ground.measured_again(&crowns),
-            false => near_ground.completed(&crowns),
+        let area = area(at, self.chunk_size_m, &assets);
+        Ok(in_pool(|| match &assets.snow {
+            Some(LyingSnow { depth_m, .. }) => {
+                let snow = SnowCover {
+                    ground: &ground,
+                    below: &*ground,
+                    depth_m: *depth_m,
+                };
+                SkyViewFactor::measure(&area, &snow, &crowns)
+            }
+            None if assets.is_wintry() => SkyViewFactor::measure(&area, &*ground, &crowns),
+            None => near_ground.completed(&crowns),
         }))
     }
 }

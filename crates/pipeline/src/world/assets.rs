@@ -1,5 +1,6 @@
 //! The plants of a world, with an acceleration structure for each shape.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use nemoral_assets::{
@@ -7,8 +8,8 @@ use nemoral_assets::{
 };
 use nemoral_raycast::Blas;
 use nemoral_scene::{
-    ChunkCoord, DeadwoodRecord, InstancePlace, MaterialLibrary, ObjectKind, ObjectRecord,
-    Prototype, TreeRecord,
+    ChunkCoord, DeadwoodRecord, InstancePlace, MaterialId, MaterialLibrary, ObjectKind,
+    ObjectRecord, Prototype, TreeRecord,
 };
 use nemoral_seed::{Domain, Key};
 use nemoral_stand::{MeasuredSize, SceneObject};
@@ -21,6 +22,14 @@ use crate::Error;
 use crate::site::{MeasuredStem, MeasuredStems, ModelStem};
 
 const SNOW: Domain = Domain::new("pipeline.snow");
+
+/// Snow that lies.
+#[derive(Clone, Debug)]
+pub struct LyingSnow {
+    pub(crate) materials: SnowMaterials,
+    /// Its depth on level ground in the open, metres.
+    pub(crate) depth_m: f64,
+}
 
 /// The library and, in the same order, each shape's acceleration structure.
 #[derive(Debug)]
@@ -41,7 +50,7 @@ pub struct WorldAssets {
     pub shrubs: Vec<Arc<Blas>>,
     /// The same in full leaf.
     shrubs_in_full_leaf: Vec<Arc<Blas>>,
-    /// Whether the season has taken leaves away.
+    /// Whether the season has taken leaves of trees or shrubs away.
     is_leafless: bool,
     /// Of `library.rocks`, then of `library.stream_stones.rocks`.
     pub rocks: Vec<Arc<Blas>>,
@@ -107,7 +116,7 @@ pub struct WorldAssets {
     /// The materials of waters and their beds, if there are any.
     pub water: Option<WaterMaterials>,
     /// The materials of lying snow, if any lies.
-    pub(crate) snow: Option<SnowMaterials>,
+    pub(crate) snow: Option<LyingSnow>,
 }
 
 /// A tree of a stem map as an object.
@@ -161,9 +170,15 @@ impl WorldAssets {
         let water = recipe
             .has_water()
             .then(|| WaterMaterials::add_to(Arc::make_mut(&mut library)));
-        let snow = recipe.has_snow().then(|| {
-            let library = Arc::make_mut(&mut library);
-            library.add_snow(key.domain(SNOW), recipe.has_textures())
+        let beds = water.as_ref().map(|of| [of.gravel, of.mud]);
+        let beds = beds.as_ref().map_or(&[][..], |beds| beds);
+        let depth_m = recipe.snow_depth_m();
+        let snow = (depth_m > 0.0).then(|| LyingSnow {
+            materials: {
+                let texture = (key.domain(SNOW), recipe.has_textures());
+                Arc::make_mut(&mut library).add_snow(texture, depth_m, beds)
+            },
+            depth_m,
         });
         let species = recipe.species()?;
         let params = recipe.params(&species);
@@ -180,9 +195,15 @@ impl WorldAssets {
             .flat_map(|(_, share)| std::iter::repeat_n(*share, of_species))
             .collect();
         let full_leaf = library.materials_in_full_leaf();
-        let in_full_leaf = |blas: &Arc<Blas>| match &full_leaf {
-            Some(materials) => Arc::new(Blas::build(Arc::clone(blas.prototype()), materials)),
-            None => Arc::clone(blas),
+        let has_lost_leaves: BTreeSet<MaterialId> =
+            library.full_leaf_masks.iter().map(|(id, _)| *id).collect();
+        let in_full_leaf = |blas: &Arc<Blas>| {
+            let mut cards = blas.prototype().cards().iter();
+            let has_lost = cards.any(|card| has_lost_leaves.contains(&card.material));
+            match full_leaf.as_ref().filter(|_| has_lost) {
+                Some(materials) => Arc::new(Blas::build(Arc::clone(blas.prototype()), materials)),
+                None => Arc::clone(blas),
+            }
         };
         let standing = |(tree, is_measured): (&TreeAsset, bool)| {
             let of = species.iter().find(|(s, _)| s.name == tree.species);
@@ -241,9 +262,12 @@ impl WorldAssets {
         };
         let plants = |assets: &[PlantAsset]| build(assets.iter().map(|a| &a.prototype).collect());
         let shrubs = plants(&library.shrubs);
+        let shrubs_in_full_leaf: Vec<_> = shrubs.par_iter().map(in_full_leaf).collect();
+        let trees = standing.iter().map(|tree| (&tree.blas, &tree.in_full_leaf));
+        let mut leafy = trees.chain(shrubs.iter().zip(&shrubs_in_full_leaf));
         Ok(Self {
-            is_leafless: full_leaf.is_some(),
-            shrubs_in_full_leaf: shrubs.par_iter().map(in_full_leaf).collect(),
+            is_leafless: leafy.any(|(now, full)| !Arc::ptr_eq(now, full)),
+            shrubs_in_full_leaf,
             shrubs,
             standing,
             with_edge_trees: params.edge_trees.then_some(of_stand[0]),
@@ -338,19 +362,21 @@ impl WorldAssets {
         }
     }
 
-    /// The materials in wet weather, from 0, dry, to 1. The beds of waters are wet in any.
+    /// The materials in wet weather, from 0, dry, to 1. The beds of waters are wet in any, and snow
+    /// is in none.
     pub(crate) fn wet_materials(&self, wetness: f64) -> MaterialLibrary {
         if wetness <= 0.0 {
             return self.library.materials.clone();
         }
-        let beds = self.water.as_ref().map(|of| [of.gravel, of.mud]);
-        let beds = beds.as_ref().map_or(&[][..], |beds| beds);
-        self.library.wet_materials(wetness, beds)
+        let beds = self.water.iter().flat_map(|of| [of.gravel, of.mud]);
+        let covers = self.snow.iter().flat_map(|of| of.materials.covers());
+        let but: Vec<MaterialId> = beds.chain(covers).collect();
+        self.library.wet_materials(wetness, &but)
     }
 
-    /// Whether the season has taken leaves away.
-    pub(crate) const fn is_leafless(&self) -> bool {
-        self.is_leafless
+    /// Whether light falls otherwise than in summer: leaves are missing, or snow lies.
+    pub(crate) const fn is_wintry(&self) -> bool {
+        self.is_leafless || self.snow.is_some()
     }
 
     /// An object's shape in full leaf.

@@ -12,8 +12,8 @@ use crate::pool::in_pool;
 pub struct ObjectGeometry {
     /// As they are in their season.
     pub group: Arc<Group>,
-    /// The same in full leaf, if they are not: what grows below goes by it.
-    pub in_full_leaf: Option<Arc<Group>>,
+    /// The same in full leaf and without snow, if they are not so: what grows, grew under these.
+    pub in_summer: Option<Arc<Group>>,
 }
 
 /// A chunk's undergrowth, seedlings and trail grass; `None` where nothing grows.
@@ -25,15 +25,21 @@ pub struct UndergrowthGeometry(pub Option<Arc<Group>>);
 pub struct LitterGeometry(pub Option<Arc<Group>>);
 
 impl ObjectGeometry {
-    /// From instances as they are and, if they differ, in full leaf.
+    /// As they are in summer.
+    #[must_use]
+    pub fn in_summer(&self) -> &Arc<Group> {
+        self.in_summer.as_ref().unwrap_or(&self.group)
+    }
+
+    /// From instances as they are and, if they differ, as they are in summer.
     pub(crate) fn new(
         instances: Vec<(InstancePlace, Arc<Blas>)>,
-        in_full_leaf: Option<Vec<(InstancePlace, Arc<Blas>)>>,
+        in_summer: Option<Vec<(InstancePlace, Arc<Blas>)>>,
     ) -> Self {
         let build = |instances| Arc::new(in_pool(|| Group::build(instances)));
         Self {
             group: build(instances),
-            in_full_leaf: in_full_leaf.map(build),
+            in_summer: in_summer.map(build),
         }
     }
 }

@@ -11,9 +11,9 @@ use nemoral_stand::{FLOOR_FIELD, Field, FloorComposition};
 use nemoral_terrain::{GroundMesher, GroundZones, MeshParams, ZoneSample};
 use nemoral_trails::{TrailPlace, TrailSurfaceKind, TrailZone};
 
-use super::assets::WorldAssets;
+use super::assets::{LyingSnow, WorldAssets};
 use super::ground::{ChunkGround, TerrainField};
-use super::snow::{COVERED_M, SnowCover};
+use super::snow::SnowCover;
 use super::water::WaterMaterials;
 use crate::Error;
 use crate::config::Config;
@@ -28,8 +28,6 @@ pub(crate) struct GroundMeshRecipe {
     params: MeshParams,
     /// The shares of ground covers, in the order of the library's floors.
     floor: [f64; 3],
-    /// The depth of snow in the open, metres.
-    snow_depth_m: f64,
 }
 
 impl GroundMeshRecipe {
@@ -49,17 +47,16 @@ impl GroundMeshRecipe {
                 let floor = &config.undergrowth.floor;
                 [floor.leaf_litter, floor.needle_litter, floor.moss]
             },
-            snow_depth_m: config.weather.snow_depth_m,
         })
     }
 
-    /// The ground of a chunk, placed in it.
+    /// The ground of a chunk, placed in it, with or without the snow that lies on it.
     pub(crate) fn make(
         &self,
-        at: ChunkCoord,
-        world: Key,
+        (at, world): (ChunkCoord, Key),
         assets: &WorldAssets,
         ground: &ChunkGround,
+        snow: Option<&LyingSnow>,
     ) -> Result<(InstancePlace, Arc<Blas>), Error> {
         let library = &assets.library;
         let floor = floor_composition(self.floor, world)?;
@@ -73,16 +70,16 @@ impl GroundMeshRecipe {
                 })
             })
         };
-        let mesh = match &assets.snow {
+        let mesh = match snow {
             None => self.mesher.mesh(at, &memoized, &memoized, &material),
-            Some(materials) => {
+            Some(LyingSnow { materials, depth_m }) => {
                 let snow = SnowCover {
                     ground,
                     below: &memoized,
-                    depth_m: self.snow_depth_m,
+                    depth_m: *depth_m,
                 };
                 let material = |p: DVec2, inside: bool| match material(p, inside) {
-                    below if snow.depth_m(p) < COVERED_M => below,
+                    below if !snow.hides(p) => below,
                     below => materials.over(below),
                 };
                 self.mesher.mesh(at, &snow, &memoized, &material)
@@ -102,7 +99,6 @@ impl Encode for GroundMeshRecipe {
             mesher: _,
             params,
             floor,
-            snow_depth_m,
         } = self;
         let MeshParams {
             chunk_size_m,
@@ -115,9 +111,6 @@ impl Encode for GroundMeshRecipe {
         encoder.field("fine_cell_m", fine_cell_m);
         encoder.field("tolerance_m", tolerance_m);
         encoder.field("floor", floor);
-        if *snow_depth_m > 0.0 {
-            encoder.field("snow_depth_m", snow_depth_m);
-        }
     }
 }
 

@@ -152,7 +152,7 @@ pub(crate) struct GroundHeights<'a> {
 impl<'a> GroundHeights<'a> {
     /// The ground is the first of a chunk's instances.
     pub(crate) fn new(geometry: &ObjectGeometry, ground: &'a ChunkGround, origin_m: DVec2) -> Self {
-        let first = geometry.group.instances().first();
+        let first = geometry.in_summer().instances().first();
         let shapes = first.map(|(instance, shape)| (instance.place(), Arc::clone(shape)));
         let group = Arc::new(Group::build(shapes.into_iter().collect()));
         Self {

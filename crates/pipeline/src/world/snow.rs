@@ -10,8 +10,10 @@ use super::ground::ChunkGround;
 const UNDER_CROWNS: f64 = 0.55;
 /// The depth of trodden snow over that beside the trail (our choice).
 const TRODDEN: f64 = 0.35;
-/// Less snow than this does not cover the ground, metres.
-pub(crate) const COVERED_M: f64 = 0.015;
+/// Less snow than this does not hide the ground, metres; and where all of it is thin, less than
+/// this share of its depth in the open.
+const HIDES_M: f64 = 0.015;
+const HIDES: f64 = 0.3;
 /// The slopes over which snow slides off, metres per metre: 50 and 60 degrees.
 const SLIDES: [f64; 2] = [1.19, 1.73];
 /// The step of differences for its slope, metres.
@@ -31,6 +33,11 @@ impl<S: Surface> SnowCover<'_, S> {
     /// crowns and on slopes, and uneven as wind leaves it.
     pub(crate) fn depth_m(&self, p: DVec2) -> f64 {
         self.depth_on(p, self.below.sample(p).gradient)
+    }
+
+    /// Whether it hides what lies below.
+    pub(crate) fn hides(&self, p: DVec2) -> bool {
+        self.depth_m(p) > HIDES_M.min(HIDES * self.depth_m)
     }
 
     fn depth_on(&self, p: DVec2, gradient: DVec2) -> f64 {

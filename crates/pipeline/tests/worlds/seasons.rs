@@ -28,6 +28,7 @@ fn open(world: &World, node: Node<ChunkCoord, SkyViewFactor>) -> f64 {
     let runner = world.runner(2);
     let factor = runner.get(node, AT).expect("a sky view factor");
     let ground = runner.get(world.forest.ground, AT).expect("a ground");
+    // Half a metre above snow of its greatest depth.
     let place = |i: i32| DVec2::new(f64::from(i % 10) * 5.0 + 2.5, f64::from(i / 10) * 5.0 + 2.5);
     let at = |p: DVec2| -> DVec3 {
         let height_m = nemoral_scene::Surface::height_m(&*ground, p);
@@ -35,6 +36,16 @@ fn open(world: &World, node: Node<ChunkCoord, SkyViewFactor>) -> f64 {
     };
     let sum: f64 = (0..100).map(|i| f64::from(factor.at(at(place(i))))).sum();
     sum / 100.0
+}
+
+/// What grows, stands and lies in the chunk, in full.
+fn grown(world: &World) -> String {
+    let (runner, f) = (world.runner(2), &world.forest);
+    let low = runner.get(f.undergrowth, AT).expect("low plants");
+    let young = runner.get(f.seedlings, AT).expect("seedlings");
+    let objects = runner.get(f.objects, AT).expect("objects");
+    let litter = runner.get(f.litter, AT).expect("litter");
+    format!("{low:?} {young:?} {objects:?} {litter:?}")
 }
 
 /// The points of the LiDAR at frame 0.
@@ -52,18 +63,10 @@ fn leaves(points: &[LidarPoint]) -> f64 {
 #[test]
 fn winter_takes_leaves_and_moves_nothing() {
     let [summer, autumn, winter] = [0, 303, 20].map(world);
-    // What grows and stands in the chunk, in full.
-    let all = |world: &World| {
-        let (runner, f) = (world.runner(2), &world.forest);
-        let low = runner.get(f.undergrowth, AT).expect("low plants");
-        let young = runner.get(f.seedlings, AT).expect("seedlings");
-        let objects = runner.get(f.objects, AT).expect("objects");
-        format!("{low:?} {young:?} {objects:?}")
-    };
-    let of_summer = all(&summer);
+    let of_summer = grown(&summer);
     for world in [&autumn, &winter] {
         assert!(
-            all(world) == of_summer,
+            grown(world) == of_summer,
             "something stands or grows elsewhere"
         );
         let near_ground = |world: &World| open(world, world.forest.ground_sky_view_factor);
@@ -109,13 +112,39 @@ fn wet_weather_changes_materials_alone() {
 /// Snow lies on the mesh of the ground, as deep as it should, and chunks meet without a gap.
 #[test]
 fn snow_raises_the_ground_and_hides_litter() {
-    let settings = [
-        "assets.individuals=1",
-        "placement.shrubs=0",
-        "trails.spawn_probability=0.4",
-        "weather.snow_depth_m=0.3",
-    ];
-    let snowy = World::without_cameras("meadow-edge", &settings);
+    let world = |depth: &str| {
+        let settings = [
+            "assets.individuals=1",
+            "placement.shrubs=0",
+            "trails.spawn_probability=0.4",
+            "weather.wetness=1",
+            depth,
+        ];
+        World::without_cameras("meadow-edge", &settings)
+    };
+    let bare = world("weather.snow_depth_m=0");
+    let snowy = world("weather.snow_depth_m=0.6");
+    assert!(grown(&bare) == grown(&snowy), "snow moves what grows");
+    let light = |world: &World| open(world, world.forest.sky_view_factor);
+    let (above_ground, above_snow) = (light(&bare), light(&snowy));
+    println!("open sky {above_ground:.3}, over snow {above_snow:.3}");
+    assert!((above_snow - above_ground).abs() < 0.05);
+    let materials = snowy
+        .runner(2)
+        .get(snowy.forest.materials, ())
+        .expect("materials");
+    let covers = materials
+        .materials()
+        .iter()
+        .filter(|m| m.name.ends_with(".snow"));
+    assert!(covers.clone().count() > 10);
+    for cover in covers {
+        assert_eq!(
+            cover.optics.nm905.reflectance, 0.81,
+            "{} is wet",
+            cover.name
+        );
+    }
     let ground = |world: &World, at: ChunkCoord| {
         let solid = world.runner(2).get(world.forest.object_geometry, at);
         Arc::clone(solid.expect("a chunk").group.instances()[0].1.prototype())
@@ -158,7 +187,7 @@ fn snow_raises_the_ground_and_hides_litter() {
     };
     let [low, middle, high] = range(&mut depths);
     println!("snow: {low:.3} {middle:.3} {high:.3} m");
-    assert!((0.1..0.31).contains(&middle) && high < 0.4 && low > -0.05);
+    assert!((0.2..0.62).contains(&middle) && high < 0.75 && low > -0.05);
     let [_, trodden, _] = range(&mut on_trails);
     println!("on trails {trodden:.3} m");
     assert!(on_trails.len() > 100 && trodden < 0.7 * middle, "{trodden}");
