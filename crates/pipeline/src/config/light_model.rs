@@ -148,7 +148,6 @@ pub(crate) fn sky_params(
         fog_height_m: weather.fog_height_m,
         foliage_albedo,
         ground_albedo: ground_albedo(weather),
-        ..SkyParams::default()
     }
 }
 

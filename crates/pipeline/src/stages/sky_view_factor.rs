@@ -86,8 +86,8 @@ impl Stage<Forest> for GroundSkyViewStage {
     }
 }
 
-/// Measures the rest of the [`SkyViewFactor`] of a chunk, by which cameras see; all of it over snow,
-/// or if the season has taken leaves away.
+/// Measures the rest of the [`SkyViewFactor`] of a chunk, by which cameras see: all of it over
+/// snow, or if the season has taken leaves away.
 #[derive(Clone, Copy, Debug)]
 pub struct SkyViewStage {
     /// Side of a chunk.
