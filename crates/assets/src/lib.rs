@@ -29,8 +29,8 @@ struct ReadmeDoctests;
 pub use ambient_occlusion::with_ambient_occlusion;
 pub use library::{
     AssetParams, ClimberParams, Climbers, CommunityTiles, Deadwood, Library, LitterParams,
-    LitterPatches, LogAsset, MeasuredTree, PlantAsset, SingleTree, SnowMaterials, StandParams,
-    StandSpecies, StemMoss, StreamStones, TreeAsset, TreeClimbers,
+    LitterPatches, LogAsset, MeasuredTree, PlantAsset, SingleTree, SnowMaterials, SnowParams,
+    StandParams, StandSpecies, StemMoss, StreamStones, TreeAsset, TreeClimbers,
 };
 pub use materials::{GroundMaterials, TrailMaterials};
 pub use nemoral_scene::ParamError;

@@ -22,7 +22,7 @@ pub use self::deadwood::{Deadwood, LogAsset};
 pub use self::litter::{LitterParams, LitterPatches};
 use self::plants::PlantGrower;
 pub use self::single_tree::SingleTree;
-pub use self::snow::SnowMaterials;
+pub use self::snow::{SnowMaterials, SnowParams};
 use crate::ambient_occlusion::{self, MaskCoverage, OcclusionParams};
 use crate::materials::{self, GroundMaterials, Timing, Wanted, WorldMaterials};
 use crate::plant::shape::Shape;

@@ -1,7 +1,7 @@
 //! A library through the year: leaves come, turn and fall, and everything else stays as it is.
 
 use nemoral_assets::{
-    AssetParams, ClimberParams, Library, Season, Species, StandSpecies, StemMoss,
+    AssetParams, ClimberParams, Library, Season, SnowParams, Species, StandSpecies, StemMoss,
 };
 use nemoral_scene::{Material, MaterialId, PlantCommunity, Prototype, Semantic};
 use nemoral_seed::Key;
@@ -229,7 +229,13 @@ fn days_and_latitudes_that_there_are_not_are_refused() {
 fn snow_covers_what_lies() {
     let mut library = library(Some(20.0));
     let before = library.clone();
-    let snow = library.add_snow((Key::world(7), false), 0.2, &[]);
+    let params = SnowParams {
+        depth_m: 0.2,
+        on_crowns: 0.0,
+        beds: &[],
+        textures: false,
+    };
+    let snow = library.add_snow(&params, Key::world(7));
     let of = |id: MaterialId| library.materials.get(id);
     for &floor in &before.ground.floor {
         let cover = of(snow.over(floor));
@@ -262,5 +268,52 @@ fn snow_covers_what_lies() {
     }
     for (a, b) in before.trees.iter().zip(&library.trees) {
         assert!(std::sync::Arc::ptr_eq(&a.prototype, &b.prototype));
+    }
+}
+
+/// Snow on crowns is a second card over a share of the shoots with needles, a little above them.
+#[test]
+fn crowns_hold_snow() {
+    let mut library = library(Some(20.0));
+    let before = library.clone();
+    let params = SnowParams {
+        depth_m: 0.2,
+        on_crowns: 0.5,
+        beds: &[],
+        textures: false,
+    };
+    library.add_snow(&params, Key::world(7));
+    for (a, b) in before.trees.iter().zip(&library.trees) {
+        let (old, new) = (a.prototype.cards(), b.prototype.cards());
+        assert_eq!(old, &new[..old.len()], "{}", a.species);
+        let covers = &new[old.len()..];
+        let share = covers.len() as f64 / old.len() as f64;
+        println!("{}: {share:.2} of the shoots hold snow", a.species);
+        if a.species == "norway_spruce" {
+            assert!((0.3..0.51).contains(&share), "{share}");
+        } else {
+            assert_eq!(covers.len(), 0, "leaves have fallen");
+        }
+        let middle = |c: &nemoral_scene::Card| c.corner + 0.5 * (c.edge_u + c.edge_v);
+        for cover in covers.iter().step_by(50) {
+            let m = library.materials.get(cover.material);
+            assert!(m.name.ends_with(".snow") && m.mask.is_some());
+            assert_eq!(m.semantic, Semantic::Needle);
+            let lies = old.iter().any(|card| {
+                let up = middle(cover) - middle(card);
+                up.truncate().length() < 1e-3 && (0.009..0.023).contains(&up.z)
+            });
+            assert!(lies, "a cover lies on a shoot");
+        }
+        let snowy =
+            |t: &nemoral_scene::Triangle| library.materials.get(t.material).name.ends_with(".snow");
+        let on_wood = b
+            .prototype
+            .mesh()
+            .triangles
+            .iter()
+            .filter(|t| snowy(t))
+            .count();
+        assert!(on_wood > 50, "{}: branches hold snow", a.species);
     }
 }

@@ -190,6 +190,17 @@ pub const CONTROLS: &[Control] = &[
         set: |c, depth_cm| c.weather.snow_depth_m = rounded(0.01 * depth_cm),
     },
     Control {
+        name: "snow_on_crowns",
+        group: "Weather",
+        label: "Snow on crowns",
+        unit: "",
+        min: 0.0,
+        max: 1.0,
+        step: 0.05,
+        get: |c| c.weather.snow_on_crowns,
+        set: |c, share| c.weather.snow_on_crowns = share,
+    },
+    Control {
         name: "wetness",
         group: "Weather",
         label: "Wetness",

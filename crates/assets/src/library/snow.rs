@@ -1,13 +1,13 @@
-//! Snow that lies on the ground and on what lies there.
+//! Snow that lies on the ground, on what lies there, and on crowns.
 
 use std::sync::Arc;
 
 use glam::Vec3;
 use nemoral_scene::{
-    LaserBand, Material, MaterialId, MaterialLibrary, Optics, PlantCommunity, Prototype, Semantic,
-    Texture,
+    AmbientOcclusion, Card, LaserBand, Material, MaterialId, MaterialLibrary, Optics,
+    PlantCommunity, Prototype, Semantic, Texture,
 };
-use nemoral_seed::Key;
+use nemoral_seed::{Domain, Draw, Key};
 use rayon::prelude::*;
 
 use super::{Library, PlantAsset};
@@ -30,7 +30,7 @@ const fn band(reflectance: f32) -> LaserBand {
 }
 
 /// Trodden snow is dirtier.
-const TRODDEN: f32 = 0.82;
+const TRODDEN: f32 = 0.9;
 
 /// Snow lies on what is less steep than some 55 degrees.
 const LEAST_RISE: f32 = 0.57;
@@ -39,6 +39,27 @@ const LEAST_RISE: f32 = 0.57;
 /// metres (our choice).
 const FOLDED: f32 = 0.35;
 const FOLDS_M: f64 = 0.1;
+
+/// Snow lies on shoots that are so much less than upright, and about so high on them, metres.
+const SHOOT_RISE: f32 = 0.3;
+const ON_SHOOT_M: [f32; 2] = [0.010, 0.022];
+/// The size of the cover of a shoot over that of the shoot.
+const COVERED_SHARE: f32 = 0.92;
+
+const ON_CROWNS: Domain = Domain::new("assets.snow.on_crowns");
+
+/// How much snow lies.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SnowParams<'a> {
+    /// Its depth on level ground in the open, metres, more than 0.
+    pub depth_m: f64,
+    /// The share of needled shoots that hold snow, 0..=1; with any, branches do, too.
+    pub on_crowns: f64,
+    /// Further materials of the ground, such as the beds of waters.
+    pub beds: &'a [MaterialId],
+    /// Whether it has a texture.
+    pub textures: bool,
+}
 
 /// The materials of snow, by what it lies on.
 #[derive(Clone, Debug, Default)]
@@ -89,8 +110,9 @@ impl SnowMaterials {
                 albedo: Arc::clone(&textures[usize::from(is_trail)]),
                 transmittance: Vec3::ZERO,
                 roughness: 1.0,
-                mask: None,
-                tile_m: SNOW_M,
+                // Shoots keep their outline.
+                tile_m: if below.mask.is_some() { 1.0 } else { SNOW_M },
+                mask: below.mask,
                 optics: OPTICS,
                 liquid: None,
                 ground: below.ground,
@@ -102,8 +124,44 @@ impl SnowMaterials {
         }
     }
 
-    /// A shape with snow on the upper sides of its wood and stone.
-    fn capped(&self, shape: &Prototype, library: &MaterialLibrary) -> Prototype {
+    /// A tree with snow on its branches and on a share of its shoots with needles: on these lies a
+    /// second card with the same outline.
+    fn snowy(
+        &self,
+        tree: &Prototype,
+        library: &MaterialLibrary,
+        share: f64,
+        key: Key,
+    ) -> Prototype {
+        let mut parts = self.covered(tree);
+        let mut occlusion = tree.ambient_occlusion().cloned();
+        let mut rng = key.rng();
+        for (i, card) in tree.cards().iter().enumerate() {
+            let (holds, lift_m) = (
+                rng.chance(share),
+                rng.range_f32(ON_SHOOT_M[0], ON_SHOOT_M[1]),
+            );
+            let cover = self.over(card.material);
+            let rise = card.edge_u.cross(card.edge_v).normalize_or_zero().z.abs();
+            if !holds || cover == card.material || rise < SHOOT_RISE {
+                continue;
+            }
+            let rim = 0.5 * (1.0 - COVERED_SHARE);
+            parts.cards.push(Card {
+                corner: card.corner + rim * (card.edge_u + card.edge_v) + lift_m * Vec3::Z,
+                edge_u: COVERED_SHARE * card.edge_u,
+                edge_v: COVERED_SHARE * card.edge_v,
+                material: cover,
+            });
+            if let Some(occlusion) = &mut occlusion {
+                occlusion.cards.push(occlusion.cards[i]);
+            }
+        }
+        made(tree, parts, occlusion, library)
+    }
+
+    /// The parts of a shape with snow on the upper sides of its wood and stone.
+    fn covered(&self, shape: &Prototype) -> Shape {
         let mut capped = Shape::of(shape);
         let mesh = &mut capped.mesh;
         for triangle in &mut mesh.triangles {
@@ -113,36 +171,35 @@ impl SnowMaterials {
                 triangle.material = self.over(triangle.material);
             }
         }
-        like(shape, capped, library)
+        capped
     }
 }
 
-/// A shape with other parts, which lie in the same order.
-fn like(shape: &Prototype, parts: Shape, library: &MaterialLibrary) -> Prototype {
+/// A shape with other parts and their ambient occlusion.
+fn made(
+    shape: &Prototype,
+    parts: Shape,
+    occlusion: Option<AmbientOcclusion>,
+    library: &MaterialLibrary,
+) -> Prototype {
     let made = Prototype::new(shape.name().to_owned(), parts.mesh, parts.cards, library)
         .and_then(|made| match shape.card_windows() {
             [] => Ok(made),
             windows => made.with_card_windows(windows.to_vec()),
         })
-        .and_then(|made| match shape.ambient_occlusion() {
+        .and_then(|made| match occlusion {
             None => Ok(made),
-            Some(occlusion) => made.with_ambient_occlusion(occlusion.clone()),
+            Some(occlusion) => made.with_ambient_occlusion(occlusion),
         });
-    made.expect("it has as many parts, of this library's materials")
+    made.expect("its parts are those of a shape, of this library's materials")
 }
 
 impl Library {
     /// Lets it snow: adds the materials of snow on the ground, and covers the upper sides of rocks,
-    /// stones, stumps, logs, root plates and lying branches; grass, herbs and ferns are folded
-    /// down. `depth_m` is its depth in the open; `beds` are further materials of the ground.
-    /// Textures are made if they are wanted.
-    pub fn add_snow(
-        &mut self,
-        (key, textures): (Key, bool),
-        depth_m: f64,
-        beds: &[MaterialId],
-    ) -> SnowMaterials {
-        let fresh = match textures {
+    /// stones, stumps, logs, root plates, lying branches and, if it is asked for, crowns; grass,
+    /// herbs and ferns are folded down.
+    pub fn add_snow(&mut self, params: &SnowParams<'_>, key: Key) -> SnowMaterials {
+        let fresh = match params.textures {
             true => snow(key.to_u64() as u32).texture(),
             false => Texture::plain(Vec3::splat(0.86)),
         };
@@ -156,17 +213,29 @@ impl Library {
             .chain([ground.cut_slope, ground.bare_soil])
             .chain(ground.rock_face)
             .chain(trails)
-            .chain(beds.iter().copied())
+            .chain(params.beds.iter().copied())
             .collect();
-        for shape in self.covered().iter().flat_map(|plants| plants.iter()) {
+        for shape in self.lying().iter().flat_map(|plants| plants.iter()) {
             below.extend(materials_of(&shape.prototype));
         }
         let logs = self.deadwood.logs.iter().chain(&self.deadwood.thrown);
         below.extend(logs.flat_map(|log| materials_of(&log.prototype)));
+        if params.on_crowns > 0.0 {
+            for tree in self.trees.iter().chain(&self.saplings).chain(&self.snags) {
+                below.extend(materials_of(&tree.prototype));
+                let needles = tree.prototype.cards().iter().map(|card| card.material);
+                let is_needle =
+                    |of: &MaterialId| self.materials.get(*of).semantic == Semantic::Needle;
+                below.extend(needles.filter(is_needle));
+            }
+        }
         let snow = SnowMaterials::new(&mut self.materials, below, [fresh, trodden].map(Arc::new));
         let library = self.materials.clone();
-        let cap = |shape: &mut Arc<Prototype>| *shape = Arc::new(snow.capped(shape, &library));
-        for plants in self.covered() {
+        let cap = |shape: &mut Arc<Prototype>| {
+            let occlusion = shape.ambient_occlusion().cloned();
+            *shape = Arc::new(made(shape, snow.covered(shape), occlusion, &library));
+        };
+        for plants in self.lying() {
             plants
                 .par_iter_mut()
                 .for_each(|plant| cap(&mut plant.prototype));
@@ -174,14 +243,27 @@ impl Library {
         let deadwood = &mut self.deadwood;
         let logs = deadwood.logs.par_iter_mut().chain(&mut deadwood.thrown);
         logs.for_each(|log| cap(&mut log.prototype));
-        let folded = 1.0 - (1.0 - FOLDED) * (depth_m / FOLDS_M).min(1.0) as f32;
+        let folded = 1.0 - (1.0 - FOLDED) * (params.depth_m / FOLDS_M).min(1.0) as f32;
         for plants in self.folded() {
             plants.par_iter_mut().for_each(|plant| {
                 let mut low = Shape::of(&plant.prototype);
                 low.flatten(folded);
-                plant.prototype = Arc::new(like(&plant.prototype, low, &library));
+                let occlusion = plant.prototype.ambient_occlusion().cloned();
+                plant.prototype = Arc::new(made(&plant.prototype, low, occlusion, &library));
                 plant.height_m *= f64::from(folded);
             });
+        }
+        if params.on_crowns > 0.0 {
+            for (kind, trees) in [&mut self.trees, &mut self.saplings, &mut self.snags]
+                .into_iter()
+                .enumerate()
+            {
+                let key = key.domain(ON_CROWNS).item(kind as u64);
+                trees.par_iter_mut().enumerate().for_each(|(i, tree)| {
+                    let (share, key) = (params.on_crowns, key.item(i as u64));
+                    tree.prototype = Arc::new(snow.snowy(&tree.prototype, &library, share, key));
+                });
+            }
         }
         snow
     }
@@ -204,7 +286,7 @@ impl Library {
     }
 
     /// What lies on the ground or stands on it without leaves; not what lies in water.
-    fn covered(&mut self) -> [&mut Vec<PlantAsset>; 12] {
+    fn lying(&mut self) -> [&mut Vec<PlantAsset>; 12] {
         [
             &mut self.rocks,
             &mut self.stumps,

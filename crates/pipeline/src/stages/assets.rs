@@ -86,7 +86,9 @@ impl Stage<Forest> for AssetStage {
     fn fingerprint(&self, hasher: &mut Hasher) {
         self.recipe.fingerprint(hasher);
         hasher.write_u64(u64::from(self.recipe.has_water()));
-        hasher.write_f64(self.recipe.snow_depth_m());
+        for amount in self.recipe.snow() {
+            hasher.write_f64(amount);
+        }
         self.models.fingerprint(hasher);
     }
 

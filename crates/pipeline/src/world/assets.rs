@@ -4,7 +4,8 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use nemoral_assets::{
-    Library, LogAsset, PlantAsset, SizeClass, SnowMaterials, Species, TreeAsset, TreeSize,
+    Library, LogAsset, PlantAsset, SizeClass, SnowMaterials, SnowParams, Species, TreeAsset,
+    TreeSize,
 };
 use nemoral_raycast::Blas;
 use nemoral_scene::{
@@ -172,13 +173,24 @@ impl WorldAssets {
             .then(|| WaterMaterials::add_to(Arc::make_mut(&mut library)));
         let beds = water.as_ref().map(|of| [of.gravel, of.mud]);
         let beds = beds.as_ref().map_or(&[][..], |beds| beds);
-        let depth_m = recipe.snow_depth_m();
-        let snow = (depth_m > 0.0).then(|| LyingSnow {
-            materials: {
-                let texture = (key.domain(SNOW), recipe.has_textures());
-                Arc::make_mut(&mut library).add_snow(texture, depth_m, beds)
-            },
-            depth_m,
+        // What grows below grew without snow on what is above.
+        let without_snow: Vec<Arc<Prototype>> = (library.trees.iter())
+            .chain(&library.snags)
+            .chain(&library.saplings)
+            .map(|tree| Arc::clone(&tree.prototype))
+            .collect();
+        let [depth_m, on_crowns] = recipe.snow();
+        let snow = (depth_m > 0.0).then(|| {
+            let params = SnowParams {
+                depth_m,
+                on_crowns,
+                beds,
+                textures: recipe.has_textures(),
+            };
+            LyingSnow {
+                materials: Arc::make_mut(&mut library).add_snow(&params, key.domain(SNOW)),
+                depth_m,
+            }
         });
         let species = recipe.species()?;
         let params = recipe.params(&species);
@@ -197,15 +209,16 @@ impl WorldAssets {
         let full_leaf = library.materials_in_full_leaf();
         let has_lost_leaves: BTreeSet<MaterialId> =
             library.full_leaf_masks.iter().map(|(id, _)| *id).collect();
-        let in_full_leaf = |blas: &Arc<Blas>| {
-            let mut cards = blas.prototype().cards().iter();
+        let in_full_leaf = |blas: &Arc<Blas>, bare: &Arc<Prototype>| {
+            let mut cards = bare.cards().iter();
             let has_lost = cards.any(|card| has_lost_leaves.contains(&card.material));
-            match full_leaf.as_ref().filter(|_| has_lost) {
-                Some(materials) => Arc::new(Blas::build(Arc::clone(blas.prototype()), materials)),
-                None => Arc::clone(blas),
+            if !has_lost && Arc::ptr_eq(blas.prototype(), bare) {
+                return Arc::clone(blas);
             }
+            let materials = full_leaf.as_ref().unwrap_or(&library.materials);
+            Arc::new(Blas::build(Arc::clone(bare), materials))
         };
-        let standing = |(tree, is_measured): (&TreeAsset, bool)| {
+        let standing = |(tree, is_measured): (&TreeAsset, bool), bare: &Arc<Prototype>| {
             let of = species.iter().find(|(s, _)| s.name == tree.species);
             let (all, of_them) = if tree.class == SizeClass::Sapling {
                 (1.0, params.saplings_per_species)
@@ -217,7 +230,7 @@ impl WorldAssets {
             let blas = Arc::new(Blas::build(Arc::clone(&tree.prototype), &library.materials));
             Standing {
                 tree: tree.clone(),
-                in_full_leaf: in_full_leaf(&blas),
+                in_full_leaf: in_full_leaf(&blas, bare),
                 blas,
                 weight: of
                     .filter(|_| !is_measured)
@@ -233,8 +246,8 @@ impl WorldAssets {
         let mut all = grown(&library.trees, of_stand[0]);
         all.extend(grown(&library.snags, of_stand[1]));
         all.extend(grown(&library.saplings, usize::MAX));
-        let mut standing: Vec<Standing> = (all.par_iter())
-            .map(|(tree, is_measured)| standing((tree, *is_measured)))
+        let mut standing: Vec<Standing> = (all.par_iter().zip(&without_snow))
+            .map(|((tree, is_measured), bare)| standing((tree, *is_measured), bare))
             .collect();
         let first_sapling = library.trees.len() + library.snags.len();
         let grown = &mut standing[..first_sapling];
@@ -262,7 +275,9 @@ impl WorldAssets {
         };
         let plants = |assets: &[PlantAsset]| build(assets.iter().map(|a| &a.prototype).collect());
         let shrubs = plants(&library.shrubs);
-        let shrubs_in_full_leaf: Vec<_> = shrubs.par_iter().map(in_full_leaf).collect();
+        let shrubs_in_full_leaf: Vec<_> = (shrubs.par_iter())
+            .map(|blas| in_full_leaf(blas, blas.prototype()))
+            .collect();
         let trees = standing.iter().map(|tree| (&tree.blas, &tree.in_full_leaf));
         let mut leafy = trees.chain(shrubs.iter().zip(&shrubs_in_full_leaf));
         Ok(Self {

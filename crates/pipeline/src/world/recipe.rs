@@ -39,7 +39,7 @@ pub(crate) struct Recipe {
     /// Its materials do not change what is grown.
     water: bool,
     /// Neither does that.
-    snow_depth_m: f64,
+    snow: [f64; 2],
     /// The trees of a stem map; their places do not matter here.
     site: config::Site,
     /// The models that it may name.
@@ -66,7 +66,7 @@ impl Encode for Recipe {
             season,
             textures,
             water: _,
-            snow_depth_m: _,
+            snow: _,
             site,
             tree_models,
             inputs: _,
@@ -220,7 +220,7 @@ impl Recipe {
             season: config.season.place(&config.sun),
             textures: config.all_cameras().next().is_some(),
             water: config.water.is_any(),
-            snow_depth_m: config.weather.snow_depth_m,
+            snow: [config.weather.snow_depth_m, config.weather.snow_on_crowns],
             site: config.site.clone(),
             tree_models: config.tree_models(),
             inputs: inputs.clone(),
@@ -257,9 +257,10 @@ impl Recipe {
         self.water
     }
 
-    /// The depth of snow on level ground in the open, metres.
-    pub(crate) fn snow_depth_m(&self) -> f64 {
-        self.snow_depth_m
+    /// The depth of snow on level ground in the open, metres, and the share of shoots that hold
+    /// some.
+    pub(crate) fn snow(&self) -> [f64; 2] {
+        self.snow
     }
 
     /// The key that the plants of a world grow from: its own, unless they have a seed.

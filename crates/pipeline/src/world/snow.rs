@@ -42,7 +42,7 @@ impl<S: Surface> SnowCover<'_, S> {
 
     fn depth_on(&self, p: DVec2, gradient: DVec2) -> f64 {
         let ground = self.ground;
-        let trodden = TRODDEN + (1.0 - TRODDEN) * smooth(-0.3, 0.3, ground.trail_edge_m(p));
+        let trodden = TRODDEN + (1.0 - TRODDEN) * smooth(-0.5, 0.9, ground.trail_edge_m(p));
         let shelter = UNDER_CROWNS + (1.0 - UNDER_CROWNS) * smooth(-3.0, 4.0, ground.open_m(p));
         let shore = smooth(0.05, 0.6, ground.bank_m(p).min(ground.puddle_edge_m(p)));
         let [holds, slides] = SLIDES;

@@ -122,8 +122,11 @@ section! {
         /// Snowfall as water: 0.5 is light, 1 moderate, 3 heavy.
         snowfall_mm_per_h: f64 = 0.0, Real(0.0, 20.0), "none; sizes by Gunn and Marshall 1958";
         /// Snow that lies on level ground in the open: half as deep in the wood, a third of that
-        /// on trails. It covers the ground, rocks, stumps and logs; crowns and shrubs have shed it.
+        /// on trails. It covers the ground, rocks, stumps and logs.
         snow_depth_m: f64 = 0.0, Real(0.0, 0.6), "none";
+        /// Share of shoots with needles that hold snow, where some lies; with any, branches do,
+        /// too. It falls off within days.
+        snow_on_crowns: f64 = 0.0, Real(0.0, 1.0), "none: it has fallen off";
         /// How wet ground, bark, stones and leaves are, from 0, dry, to 1, soaked; below 0 as wet
         /// as an hour of the rain that falls makes them.
         wetness: f64 = -1.0, Real(-1.0, 1.0), "follows the rain";
