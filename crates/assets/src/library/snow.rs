@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::Vec3;
 use nemoral_scene::{
     AmbientOcclusion, Card, LaserBand, Material, MaterialId, MaterialLibrary, Optics,
-    PlantCommunity, Prototype, Semantic, Texture,
+    PlantCommunity, Prototype, Semantic, Texture, TextureWindow,
 };
 use nemoral_seed::{Domain, Draw, Key};
 use rayon::prelude::*;
@@ -133,8 +133,7 @@ impl SnowMaterials {
         share: f64,
         key: Key,
     ) -> Prototype {
-        let mut parts = self.covered(tree);
-        let mut occlusion = tree.ambient_occlusion().cloned();
+        let mut parts = self.covered(tree, library);
         let mut rng = key.rng();
         for (i, card) in tree.cards().iter().enumerate() {
             let (holds, lift_m) = (
@@ -147,51 +146,66 @@ impl SnowMaterials {
                 continue;
             }
             let rim = 0.5 * (1.0 - COVERED_SHARE);
-            parts.cards.push(Card {
+            parts.shape.cards.push(Card {
                 corner: card.corner + rim * (card.edge_u + card.edge_v) + lift_m * Vec3::Z,
                 edge_u: COVERED_SHARE * card.edge_u,
                 edge_v: COVERED_SHARE * card.edge_v,
                 material: cover,
             });
-            if let Some(occlusion) = &mut occlusion {
+            if let Some(occlusion) = &mut parts.occlusion {
                 occlusion.cards.push(occlusion.cards[i]);
             }
+            if !parts.windows.is_empty() {
+                parts.windows.push(parts.windows[i]);
+            }
         }
-        made(tree, parts, occlusion, library)
+        parts.made(tree.name(), library)
     }
 
     /// The parts of a shape with snow on the upper sides of its wood and stone.
-    fn covered(&self, shape: &Prototype) -> Shape {
-        let mut capped = Shape::of(shape);
-        let mesh = &mut capped.mesh;
+    fn covered(&self, shape: &Prototype, library: &MaterialLibrary) -> Parts {
+        let mut parts = Parts::of(shape);
+        let mesh = &mut parts.shape.mesh;
         for triangle in &mut mesh.triangles {
             let [a, b, c] = triangle.corners.map(|i| mesh.positions[i as usize]);
             let normal = (b - a).cross(c - a).normalize_or_zero();
-            if normal.z > LEAST_RISE {
+            if normal.z > LEAST_RISE && library.get(triangle.material).mask.is_none() {
                 triangle.material = self.over(triangle.material);
             }
         }
-        capped
+        parts
     }
 }
 
-/// A shape with other parts and their ambient occlusion.
-fn made(
-    shape: &Prototype,
-    parts: Shape,
+/// All that a shape is made of.
+struct Parts {
+    shape: Shape,
+    windows: Vec<TextureWindow>,
     occlusion: Option<AmbientOcclusion>,
-    library: &MaterialLibrary,
-) -> Prototype {
-    let made = Prototype::new(shape.name().to_owned(), parts.mesh, parts.cards, library)
-        .and_then(|made| match shape.card_windows() {
-            [] => Ok(made),
-            windows => made.with_card_windows(windows.to_vec()),
-        })
-        .and_then(|made| match occlusion {
-            None => Ok(made),
-            Some(occlusion) => made.with_ambient_occlusion(occlusion),
-        });
-    made.expect("its parts are those of a shape, of this library's materials")
+}
+
+impl Parts {
+    fn of(shape: &Prototype) -> Self {
+        Self {
+            shape: Shape::of(shape),
+            windows: shape.card_windows().to_vec(),
+            occlusion: shape.ambient_occlusion().cloned(),
+        }
+    }
+
+    fn made(self, name: &str, library: &MaterialLibrary) -> Prototype {
+        let Shape { mesh, cards } = self.shape;
+        let made = Prototype::new(name.to_owned(), mesh, cards, library)
+            .and_then(|made| match &self.windows[..] {
+                [] => Ok(made),
+                _ => made.with_card_windows(self.windows),
+            })
+            .and_then(|made| match self.occlusion {
+                None => Ok(made),
+                Some(occlusion) => made.with_ambient_occlusion(occlusion),
+            });
+        made.expect("its parts are those of a shape, of this library's materials")
+    }
 }
 
 impl Library {
@@ -232,8 +246,7 @@ impl Library {
         let snow = SnowMaterials::new(&mut self.materials, below, [fresh, trodden].map(Arc::new));
         let library = self.materials.clone();
         let cap = |shape: &mut Arc<Prototype>| {
-            let occlusion = shape.ambient_occlusion().cloned();
-            *shape = Arc::new(made(shape, snow.covered(shape), occlusion, &library));
+            *shape = Arc::new(snow.covered(shape, &library).made(shape.name(), &library));
         };
         for plants in self.lying() {
             plants
@@ -246,10 +259,9 @@ impl Library {
         let folded = 1.0 - (1.0 - FOLDED) * (params.depth_m / FOLDS_M).min(1.0) as f32;
         for plants in self.folded() {
             plants.par_iter_mut().for_each(|plant| {
-                let mut low = Shape::of(&plant.prototype);
-                low.flatten(folded);
-                let occlusion = plant.prototype.ambient_occlusion().cloned();
-                plant.prototype = Arc::new(made(&plant.prototype, low, occlusion, &library));
+                let mut low = Parts::of(&plant.prototype);
+                low.shape.flatten(folded);
+                plant.prototype = Arc::new(low.made(plant.prototype.name(), &library));
                 plant.height_m *= f64::from(folded);
             });
         }
