@@ -173,6 +173,8 @@ pub struct Library {
     /// The masks that surfaces have in full leaf, where the season has taken leaves away, by
     /// material in order.
     pub full_leaf_masks: Vec<(MaterialId, Arc<AlphaMask>)>,
+    /// Materials that are wet in any weather.
+    pub always_wet: Vec<MaterialId>,
     /// Living trees, species by species, thin ones first; then, if they were asked for, each of
     /// them again as a tree of the wood's edge; then those of given sizes.
     pub trees: Vec<TreeAsset>,
@@ -443,16 +445,18 @@ impl Library {
                 ..materials.ground
             },
             full_leaf_masks: materials.full_leaf,
+            always_wet: materials.always_wet,
             materials: materials.library,
         })
     }
 
-    /// The materials as they are when all surfaces but some are wet, from 0, dry, to 1, soaked by
-    /// rain: a film of water makes what is porous darker, for eyes and lasers, and smoother. Leaves
+    /// The materials as they are when all surfaces are wet but some and those that always are,
+    /// from 0, dry, to 1, soaked by rain: a film of water makes what is porous darker, for eyes and lasers, and smoother. Leaves
     /// shed most of it.
     #[must_use]
     pub fn wet_materials(&self, wetness: f64, but: &[MaterialId]) -> MaterialLibrary {
-        materials::wet(&self.materials, wetness.clamp(0.0, 1.0) as f32, but)
+        let but = [&self.always_wet, but].concat();
+        materials::wet(&self.materials, wetness.clamp(0.0, 1.0) as f32, &but)
     }
 
     /// The materials with the masks that they have in full leaf; `None` if they have these. What

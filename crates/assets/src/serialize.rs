@@ -46,6 +46,7 @@ struct StoredLibrary<'a> {
     textures: Vec<Cow<'a, Texture>>,
     materials: Vec<StoredMaterial<'a>>,
     full_leaf_masks: Vec<(MaterialId, Cow<'a, AlphaMask>)>,
+    always_wet: Cow<'a, [MaterialId]>,
     /// Trees, saplings and snags.
     trees: [Vec<StoredTree<'a>>; 3],
     /// The kinds of plants, in the order of [`Library`]'s fields.
@@ -165,6 +166,7 @@ impl Library {
             full_leaf_masks: (self.full_leaf_masks.iter())
                 .map(|(material, mask)| (*material, Cow::Borrowed(&**mask)))
                 .collect(),
+            always_wet: Cow::Borrowed(&self.always_wet),
             trees: [&self.trees, &self.saplings, &self.snags]
                 .map(|trees| trees.iter().map(StoredTree::of).collect()),
             plants: [
@@ -314,6 +316,7 @@ impl Library {
         });
         Ok(Self {
             full_leaf_masks,
+            always_wet: stored.always_wet.into_owned(),
             trees: trees?,
             saplings: saplings?,
             snags: snags?,

@@ -123,6 +123,8 @@ pub(crate) struct WorldMaterials {
     /// Rock and stone in streams; `None` where they are not wanted.
     pub(crate) wet_rock: Option<MaterialId>,
     pub(crate) wet_stones: Option<StoneMaterials>,
+    /// What is wet in any weather.
+    pub(crate) always_wet: Vec<MaterialId>,
     /// Bare faces of cliffs; `None` where there are none.
     pub(crate) rock_face: Option<MaterialId>,
     pub(crate) gorse: Vec<FoliageCard>,
@@ -254,6 +256,8 @@ impl WorldMaterials {
             all.wet_stones = stone
                 .zip(wet(all.stones.pebble))
                 .map(|(stone, pebble)| StoneMaterials { stone, pebble });
+            let stones = all.wet_stones.iter().flat_map(|of| [of.stone, of.pebble]);
+            all.always_wet = all.wet_rock.into_iter().chain(stones).collect();
         }
         if rock_faces {
             let rock = all.library.get(all.rock).clone();
@@ -499,6 +503,7 @@ impl WorldMaterials {
             stones: StoneMaterials { stone, pebble },
             wet_rock: None,
             wet_stones: None,
+            always_wet: Vec::new(),
             rock_face: None,
             shrub_wood,
             cane,

@@ -11,9 +11,6 @@ use super::optics;
 const SHARE: f32 = 0.85;
 const ROUGHNESS: f32 = 0.35;
 
-/// What the end of a name says of materials that are wet in any weather.
-const WET: &str = ".wet";
-
 /// The albedo of a surface under a film of water, by channel (Lekner and Dorf 1988, "Why some
 /// things are darker when wet", Applied Optics 27, 1278, doi 10.1364/AO.27.001278, equations 5, 10
 /// and 14 for a refractive index of 1.33): light that the surface throws back is thrown back again
@@ -36,7 +33,7 @@ pub(super) fn wet_stone(dry: &Material) -> Material {
         .collect();
     let albedo = Texture::from_linear(dry.albedo.width(), dry.albedo.height(), &texels);
     Material {
-        name: format!("{}{WET}", dry.name),
+        name: format!("{}.wet", dry.name),
         albedo: Arc::new(albedo.expect("it has the size of a texture")),
         roughness: ROUGHNESS,
         optics: optics::WET_ROCK,
@@ -110,8 +107,8 @@ pub(crate) fn wet(library: &MaterialLibrary, wetness: f32, but: &[MaterialId]) -
     };
     let mut wetted = MaterialLibrary::new();
     for (i, dry) in library.materials().iter().enumerate() {
-        let is_wet = but.contains(&MaterialId(i as u16)) || dry.name.ends_with(WET);
-        let material = match wetting(dry.semantic).filter(|_| !is_wet) {
+        let takes_water = !but.contains(&MaterialId(i as u16));
+        let material = match wetting(dry.semantic).filter(|_| takes_water) {
             None => dry.clone(),
             Some(of) => {
                 let share = of.share * wetness;

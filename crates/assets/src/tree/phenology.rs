@@ -205,7 +205,12 @@ impl Phenology {
             r.one(&field("bud_burst"), burst, 1.0, 230.0)?;
             r.one(&field("full_leaf"), full, burst + 8.0, burst + 60.0)?;
             r.one(&field("peak_colour"), peak, full + 60.0, 366.0)?;
-            r.one(&field("half_fallen"), fallen, peak, peak + 60.0)?;
+            r.one(
+                &field("half_fallen"),
+                fallen,
+                peak,
+                (peak + 60.0).min(366.0),
+            )?;
         }
         r.one("fall_days", self.fall_days, 1.0, 20.0)?;
         r.each("marcescent", &self.marcescent, 0.0, 0.9)?;
@@ -417,6 +422,30 @@ mod tests {
             assert_eq!(p.phase(&at(200.0), 0.0, false), LeafPhase::SUMMER);
         }
         assert_eq!(deciduous().len(), 3);
+    }
+
+    #[test]
+    fn years_that_there_are_not_are_refused() {
+        let (species, good) = deciduous().remove(0);
+        type Break = fn(&mut Phenology);
+        let broken: [(&str, Break); 8] = [
+            ("bud_burst[0]", |p| p.bud_burst[0] = 0.0),
+            ("bud_burst[2]", |p| p.bud_burst[2] = f64::NAN),
+            ("full_leaf[1]", |p| p.full_leaf[1] = p.bud_burst[1]),
+            ("peak_colour[0]", |p| p.peak_colour[0] = p.full_leaf[0]),
+            ("half_fallen[2]", |p| p.half_fallen[2] = 367.0),
+            ("fall_days", |p| p.fall_days = 0.0),
+            ("marcescent", |p| p.marcescent[1] = 1.0),
+            ("turned.transmittance", |p| {
+                p.turned.transmittance = [0.7; 3]
+            }),
+        ];
+        for (field, change) in broken {
+            let mut wrong = species.clone();
+            change(wrong.phenology.insert(good));
+            let refused = wrong.check().expect_err(field).to_string();
+            assert!(refused.contains(field), "{refused}");
+        }
     }
 
     #[test]

@@ -49,7 +49,7 @@ impl Stage<Forest> for ObjectGeometryStage {
             let ground = in_pool(|| self.ground.make((at, world), &assets, &ground, snow))?;
             Ok(std::iter::once(ground).chain(sheets.clone()).collect())
         };
-        let in_summer = if assets.is_wintry() {
+        let in_summer = if assets.differs_from_summer() {
             let placed = |object| assets.instance_in_full_leaf(object, at, self.chunk_size_m);
             let floor = floor(None)?.into_iter();
             Some(floor.chain(objects.0.iter().map(placed)).collect())

@@ -128,7 +128,9 @@ impl Stage<Forest> for SkyViewStage {
                 };
                 SkyViewFactor::measure(&area, &snow, &crowns)
             }
-            None if assets.is_wintry() => SkyViewFactor::measure(&area, &*ground, &crowns),
+            None if assets.differs_from_summer() => {
+                SkyViewFactor::measure(&area, &*ground, &crowns)
+            }
             None => near_ground.completed(&crowns),
         }))
     }

@@ -390,7 +390,7 @@ impl WorldAssets {
     }
 
     /// Whether light falls otherwise than in summer: leaves are missing, or snow lies.
-    pub(crate) const fn is_wintry(&self) -> bool {
+    pub(crate) const fn differs_from_summer(&self) -> bool {
         self.is_leafless || self.snow.is_some()
     }
 

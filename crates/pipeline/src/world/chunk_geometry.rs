@@ -13,7 +13,7 @@ pub struct ObjectGeometry {
     /// As they are in their season.
     pub group: Arc<Group>,
     /// The same in full leaf and without snow, if they are not so: what grows, grew under these.
-    pub in_summer: Option<Arc<Group>>,
+    in_summer: Option<Arc<Group>>,
 }
 
 /// A chunk's undergrowth, seedlings and trail grass; `None` where nothing grows.
