@@ -437,7 +437,7 @@ mod tests {
             ("fall_days", |p| p.fall_days = 0.0),
             ("marcescent", |p| p.marcescent[1] = 1.0),
             ("turned.transmittance", |p| {
-                p.turned.transmittance = [0.7; 3]
+                p.turned.transmittance = [0.71; 3]
             }),
         ];
         for (field, change) in broken {
