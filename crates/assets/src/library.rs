@@ -451,8 +451,8 @@ impl Library {
     }
 
     /// The materials as they are when all surfaces are wet but some and those that always are,
-    /// from 0, dry, to 1, soaked by rain: a film of water makes what is porous darker, for eyes and lasers, and smoother. Leaves
-    /// shed most of it.
+    /// from 0, dry, to 1, soaked by rain: a film of water makes what is porous darker, for eyes and
+    /// lasers, and smoother. Leaves shed most of it.
     #[must_use]
     pub fn wet_materials(&self, wetness: f64, but: &[MaterialId]) -> MaterialLibrary {
         let but = [&self.always_wet, but].concat();
