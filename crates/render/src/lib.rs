@@ -115,5 +115,6 @@ pub use raycast::params::RayCastParams;
 pub use raycast::pixel_truth::PixelTruth;
 pub use renderer::{CameraImages, CameraRenderer, OpenSky, SceneView, SkyVisibility};
 pub use sky::model::SkyParams;
+pub use sky::moon::Moon;
 pub use sky::photograph::SkyImage;
 pub use sky::sun::{Sun, UtcTime};

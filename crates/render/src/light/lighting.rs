@@ -2,14 +2,14 @@
 
 use std::f32::consts::PI;
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use nemoral_scene::extinction_per_m;
 
 use crate::error::{ParamError, check};
 use crate::sky::atmosphere::mie_phase;
 use crate::sky::haze::{Haze, Layer};
 use crate::sky::irradiance::Irradiance;
-use crate::sky::model::Sky;
+use crate::sky::model::{Beam, Sky};
 use crate::{SkyImage, SkyParams, Sun};
 
 /// The haze of the sky's own aerosols, 1/m, for a visibility of 20 km.
@@ -20,6 +20,8 @@ const CLEAR_EXTINCTION: f32 = extinction_per_m(20_000.0) as f32;
 pub struct Lighting {
     sun_direction: Vec3,
     sun_irradiance: Vec3,
+    /// If these two are the moon's: the share of its disc that is lit, and the direction to the sun.
+    moon: Option<(f32, Vec3)>,
     sky: Sky,
     /// The irradiance of the sky alone, by normal.
     sky_irradiance: Irradiance,
@@ -40,8 +42,7 @@ impl Lighting {
     /// The light of a sun and a sky. It takes some 20 ms, so use one for many pictures.
     ///
     /// # Errors
-    /// If a parameter is out of its range, or the sun is more than 6° below the horizon, where it
-    /// is too dark for a camera.
+    /// If a parameter is out of its range.
     pub fn new(sun: &Sun, sky: &SkyParams) -> Result<Self, ParamError> {
         Self::under(sun, sky, None)
     }
@@ -67,32 +68,20 @@ impl Lighting {
         sky: &SkyParams,
         image: Option<(&SkyImage, f64)>,
     ) -> Result<Self, ParamError> {
-        check(
-            "sun.elevation_deg",
-            sun.elevation_deg(),
-            -6.0,
-            90.0,
-            "-6..=90 (not night)",
-        )?;
         sky.check()?;
-        let (mut table, mut sun_irradiance) = Sky::new(sun, sky);
+        let (mut table, mut beam) = Sky::new(sun, sky);
         if let Some((image, gain)) = image {
             table = table.replaced_by(image, gain as f32);
         }
         // Mist and fog scatter the beam: droplets scatter 70 % of it within a few degrees, and the
         // ground gets most of the rest from the whole sky.
-        let z = sun.direction().z.max(0.02);
+        let z = beam.direction.z.max(0.02);
         let mist = (extinction_per_m(sky.visibility_m) - f64::from(CLEAR_EXTINCTION)).max(0.0);
         let depth = 0.3 * (mist * sky.haze_height_m + sky.fog_per_m * sky.fog_height_m) / z;
         let through = libm::exp(-depth) as f32;
-        table.add_veil(sun_irradiance * ((1.0 - through) * 0.8 * z as f32));
-        sun_irradiance *= through;
-        Ok(Self::assemble(
-            sun.direction().as_vec3(),
-            sun_irradiance,
-            table,
-            sky,
-        ))
+        table.add_veil(beam.irradiance * ((1.0 - through) * 0.8 * z as f32));
+        beam.irradiance *= through;
+        Ok(Self::assemble(beam, table, sky))
     }
 
     /// Equal radiance from every direction, above and below, without a sun, as inside of an
@@ -104,10 +93,16 @@ impl Lighting {
             foliage_albedo: Vec3::ZERO,
             ..SkyParams::default()
         };
-        Self::assemble(Vec3::Z, Vec3::ZERO, Sky::uniform(radiance), &params)
+        let dark = Beam {
+            direction: DVec3::Z,
+            irradiance: Vec3::ZERO,
+            moon: None,
+        };
+        Self::assemble(dark, Sky::uniform(radiance), &params)
     }
 
-    fn assemble(sun_direction: Vec3, sun_irradiance: Vec3, sky: Sky, params: &SkyParams) -> Self {
+    fn assemble(beam: Beam, sky: Sky, params: &SkyParams) -> Self {
+        let (sun_direction, sun_irradiance) = (beam.direction.as_vec3(), beam.irradiance);
         let sky_irradiance = Irradiance::of_sky(|d| sky.radiance(d));
         let diffuse = sky_irradiance.at(Vec3::Z);
         // With all orders of scattering, leaves that scatter a share w of the light act like leaves
@@ -126,6 +121,7 @@ impl Lighting {
         Self {
             sun_direction,
             sun_irradiance,
+            moon: beam.moon,
             sky,
             sky_irradiance,
             ground_albedo: params.ground_albedo,
@@ -144,7 +140,8 @@ impl Lighting {
         }
     }
 
-    /// The unit vector towards the sun's centre.
+    /// The unit vector towards the sun's centre; towards the moon's, if it shines and the sun has
+    /// set. So are all of its sun.
     #[must_use]
     pub fn sun_direction(&self) -> Vec3 {
         self.sun_direction
@@ -156,7 +153,7 @@ impl Lighting {
         self.sun_irradiance
     }
 
-    /// The radiance of the sky from a unit direction, without the sun's disc; below the horizon it
+    /// The radiance of the sky from a unit direction, without sun and moon; below the horizon it
     /// is that of the horizon's haze. Linear sRGB, cd/m².
     #[must_use]
     pub fn sky_radiance(&self, direction: Vec3) -> Vec3 {
@@ -189,14 +186,28 @@ impl Lighting {
         }
     }
 
-    /// The radiance of the sun's disc in a direction; black beside the disc.
+    /// The radiance of the disc of the sun or the moon in a direction; black beside it.
     pub(crate) fn sun_disc(&self, haze: &Haze, direction: Vec3) -> Vec3 {
         let r = Sun::ANGULAR_RADIUS_RAD as f32;
         // The difference of the unit vectors is the angle, with a relative error of 10^-6 here.
-        if (direction - self.sun_direction).length() >= r {
+        let offset = direction - self.sun_direction;
+        if offset.length() >= r {
             return Vec3::ZERO;
         }
-        self.sun_irradiance / (PI * r * r) * haze.sky_transmittance(direction.z)
+        let mut lit = 1.0;
+        if let Some((share, to_sun)) = self.moon {
+            // The terminator is half of an ellipse whose axis is along the disc's diameter.
+            let along = to_sun - self.sun_direction * to_sun.dot(self.sun_direction);
+            let x = offset.dot(along.normalize_or_zero()) / r;
+            let chord = (1.0 - (offset.length_squared() / (r * r) - x * x))
+                .max(0.0)
+                .sqrt();
+            if x < (1.0 - 2.0 * share) * chord {
+                return Vec3::ZERO;
+            }
+            lit = share;
+        }
+        self.sun_irradiance / (PI * r * r * lit) * haze.sky_transmittance(direction.z)
     }
 
     /// The air around a camera at a height, in a world that ends at `range_m`.
@@ -269,6 +280,7 @@ impl Ambient<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Moon;
 
     #[test]
     fn light_under_crowns_is_dim_and_green() {
@@ -300,20 +312,52 @@ mod tests {
     }
 
     #[test]
-    fn night_is_refused() {
-        let sun = Sun::from_angles(0.0, -7.0).expect("valid");
-        let e = Lighting::new(&sun, &SkyParams::default()).expect_err("night");
-        assert_eq!(e.field, "sun.elevation_deg");
-        let sun = Sun::from_angles(0.0, 7.0).expect("valid");
-        assert!(
-            Lighting::new(
-                &sun,
-                &SkyParams {
-                    turbidity: 0.5,
-                    ..SkyParams::default()
+    fn the_moon_shines_at_night_by_its_phase() {
+        let sun = Sun::from_angles(270.0, -20.0).expect("valid");
+        let haze = Haze {
+            mist: 0.0,
+            ..Lighting::uniform(Vec3::ONE).haze(0.0, 300.0)
+        };
+        for share in [0.1, 0.5, 0.9, 1.0] {
+            let params = SkyParams {
+                moon: Some(Moon::from_angles(180.0, 30.0, share).expect("valid")),
+                ..SkyParams::default()
+            };
+            let l = Lighting::new(&sun, &params).expect("valid");
+            let moon = l.sun_direction();
+            assert!((moon.z - 0.5).abs() < 1e-6, "{moon}");
+            // The lit part of the disc, by counting, and its light.
+            let (right, up) = (Vec3::X, Vec3::X.cross(moon));
+            let (side, n) = (1.05 * Sun::ANGULAR_RADIUS_RAD as f32, 200);
+            let (mut lit, mut light) = ((0, 0), Vec3::ZERO);
+            for i in 0..n * n {
+                let at = |i: i32| (2.0 * (i as f32 + 0.5) / n as f32 - 1.0) * side;
+                let radiance = l.sun_disc(&haze, moon + right * at(i % n) + up * at(i / n));
+                light += radiance * (2.0 * side / n as f32).powi(2);
+                if radiance != Vec3::ZERO {
+                    // The sun is in the west, at the left.
+                    let left = i % n < n / 2;
+                    lit = (lit.0 + i32::from(left), lit.1 + i32::from(!left));
                 }
-            )
-            .is_err()
-        );
+            }
+            let whole = PI * (n as f32 / 2.1).powi(2);
+            let seen = (lit.0 + lit.1) as f32 / whole;
+            assert!((f64::from(seen) - share).abs() < 0.02, "{seen} for {share}");
+            assert!(share == 1.0 || lit.0 > lit.1, "{lit:?}");
+            assert!(
+                (light / l.sun_irradiance() - Vec3::ONE).length() < 0.05,
+                "{light}"
+            );
+        }
+    }
+
+    #[test]
+    fn impossible_air_is_refused() {
+        let sun = Sun::from_angles(0.0, 7.0).expect("valid");
+        let sky = SkyParams {
+            turbidity: 0.5,
+            ..SkyParams::default()
+        };
+        assert!(Lighting::new(&sun, &sky).is_err());
     }
 }

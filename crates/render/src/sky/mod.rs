@@ -1,10 +1,12 @@
-//! Sun and sky: the sun's position, the scattering of its light in the air, and the haze in front
+//! Sun, moon and sky: their places, the scattering of their light in the air, and the haze in front
 //! of a camera.
 
 pub(crate) mod atmosphere;
 pub(crate) mod haze;
 pub(crate) mod irradiance;
 pub(crate) mod model;
+pub(crate) mod moon;
 pub(crate) mod photograph;
 pub(crate) mod sun;
 pub(crate) mod sun_disc;
+pub(crate) mod twilight;

@@ -2,11 +2,12 @@
 
 use glam::{DVec3, Vec2, Vec3};
 
-use crate::SkyImage;
-use crate::Sun;
+use crate::colour::LUMINANCE;
 use crate::error::{ParamError, check};
 use crate::sky::atmosphere::{Atmosphere, Scattered, mie_phase, rayleigh_phase};
 use crate::sky::irradiance::Irradiance;
+use crate::sky::twilight::twilight;
+use crate::{Moon, SkyImage, Sun};
 
 /// The air and the clouds.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,6 +21,8 @@ pub struct SkyParams {
     pub sun_intensity: f64,
     /// Multiplies its colour, linear sRGB, each 0..=10.
     pub sun_tint: Vec3,
+    /// The moon, which shines once the sun has set; `None` for a night without one.
+    pub moon: Option<Moon>,
     /// Mean albedo of the ground around, linear sRGB, each 0..=1.
     pub ground_albedo: Vec3,
     /// Share of the light on a leaf that it scatters to either side (reflectance + transmittance),
@@ -48,6 +51,7 @@ impl Default for SkyParams {
             overcast: 0.0,
             sun_intensity: 1.0,
             sun_tint: Vec3::ONE,
+            moon: None,
             ground_albedo: Vec3::new(0.11, 0.10, 0.06),
             foliage_albedo: Vec3::new(0.13, 0.24, 0.034),
             visibility_m: 20_000.0,
@@ -126,23 +130,39 @@ const SOLAR_COLOUR: DVec3 = DVec3::new(1.08, 0.98, 0.95);
 /// The share of a clear day's light that an overcast sky lets through (Kasten and Czeplak 1980).
 const OVERCAST_TRANSMITTANCE: f32 = 0.25;
 
+/// The moon's colour above the air, luminance 1: its rock reflects red better than blue (Velikodsky
+/// et al. 2011, its albedo at 615, 535 and 445 nm).
+const LUNAR_COLOUR: DVec3 = DVec3::new(1.210, 0.963, 0.747);
+
+/// The light that casts shadows: that of the sun, or of the moon once the sun has set.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Beam {
+    /// The unit vector to where it comes from.
+    pub(crate) direction: DVec3,
+    /// The irradiance on a plane that faces it, linear sRGB, lux.
+    pub(crate) irradiance: Vec3,
+    /// If the moon shines: the share of its disc that is lit, and the direction to the sun.
+    pub(crate) moon: Option<(f32, Vec3)>,
+}
+
 /// Radiance of the sky: linear sRGB with luminance in cd/m².
 #[derive(Clone, Debug)]
 pub(crate) enum Sky {
-    /// A sky that is computed from the air.
-    Modelled(Table),
+    /// A sky that is computed from the air: what it scatters of the sun's light, and at night of
+    /// the moon's.
+    Modelled(Table, Option<Table>),
     /// A sky from an image.
     Photographed(SkyImage),
 }
 
-/// A modelled sky.
+/// What the air scatters of one source's light.
 #[derive(Clone, Debug)]
 pub(crate) struct Table {
-    /// The horizontal direction of the sun, unit length (any direction, for a sun in the zenith).
-    sun_azimuth: Vec2,
-    /// `ROWS` of `COLUMNS`. Row v has elevation v² · 90°, column u has sin(azimuth from the sun /
-    /// 2) = u: fine near the horizon and near the sun.
-    table: Vec<Vec3>,
+    /// The horizontal direction of the source, unit length (any direction, for one in the zenith).
+    azimuth: Vec2,
+    /// `ROWS` of `COLUMNS`. Row v has elevation v² · 90°, column u has sin(azimuth from the source
+    /// / 2) = u: fine near the horizon and near the source.
+    pub(super) radiance: Vec<Vec3>,
 }
 
 const ROWS: usize = 96;
@@ -152,45 +172,65 @@ const COLUMNS: usize = 96;
 const COARSE: usize = 4;
 
 impl Sky {
-    /// The sky, and the sun's irradiance on a plane that faces it.
-    pub(crate) fn new(sun: &Sun, params: &SkyParams) -> (Self, Vec3) {
+    /// The sky, and the light that casts shadows.
+    pub(crate) fn new(sun: &Sun, params: &SkyParams) -> (Self, Beam) {
         let air = Atmosphere::new(params.turbidity, params.ground_albedo.as_dvec3());
-        let beam =
-            SOLAR_CONSTANT_LX * params.sun_intensity * SOLAR_COLOUR * params.sun_tint.as_dvec3();
+        let intensity = params.sun_intensity;
+        let light = SOLAR_CONSTANT_LX * intensity * SOLAR_COLOUR * params.sun_tint.as_dvec3();
         let elevation = sun.elevation_deg().to_radians();
-        let clear_sun = (beam * air.sun_transmittance(elevation)).as_vec3();
-        let flat = sun.direction().truncate().as_vec2();
-        let mut sky = Table {
-            sun_azimuth: flat.try_normalize().unwrap_or(Vec2::X),
-            table: clear_table(&air, elevation, beam),
+        let mut beam = Beam {
+            direction: sun.direction(),
+            irradiance: (light * air.sun_transmittance(elevation)).as_vec3(),
+            moon: None,
         };
+        let table = match sun.elevation_deg() {
+            0.0.. => Table::new(sun.direction(), clear_table(&air, elevation, light)),
+            _ => twilight(&air, sun, light, intensity),
+        };
+        let risen = params.moon.filter(|moon| {
+            beam.irradiance == Vec3::ZERO && moon.elevation_deg() > 0.0 && moon.illuminated() > 0.0
+        });
+        let moonlit = risen.map(|moon| {
+            let light = moon.illuminance_lx() * LUNAR_COLOUR;
+            let elevation = moon.elevation_deg().to_radians();
+            beam = Beam {
+                direction: moon.direction(),
+                irradiance: (light * air.sun_transmittance(elevation)).as_vec3(),
+                moon: Some((moon.illuminated() as f32, sun.direction().as_vec3())),
+            };
+            Table::new(moon.direction(), clear_table(&air, elevation, light))
+        });
+        let mut sky = Self::Modelled(table, moonlit);
         if params.overcast > 0.0 {
-            // The veil transmits a share of the light that a clear sky and its sun would give the
+            // The veil transmits a share of the light that a clear sky and its beam would give the
             // ground. Droplets scatter all colours equally, so most of the blue becomes white.
             let global = Irradiance::of_sky(|d| sky.radiance(d)).at(Vec3::Z)
-                + clear_sun * sun.direction().z.max(0.0) as f32;
-            let white = Vec3::splat(global.dot(crate::colour::LUMINANCE));
+                + beam.irradiance * beam.direction.z.max(0.0) as f32;
+            let white = Vec3::splat(global.dot(LUMINANCE));
             let overcast = params.overcast as f32;
             let ground = global.lerp(white, 0.7) * (overcast * OVERCAST_TRANSMITTANCE);
             // The CIE overcast sky is three times as bright overhead as at the horizon.
             let zenith = ground * (9.0 / (7.0 * std::f32::consts::PI));
-            for (i, l) in sky.table.iter_mut().enumerate() {
-                let v = (i / COLUMNS) as f32 / (ROWS - 1) as f32;
-                let sine = libm::sinf(v * v * std::f32::consts::FRAC_PI_2);
-                *l = *l * (1.0 - overcast) + zenith * ((1.0 + 2.0 * sine) / 3.0);
+            if let Self::Modelled(table, moonlit) = &mut sky {
+                for (i, l) in table.radiance.iter_mut().enumerate() {
+                    let v = (i / COLUMNS) as f32 / (ROWS - 1) as f32;
+                    let sine = libm::sinf(v * v * std::f32::consts::FRAC_PI_2);
+                    *l = *l * (1.0 - overcast) + zenith * ((1.0 + 2.0 * sine) / 3.0);
+                }
+                for l in moonlit.iter_mut().flat_map(|table| &mut table.radiance) {
+                    *l *= 1.0 - overcast;
+                }
             }
         }
-        (
-            Self::Modelled(sky),
-            clear_sun * (1.0 - params.overcast) as f32,
-        )
+        beam.irradiance *= (1.0 - params.overcast) as f32;
+        (sky, beam)
     }
 
     /// The sky of an image, `gain` times as bright as this one by its illuminance on level ground.
     pub(crate) fn replaced_by(&self, image: &SkyImage, gain: f32) -> Self {
         let level = |sky: &Self| {
             let e = Irradiance::of_sky(|d| sky.radiance(d)).at(Vec3::Z);
-            e.dot(crate::colour::LUMINANCE)
+            e.dot(LUMINANCE)
         };
         let (wanted, given) = (level(self), level(&Self::Photographed(image.clone())));
         Self::Photographed(image.scaled(gain * wanted / given.max(f32::MIN_POSITIVE)))
@@ -198,38 +238,44 @@ impl Sky {
 
     /// The same radiance from every direction.
     pub(crate) fn uniform(radiance: Vec3) -> Self {
-        Self::Modelled(Table {
-            sun_azimuth: Vec2::X,
-            table: vec![radiance; ROWS * COLUMNS],
-        })
+        Self::Modelled(Table::new(DVec3::X, vec![radiance; ROWS * COLUMNS]), None)
     }
 
     /// Adds an even veil that gives level ground this much light.
     pub(crate) fn add_veil(&mut self, irradiance: Vec3) {
         let veil = irradiance / std::f32::consts::PI;
         match self {
-            Self::Modelled(sky) => sky.table.iter_mut().for_each(|l| *l += veil),
+            Self::Modelled(sky, _) => sky.radiance.iter_mut().for_each(|l| *l += veil),
             Self::Photographed(image) => *image = image.veiled(veil),
         }
     }
 
-    /// The radiance from a unit direction, without the sun's disc; below the horizon it is that of
+    /// The radiance from a unit direction, without sun and moon; below the horizon it is that of
     /// the horizon's haze.
     #[inline]
     pub(crate) fn radiance(&self, direction: Vec3) -> Vec3 {
         match self {
-            Self::Modelled(sky) => sky.radiance(direction),
+            Self::Modelled(sky, None) => sky.at(direction),
+            Self::Modelled(sky, Some(moonlit)) => sky.at(direction) + moonlit.at(direction),
             Self::Photographed(image) => image.radiance(direction),
         }
     }
 }
 
 impl Table {
+    pub(super) fn new(source: DVec3, radiance: Vec<Vec3>) -> Self {
+        let flat = source.truncate().as_vec2();
+        Self {
+            azimuth: flat.try_normalize().unwrap_or(Vec2::X),
+            radiance,
+        }
+    }
+
     #[inline]
-    fn radiance(&self, direction: Vec3) -> Vec3 {
+    pub(super) fn at(&self, direction: Vec3) -> Vec3 {
         let flat = direction.truncate();
         // 1e-12 avoids a division by zero at the zenith.
-        let cos_azimuth = flat.dot(self.sun_azimuth) / (flat.length_squared() + 1e-12).sqrt();
+        let cos_azimuth = flat.dot(self.azimuth) / (flat.length_squared() + 1e-12).sqrt();
         let u = (0.5 - 0.5 * cos_azimuth).clamp(0.0, 1.0).sqrt() * (COLUMNS - 1) as f32;
         // The zenith angle over 90°, to 5e-5 (Abramowitz and Stegun 4.4.45).
         let z = direction.z.clamp(0.0, 1.0);
@@ -239,19 +285,19 @@ impl Table {
         let (i, j) = ((v as usize).min(ROWS - 2), (u as usize).min(COLUMNS - 2));
         let (fv, fu) = (v - i as f32, u - j as f32);
         let (low, high) = (
-            &self.table[i * COLUMNS + j..][..2],
-            &self.table[(i + 1) * COLUMNS + j..][..2],
+            &self.radiance[i * COLUMNS + j..][..2],
+            &self.radiance[(i + 1) * COLUMNS + j..][..2],
         );
         let (low, high) = (low[0].lerp(low[1], fu), high[0].lerp(high[1], fu));
         low.lerp(high, fv)
     }
 }
 
-/// The clear sky's table for a beam above the air.
-fn clear_table(air: &Atmosphere, sun_elevation_rad: f64, beam: DVec3) -> Vec<Vec3> {
-    // The frame's x axis lies below the sun.
-    let (sin, cos) = libm::sincos(sun_elevation_rad);
-    let sun = DVec3::new(cos, 0.0, sin);
+/// The clear sky's table for a source of this light above the air.
+pub(super) fn clear_table(air: &Atmosphere, elevation_rad: f64, light: DVec3) -> Vec<Vec3> {
+    // The frame's x axis lies below the source.
+    let (sin, cos) = libm::sincos(elevation_rad);
+    let source = DVec3::new(cos, 0.0, sin);
     let direction = |u: f64, v: f64| {
         let (z, flat) = libm::sincos(v * v * std::f64::consts::FRAC_PI_2);
         let (sin_half, cos_half) = (u, libm::sqrt(1.0 - u * u));
@@ -261,13 +307,13 @@ fn clear_table(air: &Atmosphere, sun_elevation_rad: f64, beam: DVec3) -> Vec<Vec
             z,
         )
     };
-    let multiple = air.multiple_scattering(sun_elevation_rad);
+    let multiple = air.multiple_scattering(elevation_rad);
     let (rows, columns) = (ROWS / COARSE, COLUMNS / COARSE);
     let coarse: Vec<Scattered> = (0..rows * columns)
         .map(|i| {
             let v = (i / columns) as f64 / (rows - 1) as f64;
             let u = (i % columns) as f64 / (columns - 1) as f64;
-            air.scattered(direction(u, v), sun, &multiple)
+            air.scattered(direction(u, v), source, &multiple)
         })
         .collect();
     (0..ROWS * COLUMNS)
@@ -282,11 +328,11 @@ fn clear_table(air: &Atmosphere, sun_elevation_rad: f64, beam: DVec3) -> Vec<Vec
                 let (low, high) = (at(0, 0).lerp(at(0, 1), fx), at(1, 0).lerp(at(1, 1), fx));
                 low.lerp(high, fy)
             };
-            let cos = direction(u, v).dot(sun).clamp(-1.0, 1.0) as f32;
+            let cos = direction(u, v).dot(source).clamp(-1.0, 1.0) as f32;
             let radiance = blend(|s| s.rayleigh) * f64::from(rayleigh_phase(cos))
                 + blend(|s| s.mie) * f64::from(mie_phase(cos))
                 + blend(|s| s.multiple);
-            (radiance * beam).as_vec3()
+            (radiance * light).as_vec3()
         })
         .collect()
 }
@@ -294,17 +340,15 @@ fn clear_table(air: &Atmosphere, sun_elevation_rad: f64, beam: DVec3) -> Vec<Vec
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::colour::LUMINANCE;
 
     fn sky(elevation: f64, overcast: f64) -> (Sky, Vec3) {
         let sun = Sun::from_angles(180.0, elevation).expect("valid");
-        Sky::new(
-            &sun,
-            &SkyParams {
-                overcast,
-                ..SkyParams::default()
-            },
-        )
+        let params = SkyParams {
+            overcast,
+            ..SkyParams::default()
+        };
+        let (sky, beam) = Sky::new(&sun, &params);
+        (sky, beam.irradiance)
     }
 
     fn luminance(c: Vec3) -> f32 {

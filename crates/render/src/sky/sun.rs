@@ -181,7 +181,7 @@ impl UtcTime {
     }
 
     /// Julian centuries since J2000.0.
-    fn julian_centuries(&self) -> Result<f64, ParamError> {
+    pub(crate) fn julian_centuries(&self) -> Result<f64, ParamError> {
         let noon = f64::from(self.day_number()?);
         Ok((noon - 0.5 + self.hour / 24.0 - 2_451_545.0) / 36_525.0)
     }
