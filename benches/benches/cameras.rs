@@ -115,6 +115,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             instances: Some(&*scene),
             materials: &assets.library.materials,
             sky_visibility: &OpenSky,
+            lamps: &[],
         };
         report(&name, &|| (), &|| {
             rig.renderer.truth(&seen, &view).map(drop)

@@ -48,6 +48,10 @@ impl Backend {
             return Ok((Self::Cpu, none.to_owned()));
         }
         let follows = config.all_cameras().find(|(_, camera)| camera.bounces > 0);
+        if let (BackendChoice::Auto, Some((lamp, _))) = (choice, config.all_lamps().next()) {
+            let why = format!("renderer: the CPU, as {lamp} shines");
+            return Ok((Self::Cpu, why));
+        }
         match (choice, follows) {
             (BackendChoice::Auto, Some((path, camera))) => {
                 let bounces = camera.bounces;

@@ -84,12 +84,16 @@ impl Failure {
 fn allowed(path: &str) -> Option<String> {
     let (table, name) = path.rsplit_once('.').unwrap_or(("", path));
     // A further sensor has the keys of the first one.
-    let of_first = [("cameras.", "camera"), ("lidars.", "lidar")]
-        .into_iter()
-        .find_map(|(prefix, first)| {
-            let rest = table.strip_prefix(prefix)?.split_once('.');
-            Some(rest.map_or(first.to_owned(), |(_, rest)| format!("{first}.{rest}")))
-        });
+    let of_first = [
+        ("cameras.", "camera"),
+        ("lidars.", "lidar"),
+        ("lamps.", "lamp"),
+    ]
+    .into_iter()
+    .find_map(|(prefix, first)| {
+        let rest = table.strip_prefix(prefix)?.split_once('.');
+        Some(rest.map_or(first.to_owned(), |(_, rest)| format!("{first}.{rest}")))
+    });
     let table = of_first.as_deref().unwrap_or(table);
     let section = SECTIONS.iter().find(|s| s.path == table)?;
     let key = section.keys.iter().find(|k| k.name == name)?;

@@ -26,6 +26,7 @@
 //!     instances: None,
 //!     materials: &materials,
 //!     sky_visibility: &OpenSky,
+//!     lamps: &[],
 //! };
 //! let view = View::new(Intrinsics::from_fov(64, 36, 1.2)?, RigidTransform::body_from_optical());
 //! let images = camera.render(&scene, &view, Key::world(7))?;
@@ -109,6 +110,7 @@ pub use camera::white_balance::{WhiteBalance, WhiteReference};
 pub use error::ParamError;
 #[cfg(feature = "gpu")]
 pub use gpu::{Accept, Gpu, GpuCamera, GpuError, GpuImages, GpuMemory, GpuParams, Pass};
+pub use light::lamp::{Lamp, LampParams};
 pub use light::lighting::Lighting;
 pub use raycast::camera::RayCastCamera;
 pub use raycast::params::RayCastParams;

@@ -4,6 +4,7 @@ use glam::Vec3;
 use nemoral_scene::{Image, InstancedScene, MaterialLibrary, RayCaster, TruthImages};
 use nemoral_seed::Key;
 
+use crate::Lamp;
 use crate::camera::view::View;
 
 /// The share of the sky that is visible through the crowns.
@@ -44,6 +45,8 @@ pub struct SceneView<'a> {
     pub materials: &'a MaterialLibrary,
     /// The crowns' shade.
     pub sky_visibility: &'a dyn SkyVisibility,
+    /// The lamps that shine, usually those of the cameras' carrier.
+    pub lamps: &'a [Lamp],
 }
 
 impl std::fmt::Debug for SceneView<'_> {

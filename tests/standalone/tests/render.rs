@@ -45,6 +45,7 @@ fn picture(azimuth_deg: f64) -> Result<CameraImages, Box<dyn Error>> {
         instances: None,
         materials: &materials,
         sky_visibility: &OpenSky,
+        lamps: &[],
     };
     let intrinsics = Intrinsics::from_fov(96, 64, 1.0)?;
     let view = View::new(intrinsics, RigidTransform::body_from_optical());

@@ -124,6 +124,7 @@ fn flow_leads_to_the_same_surface_in_the_next_frame() {
         instances: Some(&*seen.scene),
         materials: &seen.assets.library.materials,
         sky_visibility: &OpenSky,
+        lamps: &[],
     };
     let renderer = seen.rigs[0].renderer.ray_cast().expect("the CPU's");
     let size = DVec2::new(120.0, 72.0);

@@ -168,6 +168,7 @@ fn pictures(
         instances: None,
         materials,
         sky_visibility: &OpenSky,
+        lamps: &[],
     };
     let images = camera
         .render(&scene, &view, Key::world(1))
@@ -275,6 +276,7 @@ fn the_letter_f_is_the_same_on_a_gpu() {
             instances: Some(&forest),
             materials: &library,
             sky_visibility: &OpenSky,
+            lamps: &[],
         };
         for (body, expected) in bodies().into_iter().zip([&face, &mirrored]) {
             let view = View::new(intrinsics(), body * RigidTransform::body_from_optical());

@@ -92,6 +92,7 @@ fn seen(
         instances: None,
         materials,
         sky_visibility: &OpenSky,
+        lamps: &[],
     };
     camera
         .render(&scene, &view, Key::world(1))

@@ -88,6 +88,7 @@ impl Frame {
             instances: Some(&*self.scene),
             materials: &self.assets.library.materials,
             sky_visibility: &OpenSky,
+            lamps: &[],
         };
         let lidars = (self.world.runner(1).get(self.world.forest.lidars, ())).expect("a lidar");
         let camera_from_lidar =
@@ -250,6 +251,7 @@ fn images_are_made_of_the_same_answers() {
         instances: Some(&*frame.scene),
         materials: &frame.assets.library.materials,
         sky_visibility: &OpenSky,
+        lamps: &[],
     };
     let truth = &images.truth;
     let width = truth.depth_m.width();

@@ -64,6 +64,7 @@ fn compare(frame: &Frame, a: &Eye<'_>, b: &Eye<'_>) -> Compared {
         instances: Some(&*frame.scene),
         materials: &frame.assets.library.materials,
         sky_visibility: &OpenSky,
+        lamps: &[],
     };
     let view = View::new(
         b.rig.intrinsics,

@@ -104,6 +104,7 @@ impl RandomForest {
             instances: Some(&self.forest),
             materials: &self.materials,
             sky_visibility: &OpenSky,
+            lamps: &[],
         }
     }
 }

@@ -86,6 +86,7 @@ fn memory_is_bounded_and_reported() {
             instances: Some(bags),
             materials: &materials,
             sky_visibility: &OpenSky,
+            lamps: &[],
         };
         camera.draw(&scene, &view)
     };
@@ -145,6 +146,7 @@ fn a_scene_without_its_shapes_is_refused() {
         instances: None,
         materials: &MaterialLibrary::new(),
         sky_visibility: &OpenSky,
+        lamps: &[],
     };
     assert_eq!(camera.draw(&scene, &view(64, 48)), Err(GpuError::NoShapes));
     let refused = |params: GpuParams| {

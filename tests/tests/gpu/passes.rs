@@ -32,6 +32,7 @@ fn the_examples_species_map_is_what_rays_hit() {
         instances: Some(&forest),
         materials: &avenue.materials,
         sky_visibility: &OpenSky,
+        lamps: &[],
     };
     let agreement = Agreement::of(&cast(&scene, &view), &drawn.truth);
     assert!(agreement.is_right(LEAST), "{agreement}");

@@ -301,6 +301,7 @@ impl Frame {
             instances: Some(&*self.scene),
             materials: &self.assets.library.materials,
             sky_visibility: &OpenSky,
+            lamps: &[],
         }
     }
 }

@@ -111,6 +111,7 @@ fn picture(forest: &RayScene, materials: &MaterialLibrary, samples: u32, bounces
         instances: None,
         materials,
         sky_visibility: &OpenSky,
+        lamps: &[],
     };
     let images = camera
         .render(&scene, &view(), Key::world(7))

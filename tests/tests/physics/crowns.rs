@@ -114,6 +114,7 @@ fn is_as_light(also_by_four_samples: bool) {
         instances: Some(&*scene),
         materials: &assets.library.materials,
         sky_visibility: &OpenSky,
+        lamps: &[],
     };
     let view = View::new(rig.intrinsics, body * rig.body_from_camera);
     let bare = rig.renderer.render(&bare, &view, Key::world(1));

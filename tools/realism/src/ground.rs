@@ -72,6 +72,7 @@ fn from_above(material: &Material, unit_m: f32) -> Image<f64> {
         instances: None,
         materials: &materials,
         sky_visibility: &OpenSky,
+        lamps: &[],
     };
     let images = camera.render(&scene, &view, Key::world(1));
     let images = images.expect("renders");

@@ -104,7 +104,11 @@ impl Camera {
     /// The exposure of pictures.
     pub(crate) fn exposure_mode(&self) -> Exposure {
         match self.exposure {
-            ExposureMode::Auto => Exposure::metered(self.exposure_bias_ev),
+            ExposureMode::Auto => Exposure::Auto {
+                key: 0.18,
+                bias_ev: self.exposure_bias_ev,
+                least_ev100: self.exposure_least_ev,
+            },
             ExposureMode::Fixed => Exposure::Fixed {
                 ev100: self.exposure_ev,
             },
@@ -242,6 +246,7 @@ mod tests {
             instances: None,
             materials: &materials,
             sky_visibility: &OpenSky,
+            lamps: &[],
         };
         // The inside of an integrating sphere with the luminance that EV 12 is meant for.
         let white = 0.125 * 4096.0 / 0.18;

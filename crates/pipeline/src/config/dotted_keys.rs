@@ -11,9 +11,13 @@ pub(super) fn to_table(config: &impl Serialize) -> Table {
     Table::try_from(config).expect("a config is plain data")
 }
 
-/// The definition of a table. A further sensor has that of the first one, a model that of NAME.
+/// The definition of a table. A further sensor or lamp has that of the first one, a model that of NAME.
 pub(super) fn section(path: &str) -> Option<&'static SectionSpec> {
-    let further = [("cameras.", "camera"), ("lidars.", "lidar")];
+    let further = [
+        ("cameras.", "camera"),
+        ("lidars.", "lidar"),
+        ("lamps.", "lamp"),
+    ];
     let of_first = further.iter().find_map(|(prefix, first)| {
         let rest = path.strip_prefix(prefix)?.split_once('.');
         Some(rest.map_or((*first).to_owned(), |(_, rest)| format!("{first}.{rest}")))

@@ -1,10 +1,11 @@
-//! Turns the tables of the sun, the sky and the weather into the parameters of the renderer.
+//! Turns the tables of sun, moon, sky, weather and lamps into the parameters of the renderer.
 
-use nemoral_render::{SkyParams, UtcTime};
+use nemoral_render::{LampParams, SkyParams, UtcTime};
 use nemoral_scene::glam::{DVec3, Vec3};
-use nemoral_scene::{Hydrometeor, extinction_per_m, visibility_m};
+use nemoral_scene::{Hydrometeor, RigidTransform, extinction_per_m, visibility_m};
 
-use super::{Season, Sky, Sun, SunDate, SunPosition, Weather};
+use super::mount::mount;
+use super::{Lamp, Moon, Season, Sky, Sun, SunDate, SunPosition, Weather};
 use crate::Error;
 
 impl Sun {
@@ -22,6 +23,49 @@ impl Sun {
             }
         }
         .map_err(|e| Error::request(format!("sun: {e}")))
+    }
+}
+
+impl Moon {
+    /// The moon's place and phase, if there is one.
+    ///
+    /// # Errors
+    /// If the date of the sun is none.
+    pub fn place(&self, sun: &Sun) -> Result<Option<nemoral_render::Moon>, Error> {
+        let moon = match &sun.position {
+            _ if self.illuminated >= 0.0 => nemoral_render::Moon::from_angles(
+                self.azimuth_deg,
+                self.elevation_deg,
+                self.illuminated,
+            ),
+            SunPosition::Date(d) => {
+                nemoral_render::Moon::at(d.latitude_deg, d.longitude_deg, d.time()?)
+            }
+            SunPosition::Angles(_) => return Ok(None),
+        };
+        moon.map(Some)
+            .map_err(|e| Error::request(format!("moon: {e}")))
+    }
+}
+
+impl Lamp {
+    /// Its light.
+    pub(crate) fn params(&self) -> LampParams {
+        LampParams {
+            flux_lm: self.lumen,
+            beam_deg: self.beam_deg,
+            kelvin: self.kelvin,
+            radius_m: self.radius_m,
+        }
+    }
+
+    /// Its position on the body, whose forward direction it shines along.
+    pub(crate) fn body_from_lamp(&self) -> RigidTransform {
+        mount(
+            [self.mount_x_m, self.mount_y_m, self.mount_z_m],
+            self.mount_pitch_deg,
+            self.mount_yaw_deg,
+        )
     }
 }
 
@@ -132,11 +176,13 @@ fn visibility_through(weather: &Weather) -> f64 {
 /// scatter, linear sRGB.
 pub(crate) fn sky_params(
     sun: &Sun,
+    moon: Option<nemoral_render::Moon>,
     sky: &Sky,
     weather: &Weather,
     foliage_albedo: Vec3,
 ) -> SkyParams {
     SkyParams {
+        moon,
         turbidity: sky.turbidity,
         overcast: sky.overcast,
         sun_intensity: sun.intensity,

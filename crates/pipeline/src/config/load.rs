@@ -192,8 +192,8 @@ pub(super) fn merged(
     Ok(config.expect("a table that passed the checks is a config"))
 }
 
-/// A preset with the defaults of the sensors that the sources name: further cameras and LiDARs have
-/// the values of the first one, LiDARs with a device those of its data sheet over them, and models
+/// A preset with the defaults of what the sources name: further cameras, LiDARs and lamps have the
+/// values of the first one, LiDARs with a device those of its data sheet over them, and models
 /// their own.
 fn with_sensors(preset: &Preset, sources: &[Source]) -> Table {
     let mut merged = to_table(&preset.config());
@@ -214,9 +214,11 @@ fn with_sensors(preset: &Preset, sources: &[Source]) -> Table {
         }
         first
     };
-    let (camera, lidar) = (first_of("camera"), first_of("lidar"));
-    for name in names(sources, "cameras") {
-        table_at(&mut merged, "cameras").insert(name, Value::Table(camera.clone()));
+    let [camera, lidar, lamp] = ["camera", "lidar", "lamp"].map(&mut first_of);
+    for (tables, first) in [("cameras", camera), ("lamps", lamp)] {
+        for name in names(sources, tables) {
+            table_at(&mut merged, tables).insert(name, Value::Table(first.clone()));
+        }
     }
     for name in names(sources, "lidars") {
         let path = format!("lidars.{name}");

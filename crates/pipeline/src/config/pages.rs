@@ -68,7 +68,7 @@ fn named_keys(path: &str, table: &toml::Table) -> String {
     out
 }
 
-/// Tables for further sensors and models.
+/// Tables for further sensors, lamps and models.
 struct Further {
     /// The table that contains them.
     path: &'static str,
@@ -102,6 +102,14 @@ fn further(path: &str) -> Option<Further> {
 # [models.erratic]
 # file = \"erratic/rock.obj\"
 # kind = \"rock\"
+",
+        }),
+        "lamps" => Some(Further {
+            path: "lamps",
+            first: "lamp",
+            example: "\
+# [lamps.right]            # beside the camera on its other side
+# mount_y_m = -0.25
 ",
         }),
         "lidars" => Some(Further {
@@ -224,6 +232,7 @@ fn object(path: &str) -> Value {
         _ if of_named.is_some() => json!(of_named),
         "cameras" => object("camera"),
         "lidars" => object("lidar"),
+        "lamps" => object("lamp"),
         "models" => object(MODEL),
         "vary" | "ranges" => json!({"type": ["array", "object"]}),
         _ => json!(false),

@@ -1,6 +1,6 @@
-//! The sensors of a config by name.
+//! The sensors and lamps of a config by name.
 
-use super::{Camera, Config, Lidar};
+use super::{Camera, Config, Lamp, Lidar};
 
 /// Names that no further sensor may have, because the first sensors and their folders have them.
 pub(super) const RESERVED: [&str; 16] = [
@@ -22,6 +22,13 @@ impl Config {
             .map(|(n, c)| (format!("cameras.{n}"), c));
         let all = std::iter::once(("camera".to_owned(), &self.camera)).chain(further);
         all.filter(|(_, camera)| camera.enabled)
+    }
+
+    /// Every lamp that shines, with the path of its table, the first one first.
+    pub(crate) fn all_lamps(&self) -> impl Iterator<Item = (String, &Lamp)> {
+        let further = self.lamps.iter().map(|(n, l)| (format!("lamps.{n}"), l));
+        let all = std::iter::once(("lamp".to_owned(), &self.lamp)).chain(further);
+        all.filter(|(_, lamp)| lamp.enabled)
     }
 
     /// Every enabled LiDAR with the path of its table, the first one first.

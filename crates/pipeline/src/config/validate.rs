@@ -391,7 +391,8 @@ impl Config {
     fn sensor_name_problems(&self, out: &mut Problems) {
         let of_cameras = self.cameras.keys().map(|name| ("cameras", "camera", name));
         let of_lidars = self.lidars.keys().map(|name| ("lidars", "LiDAR", name));
-        for (table, what, name) in of_cameras.chain(of_lidars) {
+        let of_lamps = self.lamps.keys().map(|name| ("lamps", "lamp", name));
+        for (table, what, name) in of_cameras.chain(of_lidars).chain(of_lamps) {
             let path = format!("{table}.{name}");
             let plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
             let taken = RESERVED.contains(&name.as_str());

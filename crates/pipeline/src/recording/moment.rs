@@ -3,9 +3,9 @@
 use std::fmt;
 
 use nemoral_lidar::ScanRequest;
-use nemoral_render::{CameraImages, CameraRenderer, Precipitation, SceneView, View};
+use nemoral_render::{CameraImages, CameraRenderer, Lamp, Precipitation, SceneView, View};
 use nemoral_scene::glam::Vec3;
-use nemoral_scene::{LidarPoint, MaterialLibrary, RayCaster, TruthImages};
+use nemoral_scene::{LidarPoint, MaterialLibrary, RayCaster, RigidTransform, TruthImages};
 use nemoral_seed::{Domain, Key};
 
 use super::pose::FramePose;
@@ -61,7 +61,7 @@ impl<'a> Moment<'a> {
     /// The view of a camera.
     #[must_use]
     pub fn view(&self, rig: &CameraRig) -> View {
-        let scene_from_body = self.pose.track.relative_to(self.scene.origin_m).middle();
+        let scene_from_body = self.scene_from_body();
         let precipitation = Precipitation {
             rain_mm_per_h: rig.rain_mm_per_h,
             snowfall_mm_per_h: rig.snowfall_mm_per_h,
@@ -86,7 +86,10 @@ impl<'a> Moment<'a> {
             key = key.domain(Domain::new(&rig.name));
         }
         let key = key.item(self.number);
-        self.see(|seen| rig.renderer.render(seen, &self.view(rig), key))
+        let lamps = rig.lamps_on(&self.scene_from_body())?;
+        self.see(&lamps, |seen| {
+            rig.renderer.render(seen, &self.view(rig), key)
+        })
     }
 
     /// The truth of a camera's picture alone.
@@ -94,16 +97,21 @@ impl<'a> Moment<'a> {
     /// # Errors
     /// If the view is impossible, or the renderer fails.
     pub fn truth(&self, rig: &CameraRig) -> Result<TruthImages, Error> {
-        self.see(|seen| rig.renderer.truth(seen, &self.view(rig)))
+        self.see(&[], |seen| rig.renderer.truth(seen, &self.view(rig)))
     }
 
-    fn see<T>(&self, look: impl FnOnce(&SceneView<'_>) -> T) -> T {
+    fn scene_from_body(&self) -> RigidTransform {
+        self.pose.track.relative_to(self.scene.origin_m).middle()
+    }
+
+    fn see<T>(&self, lamps: &[Lamp], look: impl FnOnce(&SceneView<'_>) -> T) -> T {
         let sky_view = |p: Vec3| self.scene.sky_view_factor(p);
         look(&SceneView {
             caster: self.caster,
             instances: Some(self.scene),
             materials: self.materials,
             sky_visibility: &sky_view,
+            lamps,
         })
     }
 

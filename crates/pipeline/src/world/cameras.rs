@@ -1,12 +1,14 @@
 //! The robot's cameras.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use nemoral_render::{
-    Exposure, Lighting, Metering, Processing, RayCastCamera, RayCastParams, SensorNoise, Soiling,
-    ToneCurve, View,
+    Exposure, Lamp, LampParams, Lighting, Metering, Processing, RayCastCamera, RayCastParams,
+    SensorNoise, Soiling, ToneCurve, View,
 };
-use nemoral_scene::{AnnotationKinds, Intrinsics, RigidTransform, Shutter, Twist};
+use nemoral_scene::glam::DVec3;
+use nemoral_scene::{AnnotationKinds, Intrinsics, ParamError, RigidTransform, Shutter, Twist};
 use nemoral_seed::{Domain, Key};
 
 use super::recipe::Recipe;
@@ -48,6 +50,8 @@ pub struct CameraRig {
     pub snowfall_mm_per_h: f64,
     /// What it makes of the sensor's values.
     pub processing: Processing,
+    /// The lamps that it sees by, which all cameras share.
+    pub lamps: Arc<[MountedLamp]>,
     /// The annotations that are asked for.
     pub annotations: AnnotationKinds,
     /// Whether its pictures show light, or need to know of surfaces, that no ray through a pixel
@@ -58,6 +62,27 @@ pub struct CameraRig {
     pub boxes_range_m: f64,
 }
 
+/// A lamp on the body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MountedLamp {
+    /// Its light.
+    pub params: LampParams,
+    /// Its place on the body; it shines along its x axis.
+    pub body_from_lamp: RigidTransform,
+}
+
+impl MountedLamp {
+    /// The lamp in a scene.
+    ///
+    /// # Errors
+    /// If its light is out of range, which the allowed ranges of the config exclude.
+    fn at(&self, scene_from_body: &RigidTransform) -> Result<Lamp, ParamError> {
+        let scene_from_lamp = *scene_from_body * self.body_from_lamp;
+        let ahead = scene_from_lamp.transform_vector(DVec3::X);
+        Lamp::new(&self.params, scene_from_lamp.translation_m, ahead)
+    }
+}
+
 impl CameraRig {
     /// A camera whose table is at `path`; `renderer` takes its pictures.
     fn new(
@@ -65,6 +90,7 @@ impl CameraRig {
         camera: &Camera,
         renderer: Arc<Renderer>,
         weather: &config::Weather,
+        lamps: Arc<[MountedLamp]>,
         world: Key,
     ) -> Result<Self, Error> {
         // This is checked before the first picture, and so before anything is written.
@@ -86,6 +112,7 @@ impl CameraRig {
             rain_mm_per_h: weather.rain_mm_per_h,
             snowfall_mm_per_h: weather.snowfall_mm_per_h,
             processing: camera.image_processing(),
+            lamps,
             annotations: camera.annotation_kinds(),
             looks_all_around: camera.bounces > 0 || camera.flow,
             boxes_range_m: camera.boxes_range_m,
@@ -107,6 +134,12 @@ impl CameraRig {
             ..View::new(self.intrinsics, scene_from_body * self.body_from_camera)
         }
     }
+
+    /// The lamps, on a body at this pose.
+    pub(crate) fn lamps_on(&self, scene_from_body: &RigidTransform) -> Result<Vec<Lamp>, Error> {
+        let lamps = self.lamps.iter().map(|lamp| lamp.at(scene_from_body));
+        lamps.collect::<Result<_, _>>().map_err(Error::of_stage)
+    }
 }
 
 /// The pinhole of the camera whose table is at `path`.
@@ -124,7 +157,9 @@ pub fn intrinsics(path: &str, camera: &Camera) -> Result<Intrinsics, Error> {
 pub(crate) struct CameraRecipe {
     /// The paths of their tables, and the tables.
     cameras: Vec<(String, Camera)>,
+    lamps: BTreeMap<String, config::Lamp>,
     sun: config::Sun,
+    moon: config::Moon,
     sky: config::Sky,
     weather: config::Weather,
     max_range_m: f64,
@@ -141,7 +176,9 @@ impl CameraRecipe {
             trees: Recipe::new(config, inputs),
             inputs: inputs.clone(),
             cameras: config.all_cameras().map(|(p, c)| (p, c.clone())).collect(),
+            lamps: config.all_lamps().map(|(p, l)| (p, l.clone())).collect(),
             sun: config.sun.clone(),
+            moon: config.moon.clone(),
             sky: config.sky.clone(),
             weather: config.weather.clone(),
             max_range_m: config.chunks.visible_radius_m,
@@ -155,16 +192,22 @@ impl CameraRecipe {
     /// The cameras, which share one light.
     pub(crate) fn make(&self, world: Key) -> Result<Vec<CameraRig>, Error> {
         let renderers = self.renderers(&self.lighting()?)?;
+        let mounted = |lamp: &config::Lamp| MountedLamp {
+            params: lamp.params(),
+            body_from_lamp: lamp.body_from_lamp(),
+        };
+        let lamps: Arc<[MountedLamp]> = self.lamps.values().map(mounted).collect();
         (self.cameras.iter().zip(renderers))
             .map(|((path, camera), renderer)| {
-                CameraRig::new(path, camera, renderer, &self.weather, world)
+                CameraRig::new(path, camera, renderer, &self.weather, lamps.clone(), world)
             })
             .collect()
     }
 
     fn lighting(&self) -> Result<Lighting, Error> {
         let foliage = self.trees.foliage_albedo()?;
-        let sky = sky_params(&self.sun, &self.sky, &self.weather, foliage);
+        let moon = self.moon.place(&self.sun)?;
+        let sky = sky_params(&self.sun, moon, &self.sky, &self.weather, foliage);
         let sun = self.sun.place()?;
         match sky_image(&self.sky, &self.inputs)? {
             None => Lighting::new(&sun, &sky),
@@ -217,6 +260,11 @@ impl CameraRecipe {
         camera: &Camera,
         memory_mib: u32,
     ) -> Result<nemoral_render::GpuParams, Error> {
+        if let Some(lamp) = self.lamps.keys().next() {
+            return Err(Error::request(format!(
+                "{lamp}.enabled = true: lamps shine on the CPU alone; false with a GPU"
+            )));
+        }
         if camera.bounces > 0 {
             return Err(Error::request(format!(
                 "{path}.bounces = {}: light is followed on the CPU alone; 0 with a GPU",
@@ -242,7 +290,9 @@ impl Encode for CameraRecipe {
     fn encode(&self, encoder: &mut dyn Encoder) {
         let Self {
             cameras,
+            lamps,
             sun,
+            moon,
             sky,
             weather,
             max_range_m,
@@ -253,7 +303,11 @@ impl Encode for CameraRecipe {
         for (path, camera) in cameras {
             encoder.field(path, camera);
         }
+        for (path, lamp) in lamps {
+            encoder.field(path, lamp);
+        }
         encoder.field("sun", sun);
+        encoder.field("moon", moon);
         encoder.field("sky", sky);
         encoder.field("weather", weather);
         encoder.field("max_range_m", max_range_m);

@@ -121,6 +121,7 @@ impl Avenue {
             instances: Some(self),
             materials: &self.materials,
             sky_visibility: &OpenSky,
+            lamps: &[],
         };
         Ok(camera.draw(&scene, view)?)
     }

@@ -8,6 +8,8 @@ use super::lens::Lens;
 use super::point_spread::spread;
 use super::tone::develop;
 use super::view::View;
+use crate::Lamp;
+use crate::sky::haze::Haze;
 
 /// A picture of the light that a renderer computed.
 pub(crate) struct Picture {
@@ -19,11 +21,20 @@ pub(crate) struct Picture {
     pub(crate) ev100: f64,
 }
 
-/// Takes the picture of the light in front of a lens. `ambient` is the mean radiance at the
-/// camera, and `key` is for the sensor's noise alone.
+/// The light around a camera that is on no surface.
+pub(crate) struct Surroundings<'a> {
+    /// The mean radiance from all sides.
+    pub(crate) ambient: Vec3,
+    /// The lamps that shine.
+    pub(crate) lamps: &'a [Lamp],
+    /// The air.
+    pub(crate) haze: &'a Haze,
+}
+
+/// Takes the picture of the light in front of a lens; `key` is for the sensor's noise alone.
 pub(crate) fn take(
     light: Image<Vec3>,
-    ambient: Vec3,
+    around: &Surroundings<'_>,
     truth: &TruthImages,
     lens: &Lens,
     view: &View,
@@ -34,7 +45,7 @@ pub(crate) fn take(
     lens.aberration.apply(&mut pixels, &view.intrinsics);
     spread(&mut pixels, width, lens.spread_px);
     if let Some(precipitation) = &view.precipitation {
-        precipitation.apply(&mut pixels, truth.depth_m.pixels(), view, ambient);
+        precipitation.apply(&mut pixels, truth.depth_m.pixels(), view, around);
     }
     if let Some(soiling) = &view.soiling {
         soiling.apply(&mut pixels, width);

@@ -25,6 +25,9 @@ pub enum Exposure {
         key: f64,
         /// −10..=10 stops.
         bias_ev: f64,
+        /// The least exposure value at ISO 100, −10..=25, at which shutter, aperture and gain end:
+        /// what is darker stays dark.
+        least_ev100: f64,
     },
     /// Fixed: a luminance of 0.125 · 2^ev100 cd/m² becomes middle grey. It is about 15 in sunshine,
     /// 12 in shade, and 7..10 under closed crowns.
@@ -47,12 +50,18 @@ impl Exposure {
         Self::Auto {
             key: MIDDLE_GREY,
             bias_ev,
+            least_ev100: -10.0,
         }
     }
 
     pub(crate) fn check(&self) -> Result<(), ParamError> {
         match *self {
-            Self::Auto { key, bias_ev } => {
+            Self::Auto {
+                key,
+                bias_ev,
+                least_ev100,
+            } => {
+                check("exposure.least_ev100", least_ev100, -10.0, 25.0, "-10..=25")?;
                 check("exposure.key", key, 0.01, 1.0, "0.01..=1")?;
                 check("exposure.bias_ev", bias_ev, -10.0, 10.0, "-10..=10 stops")
             }
@@ -64,8 +73,13 @@ impl Exposure {
     pub(crate) fn ev100(&self, log_mean: f64) -> f64 {
         match *self {
             Self::Fixed { ev100 } => ev100,
-            Self::Auto { key, bias_ev } => {
-                libm::log2(log_mean / LUMINANCE_AT_EV_0 * (MIDDLE_GREY / key)) - bias_ev
+            Self::Auto {
+                key,
+                bias_ev,
+                least_ev100,
+            } => {
+                let metered = log_mean / LUMINANCE_AT_EV_0 * (MIDDLE_GREY / key);
+                (libm::log2(metered) - bias_ev).max(least_ev100)
             }
         }
     }
@@ -419,6 +433,7 @@ mod tests {
         assert!(
             Exposure::Auto {
                 key: 0.0,
+                least_ev100: -10.0,
                 bias_ev: 0.0
             }
             .check()

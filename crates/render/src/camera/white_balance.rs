@@ -3,6 +3,7 @@
 use glam::{DVec2, DVec3, Vec3};
 use rayon::prelude::*;
 
+use crate::colour::LUMINANCE;
 use crate::error::{ParamError, check};
 
 /// How a camera finds the colour of the light.
@@ -143,6 +144,12 @@ fn locus_uv(kelvin: f64) -> DVec2 {
         return lamp;
     }
     lamp.lerp(daylight_uv(kelvin), day)
+}
+
+/// The colour of a light of a temperature, 2000..=12,000 K: linear sRGB, luminance 1.
+pub(crate) fn colour_of(kelvin: f64) -> DVec3 {
+    let rgb = rgb_of(white_uv(kelvin, 0.0)).max(DVec3::ZERO);
+    rgb / rgb.dot(LUMINANCE.as_dvec3())
 }
 
 /// The light of a temperature, moved across the line by a tint.

@@ -24,7 +24,7 @@ use super::shapes::Shapes;
 use super::state::State;
 use super::targets::{reversed, texels, truth_images, view_of};
 use super::{Gpu, GpuError, Pass};
-use crate::camera::picture;
+use crate::camera::picture::{self, Surroundings};
 use crate::{CameraImages, CameraRenderer, Lighting, SceneView, View};
 
 /// The images of the truth pass and of the passes that were added.
@@ -374,6 +374,10 @@ impl CameraRenderer for GpuCamera {
         key: Key,
     ) -> Result<CameraImages, GpuError> {
         view.check()?;
+        if !scene.lamps.is_empty() {
+            let count = scene.lamps.len();
+            return Err(GpuError::Lamps { count });
+        }
         let mut guard = self.state();
         let state = &mut *guard;
         let cascades = Cascade::all(
@@ -394,8 +398,12 @@ impl CameraRenderer for GpuCamera {
         let linear = exposure.read(&self.gpu, &self.lighting)?;
         let position = view.scene_from_camera.translation_m.as_vec3();
         let open = scene.sky_visibility.sky_view_factor(position);
-        let ambient = self.lighting.ambient(open).mean_radiance();
-        let picture = picture::take(linear, ambient, &truth, &self.params.lens, view, key);
+        let around = Surroundings {
+            ambient: self.lighting.ambient(open).mean_radiance(),
+            lamps: &[],
+            haze: &self.lighting.haze(position.z, self.params.max_range_m),
+        };
+        let picture = picture::take(linear, &around, &truth, &self.params.lens, view, key);
         Ok(CameraImages {
             rgb: picture.rgb,
             linear: self.params.keep_linear.then_some(picture.linear),

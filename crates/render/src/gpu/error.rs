@@ -48,6 +48,12 @@ pub enum GpuError {
         /// The limit.
         allowed_mib: u64,
     },
+    /// The scene has lamps.
+    #[error("lamps shine on the CPU alone (--backend cpu): the scene has {count}")]
+    Lamps {
+        /// How many.
+        count: usize,
+    },
     /// The GPU was lost: reset, unplugged, or its driver crashed.
     ///
     /// A data set keeps the renderer that it began with, so a run cannot continue on the CPU.

@@ -2,6 +2,7 @@
 //! it.
 
 pub(crate) mod hex_tiling;
+pub(crate) mod lamp;
 pub(crate) mod lighting;
 pub(crate) mod ripples;
 pub(crate) mod shading;

@@ -10,6 +10,7 @@ use crate::SceneView;
 use crate::colour::LUMINANCE;
 use crate::light::hex_tiling;
 use crate::light::lighting::{Ambient, Lighting};
+use crate::sky::sun_disc::DiscPoint;
 
 /// Reflectance of a dielectric at right angles (refractive index 1.5).
 const F0: f32 = 0.04;
@@ -32,8 +33,8 @@ pub(crate) struct SurfaceView<'a> {
     pub(crate) hit: &'a Hit,
     /// The width of one sample at 1 m.
     pub(crate) sample_rad: f32,
-    /// The point of the sun's disc that the shadow ray goes to.
-    pub(crate) sun: Vec3,
+    /// The point of the discs of sun and lamps that shadow rays go to.
+    pub(crate) light: DiscPoint,
 }
 
 impl SurfaceView<'_> {
@@ -68,7 +69,6 @@ pub(crate) fn shade(scene: &SceneView<'_>, lighting: &Lighting, seen: &SurfaceVi
     let (ray, hit) = (seen.ray, seen.hit);
     let point = ray.at(hit.surface.distance_m);
     let facing = seen.facing();
-    let flat = hit.surface.geometric_normal * facing;
     let surface = surface(scene, seen, hit.shading.normal * facing);
 
     let sky_view_factor = scene.sky_visibility.sky_view_factor(point);
@@ -81,11 +81,7 @@ pub(crate) fn shade(scene: &SceneView<'_>, lighting: &Lighting, seen: &SurfaceVi
         hit.shading.ambient_occlusion,
     );
 
-    // The sun's light, if it shines on a side that reflects or transmits it.
     let irradiance = lighting.sun_irradiance();
-    let cos = surface.normal.dot(seen.sun);
-    let lit_front = cos > 0.0 && flat.dot(seen.sun) > 0.0;
-    let lit_back = cos < 0.0 && surface.transmittance != Vec3::ZERO;
     let mut shaded = Shaded {
         surface,
         indirect,
@@ -94,17 +90,34 @@ pub(crate) fn shade(scene: &SceneView<'_>, lighting: &Lighting, seen: &SurfaceVi
         shadow: None,
         sky_view_factor,
     };
-    if irradiance != Vec3::ZERO && (lit_front || lit_back) {
-        let side = if flat.dot(seen.sun) > 0.0 { 1.0 } else { -1.0 };
-        let shadow = leaving(seen, flat * side, seen.sun, f32::INFINITY);
-        shaded.direct = irradiance * direct(&shaded.surface, cos, seen.sun, ray.direction);
-        shaded.shadow = Some(shadow);
+    if irradiance != Vec3::ZERO
+        && let Some((radiance, side)) = reflected(&shaded.surface, seen, seen.light.sun)
+    {
+        shaded.direct = irradiance * radiance;
+        shaded.shadow = Some(leaving(seen, side, seen.light.sun, f32::INFINITY));
     }
     shaded
 }
 
+/// The radiance towards the viewer for a unit of irradiance from a direction on a plane that faces
+/// it, and the normal of the surface's side that it falls on; `None` if that side neither reflects
+/// nor transmits it to the viewer.
+pub(crate) fn reflected(
+    surface: &Surface,
+    seen: &SurfaceView<'_>,
+    from: Vec3,
+) -> Option<(Vec3, Vec3)> {
+    let flat = seen.hit.surface.geometric_normal * seen.facing();
+    let cos = surface.normal.dot(from);
+    let lit_front = cos > 0.0 && flat.dot(from) > 0.0;
+    let lit_back = cos < 0.0 && surface.transmittance != Vec3::ZERO;
+    let side = if flat.dot(from) > 0.0 { 1.0 } else { -1.0 };
+    let radiance = || direct(surface, cos, from, seen.ray.direction);
+    (lit_front || lit_back).then(|| (radiance(), flat * side))
+}
+
 /// The ray from a hit in a direction, on the side that `side` points to.
-fn leaving(seen: &SurfaceView<'_>, side: Vec3, direction: Vec3, t_max_m: f32) -> Ray {
+pub(crate) fn leaving(seen: &SurfaceView<'_>, side: Vec3, direction: Vec3, t_max_m: f32) -> Ray {
     let point = seen.ray.at(seen.hit.surface.distance_m);
     // The origin is off the surface by more than the rounding of distance and coordinates.
     let offset = 1e-4 * (1.0 + seen.hit.surface.distance_m) + 2e-6 * point.abs().max_element();
@@ -162,8 +175,8 @@ impl Surface {
     }
 }
 
-/// Radiance for a unit of irradiance on a plane that faces the sun.
-fn direct(surface: &Surface, cos: f32, sun: Vec3, view: Vec3) -> Vec3 {
+/// Radiance for a unit of irradiance on a plane that faces where it comes from.
+fn direct(surface: &Surface, cos: f32, from: Vec3, view: Vec3) -> Vec3 {
     const PER_PI: f32 = std::f32::consts::FRAC_1_PI;
     if cos <= 0.0 {
         return surface.transmittance * (-cos * PER_PI);
@@ -174,7 +187,7 @@ fn direct(surface: &Surface, cos: f32, sun: Vec3, view: Vec3) -> Vec3 {
         return diffuse * cos;
     }
     // GGX with Kelemen's visibility; highlights are at least 2 degrees wide.
-    let half = (sun - view).normalize_or(surface.normal);
+    let half = (from - view).normalize_or(surface.normal);
     let (nh, vh) = (surface.normal.dot(half), (-view).dot(half).max(0.1));
     let alpha = (surface.roughness * surface.roughness).max(0.05);
     let d = nh * nh * (alpha * alpha - 1.0) + 1.0;

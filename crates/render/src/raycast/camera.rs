@@ -5,16 +5,16 @@ use nemoral_scene::TruthImages;
 use nemoral_seed::{Domain, Key, Rng};
 use rayon::prelude::*;
 
-use super::context::{PictureContext, ShadowRays};
-use super::frame_buffer::{FrameBuffer, LATTICE};
+use super::context::{Lamplight, PictureContext, ShadowRays};
+use super::frame_buffer::{DirectLight, FrameBuffer, LATTICE};
 use super::params::RayCastParams;
 use super::pixel_truth::PixelTruth;
 use super::primary_rays::{ROWS, cast_band, pixel_centre, pixel_truth, truth_images};
-use super::shadow_filter::add_filtered_sun;
+use super::shadow_filter::add_filtered_light;
 use super::silhouettes::silhouettes;
 use super::supersampling::AdditionalSamples;
 use crate::camera::metering::log_mean_luminance;
-use crate::camera::picture;
+use crate::camera::picture::{self, Surroundings};
 use crate::error::ParamError;
 use crate::sky::sun_disc::SunDisc;
 use crate::{CameraImages, CameraRenderer, Lighting, SceneView, View};
@@ -90,16 +90,17 @@ impl PictureContext<'_> {
             frame.depth_m.par_chunks_mut(band),
             frame.normal.par_chunks_mut(band),
             frame.linear.par_chunks_mut(band),
-            frame.sun.par_chunks_mut(band),
-            frame.lit.par_chunks_mut(band),
+            frame.sun.radiance.par_chunks_mut(band),
+            frame.sun.lit.par_chunks_mut(band),
             frame
                 .blocker_m
                 .par_chunks_mut(ROWS / LATTICE * width.div_ceil(LATTICE)),
         );
-        bands.into_par_iter().enumerate().for_each(
+        let lamplight = bands.into_par_iter().enumerate().map(
             |(index, (semantic, object, depth_m, normal, linear, sun, lit, blocker_m))| {
                 let mut rng = key.domain(FIRST).item(index as u64).rng();
                 let mut shadows = ShadowRays::default();
+                let (mut lamp_shadows, mut lamplight) = (ShadowRays::default(), Vec::new());
                 cast_band(
                     self.scene,
                     self.view,
@@ -113,13 +114,20 @@ impl PictureContext<'_> {
                         normal[i] = t.normal;
                         // Every pixel takes one word, whether or not it hits anything, so that
                         // pixels do not depend on each other.
-                        let sun_point = self.sun_disc.of_pixel(pixel, rng.next_u32());
-                        let c = self.radiance(ray, hit, sun_point);
+                        let point = self.sun_disc.of_pixel(pixel, rng.next_u32());
+                        let c = self.radiance(ray, hit, point);
                         linear[i] = c.rest;
                         sun[i] = c.sun;
                         shadows.add(i, c.shadow);
+                        for light in c.lamplight {
+                            lamp_shadows.add(lamplight.len(), Some(light.shadow));
+                            lamplight.push((index * band + i, light, false));
+                        }
                     },
                 );
+                for k in lamp_shadows.lit(self.scene.caster) {
+                    lamplight[k].2 = true;
+                }
                 for i in shadows.lit(self.scene.caster) {
                     lit[i] = true;
                 }
@@ -131,8 +139,18 @@ impl PictureContext<'_> {
                     let square = i / width / LATTICE * width.div_ceil(LATTICE);
                     blocker_m[square + i % width / LATTICE] = distance_m;
                 }
+                lamplight
             },
         );
+        let lamplight: Vec<Vec<(usize, Lamplight, bool)>> = lamplight.collect();
+        frame.lamps = (self.scene.lamps.iter())
+            .map(|_| DirectLight::none(width * height))
+            .collect();
+        for (pixel, light, lit) in lamplight.into_iter().flatten() {
+            let lamp = &mut frame.lamps[light.lamp];
+            lamp.radiance[pixel] = light.radiance;
+            lamp.lit[pixel] = lit;
+        }
         frame
     }
 }
@@ -171,7 +189,7 @@ impl CameraRenderer for RayCastCamera {
             (frame, AdditionalSamples::beside(0, samples))
         } else {
             let mut frame = context.first_samples(key);
-            add_filtered_sun(&mut frame, focal_px as f32);
+            add_filtered_light(&mut frame, focal_px as f32);
             (frame, AdditionalSamples::after_the_first(samples - 1))
         };
         let n = frame.linear.len();
@@ -194,7 +212,12 @@ impl CameraRenderer for RayCastCamera {
             .lighting
             .ambient(context.sky_view_factor)
             .mean_radiance();
-        let picture = picture::take(light, ambient, &truth, &p.lens, view, key);
+        let around = Surroundings {
+            ambient,
+            lamps: scene.lamps,
+            haze: &context.haze,
+        };
+        let picture = picture::take(light, &around, &truth, &p.lens, view, key);
         Ok(CameraImages {
             rgb: picture.rgb,
             linear: p.keep_linear.then_some(picture.linear),

@@ -5,10 +5,10 @@ use nemoral_scene::{Hit, Ray, RayCaster};
 
 use super::params::RayCastParams;
 use crate::light::lighting::Lighting;
-use crate::light::shading::{SurfaceView, shade};
+use crate::light::shading::{Surface, SurfaceView, shade};
 use crate::sky::haze::Haze;
-use crate::sky::sun_disc::SunDisc;
-use crate::{SceneView, View};
+use crate::sky::sun_disc::{DiscPoint, SunDisc};
+use crate::{Lamp, SceneView, View};
 
 /// The data that all rays of one picture share.
 pub(super) struct PictureContext<'a> {
@@ -32,6 +32,18 @@ pub(super) struct RayRadiance {
     pub(super) sun: Vec3,
     /// The ray to the sun, if the surface reflects or transmits any of its light.
     pub(super) shadow: Option<Ray>,
+    /// The light of each lamp that shines on the surface.
+    pub(super) lamplight: Vec<Lamplight>,
+}
+
+/// The light of a lamp that a surface sends along a ray.
+pub(super) struct Lamplight {
+    /// The lamp's number.
+    pub(super) lamp: usize,
+    /// The radiance without occlusion.
+    pub(super) radiance: Vec3,
+    /// The ray to the lamp.
+    pub(super) shadow: Ray,
 }
 
 /// Shadow rays of many samples, cast together.
@@ -82,22 +94,24 @@ impl ShadowRays {
 }
 
 impl PictureContext<'_> {
-    /// The radiance along a ray whose shadow ray goes to a point of the sun.
-    pub(super) fn radiance(&self, ray: &Ray, hit: Option<&Hit>, sun: Vec3) -> RayRadiance {
+    /// The radiance along a ray whose shadow rays go to a point of the discs of sun and lamps.
+    pub(super) fn radiance(&self, ray: &Ray, hit: Option<&Hit>, light: DiscPoint) -> RayRadiance {
         let lighting = self.lighting;
         let background = lighting.background(&self.haze, ray.direction);
         let Some(hit) = hit else {
+            let beams = self.beams(ray, self.params.max_range_m);
             return RayRadiance {
-                rest: background + lighting.sun_disc(&self.haze, ray.direction),
+                rest: background + lighting.sun_disc(&self.haze, ray.direction) + beams,
                 sun: Vec3::ZERO,
                 shadow: None,
+                lamplight: Vec::new(),
             };
         };
         let view = SurfaceView {
             ray,
             hit,
             sample_rad: self.sample_rad,
-            sun,
+            light,
         };
         if let Some(liquid) = &self.scene.materials.get(hit.surface.material).liquid {
             let (light, sky_view_factor) = self.liquid(&view, liquid);
@@ -106,6 +120,7 @@ impl PictureContext<'_> {
                 rest: light.rest * through + air,
                 sun: light.sun * through,
                 shadow: light.shadow,
+                lamplight: light.lamplight,
             };
         }
         let surface = shade(self.scene, lighting, &view);
@@ -114,7 +129,41 @@ impl PictureContext<'_> {
             rest: surface.indirect * through + air,
             sun: surface.direct * through,
             shadow: surface.shadow,
+            lamplight: self.lamplight(&surface.surface, &view, through),
         }
+    }
+
+    /// The light of each lamp that a surface sends to the viewer through air that lets a share of
+    /// it `through`.
+    pub(super) fn lamplight(
+        &self,
+        surface: &Surface,
+        view: &SurfaceView<'_>,
+        through: f32,
+    ) -> Vec<Lamplight> {
+        let lamps = self.scene.lamps.iter().enumerate();
+        let shining = lamps.filter_map(|(lamp, shines)| {
+            let (radiance, shadow) = shines.on(surface, view, &self.haze, view.light.on_disc)?;
+            Some(Lamplight {
+                lamp,
+                radiance: radiance * through,
+                shadow,
+            })
+        });
+        shining.collect()
+    }
+
+    /// The same of all lamps together, with occlusion.
+    pub(super) fn lamplight_now(&self, surface: &Surface, view: &SurfaceView<'_>) -> Vec3 {
+        let lights = self.lamplight(surface, view, 1.0).into_iter();
+        let arrives = |light: &Lamplight| !self.scene.caster.is_occluded(&light.shadow);
+        lights.filter(arrives).map(|light| light.radiance).sum()
+    }
+
+    /// The light of the lamps that the air along a ray of this length scatters to its origin.
+    pub(super) fn beams(&self, ray: &Ray, length_m: f32) -> Vec3 {
+        let beam = |lamp: &Lamp| lamp.in_air(ray, length_m, &self.haze);
+        self.scene.lamps.iter().map(beam).sum()
     }
 
     /// The transmittance of the air in front of a surface with this sky view factor, and the
@@ -132,7 +181,8 @@ impl PictureContext<'_> {
         // has the light of the sky.
         let sky_view_factor = 0.5 * (sky_view_factor + self.sky_view_factor);
         let glow = sky_view_factor * (1.0 - air) * fade;
-        (air * fade, background * (1.0 - fade + glow))
+        let beams = self.beams(ray, hit.surface.distance_m);
+        (air * fade, background * (1.0 - fade + glow) + beams)
     }
 }
 

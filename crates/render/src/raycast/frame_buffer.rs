@@ -23,16 +23,34 @@ pub(crate) struct FrameBuffer {
     pub(crate) normal: Vec<Vec3>,
     /// Radiance, at first without that of the sun.
     pub(crate) linear: Vec<Vec3>,
-    /// The sun's radiance without occlusion; zero where it does not matter. In path-traced pictures
-    /// this and the next three fields are empty.
-    pub(crate) sun: Vec<Vec3>,
-    /// Whether the shadow ray reaches the sun.
-    pub(crate) lit: Vec<bool>,
-    /// The share of the sun's disc that is visible from the surface, once it is known.
-    pub(crate) sun_share: Vec<f32>,
+    /// The sun's light. In path-traced pictures this and the next two fields are empty.
+    pub(crate) sun: DirectLight,
+    /// The light of each lamp.
+    pub(crate) lamps: Vec<DirectLight>,
     /// For one pixel of each [`LATTICE`], how far from its surface its shadow ray was blocked,
     /// metres; 0 where it was not.
     pub(crate) blocker_m: Vec<f32>,
+}
+
+/// The light of one source, pixel by pixel.
+#[derive(Default)]
+pub(crate) struct DirectLight {
+    /// Its radiance from the surface without occlusion; zero where it does not matter.
+    pub(crate) radiance: Vec<Vec3>,
+    /// Whether the shadow ray reaches it.
+    pub(crate) lit: Vec<bool>,
+    /// The share of its disc that is visible from the surface, once it is known.
+    pub(crate) share: Vec<f32>,
+}
+
+impl DirectLight {
+    pub(crate) fn none(pixels: usize) -> Self {
+        Self {
+            radiance: filled(Vec3::ZERO, pixels),
+            lit: filled(false, pixels),
+            share: Vec::new(),
+        }
+    }
 }
 
 impl FrameBuffer {
@@ -45,9 +63,8 @@ impl FrameBuffer {
             depth_m: filled(0.0, n),
             normal: filled(Vec3::ZERO, n),
             linear: filled(Vec3::ZERO, n),
-            sun: filled(Vec3::ZERO, n),
-            lit: filled(false, n),
-            sun_share: filled(0.0, n),
+            sun: DirectLight::none(n),
+            lamps: Vec::new(),
             blocker_m: filled(0.0, width.div_ceil(LATTICE) * height.div_ceil(LATTICE)),
         }
     }
@@ -62,26 +79,28 @@ impl FrameBuffer {
             depth_m: truth.depth_m.into_pixels(),
             normal: truth.normal.into_pixels(),
             linear: filled(Vec3::ZERO, n),
-            sun: Vec::new(),
-            lit: Vec::new(),
-            sun_share: Vec::new(),
+            sun: DirectLight::default(),
+            lamps: Vec::new(),
             blocker_m: Vec::new(),
         }
     }
 
-    /// Whether the pixel `i` shows the surface of an object at this depth and with this normal, and
-    /// the sun matters there.
+    /// Whether the pixel `i` shows the surface of an object at this depth and with this normal.
     #[inline]
     pub(crate) fn shows(&self, i: usize, object: ObjectId, depth_m: f32, normal: Vec3) -> bool {
-        self.sun[i] != Vec3::ZERO
-            && self.object[i] == object
+        self.object[i] == object
             && (self.depth_m[i] - depth_m).abs() < SAME_DEPTH * depth_m
             && self.normal[i].dot(normal) > SAME_NORMAL
     }
 
-    /// The share of the sun's disc that is visible from a surface at an image position: the mean of
+    /// The share of a source's disc that is visible from a surface at an image position: the mean of
     /// those of the four pixels around it that show the same surface; `None` if none of them does.
-    pub(crate) fn sun_share(&self, at: DVec2, seen: &PixelTruth) -> Option<f32> {
+    pub(crate) fn share_of(
+        &self,
+        source: &DirectLight,
+        at: DVec2,
+        seen: &PixelTruth,
+    ) -> Option<f32> {
         let (width, height) = (self.width, self.linear.len() / self.width);
         let from =
             |at: f64, n: usize| ((at - 0.5).floor().max(0.0) as usize).min(n.saturating_sub(2));
@@ -90,8 +109,10 @@ impl FrameBuffer {
         for y in top..(top + 2).min(height) {
             for x in left..(left + 2).min(width) {
                 let i = y * width + x;
-                if self.shows(i, seen.object, seen.depth_m, seen.normal) {
-                    sum += self.sun_share[i];
+                if source.radiance[i] != Vec3::ZERO
+                    && self.shows(i, seen.object, seen.depth_m, seen.normal)
+                {
+                    sum += source.share[i];
                     pixels += 1.0;
                 }
             }

@@ -65,15 +65,18 @@ impl PictureContext<'_> {
             t_max_m: DEEPEST_M,
         };
         let body = shaded.indirect - shaded.sheen;
+        let lamplight = self.lamplight_now(&shaded.surface, view);
         let below = self.bed(&down, view, liquid);
         let entering = 1.0 - mirrored;
         let (through, bed_rest, bed_sun) = below.unwrap_or_default();
         let rest = reflection * mirrored
+            + lamplight
             + (body * (Vec3::ONE - through) + bed_rest * through * LEAVES) * entering;
         let radiance = RayRadiance {
             rest,
             sun: shaded.direct + bed_sun * through * (LEAVES * entering),
             shadow: shaded.shadow,
+            lamplight: Vec::new(),
         };
         (radiance, shaded.sky_view_factor)
     }
@@ -109,12 +112,13 @@ impl PictureContext<'_> {
             ray,
             hit,
             sample_rad: view.sample_rad * spread,
-            sun: view.sun,
+            light: view.light,
         };
         let shaded = shade(self.scene, self.lighting, &seen);
         let is_lit = (shaded.shadow).is_some_and(|ray| !self.scene.caster.is_occluded(&ray));
         let sun = if is_lit { shaded.direct } else { Vec3::ZERO };
-        (shaded.indirect + sun, shaded.sky_view_factor)
+        let lamplight = self.lamplight_now(&shaded.surface, &seen);
+        (shaded.indirect + sun + lamplight, shaded.sky_view_factor)
     }
 
     /// The bed below a liquid along a refracted ray: the share of light that the liquid lets
@@ -145,14 +149,16 @@ impl PictureContext<'_> {
                 ray: &ray,
                 hit: &hit,
                 sample_rad: view.sample_rad * spread,
-                sun: view.sun,
+                light: view.light,
             };
             let shaded = shade(self.scene, self.lighting, &seen);
             let depth_m = distance_m * ray.direction.z.abs();
             let path_m = distance_m + depth_m;
             let through = liquid.absorption_per_m * -path_m;
             let through = Vec3::from(through.to_array().map(libm::expf));
-            return Some((through, shaded.indirect, shaded.direct));
+            // The lamps' light is not bent where it enters.
+            let lamplight = self.lamplight_now(&shaded.surface, &seen);
+            return Some((through, shaded.indirect + lamplight, shaded.direct));
         }
         None
     }

@@ -6,6 +6,7 @@ use nemoral_seed::{Domain, Key, PhiloxRng};
 
 use super::context::{PictureContext, ShadowRays, sums_per_pixel};
 use crate::light::shading::{SurfaceView, shade};
+use crate::sky::sun_disc::DiscPoint;
 
 const BOUNCES: Domain = Domain::new("render.bounces");
 
@@ -26,12 +27,12 @@ struct Path {
 impl PictureContext<'_> {
     /// The colours of rays by path tracing (Kajiya 1986), summed by pixel. From each surface one
     /// ray goes to where light may come from, drawn by how the surface scatters it, and one to the
-    /// sun.
+    /// sun and to each lamp.
     pub(super) fn path_traced(
         &self,
         rays: &[Ray],
         hits: &[Option<Hit>],
-        suns: &[Vec3],
+        points: &[DiscPoint],
         keys: impl Iterator<Item = Key>,
         samples: usize,
     ) -> Vec<Vec3> {
@@ -50,7 +51,7 @@ impl PictureContext<'_> {
             })
             .collect();
         for surface in 0..=self.params.bounces {
-            self.gather(&mut paths, surface, suns, &mut colours);
+            self.gather(&mut paths, surface, points, &mut colours);
             let rays: Vec<Ray> = paths.iter().map(|p| p.ray).collect();
             let mut hits = vec![None; rays.len()];
             self.scene.caster.closest_hits(&rays, &mut hits);
@@ -62,7 +63,13 @@ impl PictureContext<'_> {
     }
 
     /// Adds the light at the ends of paths to their samples, and keeps the paths that continue.
-    fn gather(&self, paths: &mut Vec<Path>, surface: u32, suns: &[Vec3], colours: &mut [Vec3]) {
+    fn gather(
+        &self,
+        paths: &mut Vec<Path>,
+        surface: u32,
+        points: &[DiscPoint],
+        colours: &mut [Vec3],
+    ) {
         let lighting = self.lighting;
         let last = surface == self.params.bounces;
         let (mut shadows, mut lights) = (ShadowRays::default(), Vec::new());
@@ -73,7 +80,9 @@ impl PictureContext<'_> {
             let Some(hit) = path.hit else {
                 // After the first surface, rays to the sun account for its disc.
                 let disc = (surface == 0).then(|| lighting.sun_disc(&self.haze, ray.direction));
-                *colour += path.throughput * (background + disc.unwrap_or_default());
+                let beams = (surface == 0).then(|| self.beams(&ray, self.params.max_range_m));
+                let further = disc.unwrap_or_default() + beams.unwrap_or_default();
+                *colour += path.throughput * (background + further);
                 return false;
             };
             let view = SurfaceView {
@@ -84,7 +93,7 @@ impl PictureContext<'_> {
                 } else {
                     BUNDLE_RAD
                 },
-                sun: suns[path.sample],
+                light: points[path.sample],
             };
             if let Some(liquid) = &self.scene.materials.get(hit.surface.material).liquid {
                 // What it mirrors and its bed have the mean light.
@@ -109,6 +118,10 @@ impl PictureContext<'_> {
             if shaded.shadow.is_some() {
                 shadows.add(lights.len(), shaded.shadow);
                 lights.push((path.sample, path.throughput * shaded.direct));
+            }
+            for light in self.lamplight(&shaded.surface, &view, 1.0) {
+                shadows.add(lights.len(), Some(light.shadow));
+                lights.push((path.sample, path.throughput * light.radiance));
             }
             if last {
                 *colour += path.throughput * shaded.indirect;

@@ -6,6 +6,7 @@
 //! penumbra is wide: the sun's angle times the distance of what blocks its rays, as on a screen
 //! (Fernando 2005, "Percentage-closer soft shadows").
 
+use glam::Vec3;
 use rayon::prelude::*;
 
 use super::frame_buffer::{FrameBuffer, LATTICE};
@@ -32,7 +33,7 @@ pub(super) fn penumbrae(frame: &FrameBuffer, shares: &[f32], focal_px: f32) -> V
             for (x, out) in row.iter_mut().enumerate() {
                 let i = y * frame.width + x;
                 *out = shares[i];
-                if frame.sun[i] == glam::Vec3::ZERO {
+                if frame.sun.radiance[i] == Vec3::ZERO {
                     continue;
                 }
                 // A uniform disc's spread along an axis is half of its radius.
@@ -62,7 +63,9 @@ fn blocker_m(frame: &FrameBuffer, x: usize, y: usize) -> f32 {
                 continue;
             }
             let j = (v * LATTICE + LATTICE / 2) * width + u * LATTICE + LATTICE / 2;
-            if frame.shows(j, frame.object[i], frame.depth_m[i], frame.normal[i]) {
+            if frame.sun.radiance[j] != Vec3::ZERO
+                && frame.shows(j, frame.object[i], frame.depth_m[i], frame.normal[i])
+            {
                 sum += distance_m;
                 count += 1.0;
             }
@@ -90,7 +93,7 @@ fn mean(frame: &FrameBuffer, shares: &[f32], (x, y): (usize, usize), step: usize
                 continue;
             };
             let j = v * width + u;
-            if frame.shows(j, object, depth_m, normal) {
+            if frame.sun.radiance[j] != Vec3::ZERO && frame.shows(j, object, depth_m, normal) {
                 let weight = WEIGHTS[down.abs_diff(2)] * WEIGHTS[right.abs_diff(2)];
                 sum += weight * shares[j];
                 all += weight;
@@ -102,8 +105,6 @@ fn mean(frame: &FrameBuffer, shares: &[f32], (x, y): (usize, usize), step: usize
 
 #[cfg(test)]
 mod tests {
-    use glam::Vec3;
-
     use super::*;
 
     /// A wall 10 m away, of which every seventh pixel sees the sun.
@@ -111,7 +112,7 @@ mod tests {
         let mut frame = FrameBuffer::new(96, 64);
         frame.depth_m.fill(10.0);
         frame.normal.fill(Vec3::Z);
-        frame.sun.fill(Vec3::ONE);
+        frame.sun.radiance.fill(Vec3::ONE);
         frame.blocker_m.fill(blocker_m);
         let shares = (0..96 * 64).map(|i| f32::from(u8::from(i * 31 % 7 == 0)));
         let shares = shares.collect();

@@ -3,7 +3,7 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::frame_buffer::{FrameBuffer, SAME_DEPTH, SAME_NORMAL};
+use super::frame_buffer::{DirectLight, FrameBuffer, SAME_DEPTH, SAME_NORMAL, filled};
 use super::penumbra::penumbrae;
 
 /// Rows that are processed together, as they share the rows around them.
@@ -13,37 +13,53 @@ const REACH: usize = 2;
 /// The weight of a pixel by its distance along a row or a column: the mean of three, taken twice.
 const WEIGHTS: [f32; 2 * REACH + 1] = [1.0, 2.0, 3.0, 2.0, 1.0];
 
-/// Adds the sun's light, by the share of its disc that is visible to the surrounding pixels on the
-/// same surface, as far around as the penumbra is wide there.
-pub(super) fn add_filtered_sun(frame: &mut FrameBuffer, focal_px: f32) {
-    let mut shares = std::mem::take(&mut frame.sun_share);
-    let (width, read) = (frame.width, &*frame);
+/// Adds the light of sun and lamps, by the share of their discs that is visible to the surrounding
+/// pixels on the same surface; for the sun as far around as the penumbra is wide there.
+pub(super) fn add_filtered_light(frame: &mut FrameBuffer, focal_px: f32) {
+    let shares = fractions(frame, &frame.sun);
+    frame.sun.share = penumbrae(frame, &shares, focal_px);
+    add_light(&mut frame.linear, &frame.sun);
+    for number in 0..frame.lamps.len() {
+        frame.lamps[number].share = fractions(frame, &frame.lamps[number]);
+        add_light(&mut frame.linear, &frame.lamps[number]);
+    }
+}
+
+/// The visible share of a source's disc for each pixel.
+fn fractions(frame: &FrameBuffer, source: &DirectLight) -> Vec<f32> {
+    let width = frame.width;
+    let mut shares = filled(0.0, source.radiance.len());
     shares
         .par_chunks_mut(width * ROWS)
         .enumerate()
         .for_each(|(strip, shares)| {
             let rows = shares.len() / width;
-            shares.copy_from_slice(&sun_fractions(read, strip * ROWS, rows));
+            shares.copy_from_slice(&fractions_of_rows(frame, source, strip * ROWS, rows));
         });
-    frame.sun_share = penumbrae(read, &shares, focal_px);
-    let (linear, sun, shares) = (&mut frame.linear, &frame.sun, &frame.sun_share);
-    linear
-        .par_iter_mut()
-        .zip(sun)
-        .zip(shares)
-        .for_each(|((out, sun), share)| *out += *sun * *share);
+    shares
 }
 
-/// The visible share of the sun's disc for each pixel of `rows` rows from the `first` on: the
+/// Adds a source's light by the shares of its disc.
+fn add_light(linear: &mut [Vec3], source: &DirectLight) {
+    let light = source.radiance.par_iter().zip(&source.share);
+    (linear.par_iter_mut().zip(light)).for_each(|(out, (light, share))| *out += *light * *share);
+}
+
+/// The visible share of a source's disc for each pixel of `rows` rows from the `first` on: the
 /// weighted mean over those of the surrounding 5 × 5 pixels that lie on the same surface, with the
 /// weights of a mean over 3 × 3 taken twice.
 ///
 /// The shadow rays of any 3 × 3 pixels go to nine different parts of the disc (see `SunDisc`), all
 /// of which have the same weight, so one ray per pixel gives smooth penumbrae. So would a mean over
 /// 3 × 3, but where light comes through needles it would show each ray that arrives as a square.
-fn sun_fractions(frame: &FrameBuffer, first: usize, rows: usize) -> Vec<f32> {
+fn fractions_of_rows(
+    frame: &FrameBuffer,
+    source: &DirectLight,
+    first: usize,
+    rows: usize,
+) -> Vec<f32> {
     let width = frame.width;
-    let strip = Strip::new(frame, first, rows);
+    let strip = Strip::new(frame, source, first, rows);
     let (mut seen, mut all) = (vec![0.0; width], vec![0.0; width]);
     let mut shares = Vec::with_capacity(width * rows);
     for row in 0..rows {
@@ -56,7 +72,7 @@ fn sun_fractions(frame: &FrameBuffer, first: usize, rows: usize) -> Vec<f32> {
                 add(&here, &there, down * right, &mut seen, &mut all);
             }
         }
-        // A pixel for which the sun does not matter has no neighbours on the same surface, not even
+        // A pixel for which the source does not matter has no neighbours on the same surface, not even
         // itself.
         shares.extend(seen.iter().zip(&all).map(|(s, a)| s / a.max(1.0)));
     }
@@ -64,7 +80,7 @@ fn sun_fractions(frame: &FrameBuffer, first: usize, rows: usize) -> Vec<f32> {
 }
 
 /// Adds `weight` to `all` for each pixel of `here` whose counterpart in `there` lies on the same
-/// surface, and to `seen` if that is in sunlight. It is one pass over plain rows without a branch,
+/// surface, and to `seen` if that is in the source's light. It is one pass over plain rows without a branch,
 /// which compilers can vectorise.
 fn add(here: &Pixels, there: &Pixels, weight: f32, seen: &mut [f32], all: &mut [f32]) {
     let n = seen.len();
@@ -90,7 +106,7 @@ struct Strip {
     stride: usize,
     /// Low and high bits of the id.
     object: [Vec<u32>; 2],
-    /// NaN, which is near nothing, where the sun does not matter.
+    /// NaN, which is near nothing, where the source does not matter.
     depth_m: Vec<f32>,
     normal: [Vec<f32>; 3],
     lit: Vec<f32>,
@@ -105,7 +121,7 @@ struct Pixels<'a> {
 }
 
 impl Strip {
-    fn new(frame: &FrameBuffer, first: usize, rows: usize) -> Self {
+    fn new(frame: &FrameBuffer, source: &DirectLight, first: usize, rows: usize) -> Self {
         let (width, height) = (frame.width, frame.semantic.len() / frame.width);
         let stride = width + 2 * REACH;
         let n = stride * (rows + 2 * REACH);
@@ -123,13 +139,13 @@ impl Strip {
                 let id = frame.object[i].to_u64();
                 strip.object[0][o] = id as u32;
                 strip.object[1][o] = (id >> 32) as u32;
-                if frame.sun[i] != Vec3::ZERO {
+                if source.radiance[i] != Vec3::ZERO {
                     strip.depth_m[o] = frame.depth_m[i];
                 }
                 for (axis, out) in strip.normal.iter_mut().enumerate() {
                     out[o] = frame.normal[i][axis];
                 }
-                strip.lit[o] = f32::from(u8::from(frame.lit[i]));
+                strip.lit[o] = f32::from(u8::from(source.lit[i]));
             }
         }
         strip
@@ -169,9 +185,9 @@ mod tests {
         let mut frame = FrameBuffer::new(9, 9);
         frame.depth_m.fill(3.0);
         frame.normal.fill(Vec3::Z);
-        frame.sun.fill(Vec3::ONE);
-        frame.lit[4 * 9 + 4] = true;
-        add_filtered_sun(&mut frame, 500.0);
+        frame.sun.radiance.fill(Vec3::ONE);
+        frame.sun.lit[4 * 9 + 4] = true;
+        add_filtered_light(&mut frame, 500.0);
         let at = |x: usize, y: usize| frame.linear[y * 9 + x].x * 81.0;
         let along: Vec<f32> = (0..9).map(|x| at(x, 4).round()).collect();
         assert_eq!(along, [0.0, 0.0, 3.0, 6.0, 9.0, 6.0, 3.0, 0.0, 0.0]);
@@ -185,7 +201,7 @@ mod tests {
     fn share(frame: &FrameBuffer, x: usize, y: usize) -> f32 {
         let (width, height) = (frame.width, frame.semantic.len() / frame.width);
         let i = y * width + x;
-        if frame.sun[i] == Vec3::ZERO {
+        if frame.sun.radiance[i] == Vec3::ZERO {
             return 0.0;
         }
         let (mut seen, mut all) = (0.0, 0.0);
@@ -193,13 +209,13 @@ mod tests {
             for u in x.saturating_sub(2)..(x + 3).min(width) {
                 let j = v * width + u;
                 let same = frame.object[i] == frame.object[j]
-                    && frame.sun[j] != Vec3::ZERO
+                    && frame.sun.radiance[j] != Vec3::ZERO
                     && (frame.depth_m[i] - frame.depth_m[j]).abs() < 0.03 * frame.depth_m[i]
                     && frame.normal[i].dot(frame.normal[j]) > 0.8;
                 if same {
                     let weight = ((3 - u.abs_diff(x)) * (3 - v.abs_diff(y))) as f32;
                     all += weight;
-                    seen += if frame.lit[j] { weight } else { 0.0 };
+                    seen += if frame.sun.lit[j] { weight } else { 0.0 };
                 }
             }
         }
@@ -225,12 +241,12 @@ mod tests {
                     Vec3::new(0.6, 0.0, 0.8).normalize_or(Vec3::Z),
                     Vec3::X,
                 ][normal];
-                frame.lit[i] = lit;
-                frame.sun[i] = Vec3::splat(f32::from(sun.min(1)));
+                frame.sun.lit[i] = lit;
+                frame.sun.radiance[i] = Vec3::splat(f32::from(sun.min(1)));
             }
-            add_filtered_sun(&mut frame, 500.0);
+            add_filtered_light(&mut frame, 500.0);
             for i in 0..width * height {
-                let expected = frame.sun[i] * share(&frame, i % width, i / width);
+                let expected = frame.sun.radiance[i] * share(&frame, i % width, i / width);
                 prop_assert_eq!(frame.linear[i], expected, "pixel {}", i);
             }
         }

@@ -134,7 +134,7 @@ impl PictureContext<'_> {
         let (blurs, exposure_s) = (view.blurs(), view.shutter.exposure_s);
         let count = pixels.len() * samples as usize;
         let (mut places, mut rays) = (Vec::with_capacity(count), Vec::with_capacity(count));
-        let mut suns = Vec::with_capacity(count);
+        let mut points = Vec::with_capacity(count);
         let mut times = vec![0.0; samples as usize];
         for &pixel in pixels {
             let mut rng = key.item(pixel.into()).rng();
@@ -147,36 +147,44 @@ impl PictureContext<'_> {
                 let at = corner + place(k, before + samples, shift);
                 places.push(at);
                 rays.push(view.ray_at(at, time * exposure_s, self.params.max_range_m));
-                suns.push(self.sun_disc.at_random(rng.next_u32()));
+                points.push(self.sun_disc.at_random(rng.next_u32()));
             }
         }
         let mut hits = vec![None; rays.len()];
         self.scene.caster.closest_hits(&rays, &mut hits);
         if self.params.bounces > 0 {
             let keys = pixels.iter().map(|&pixel| key.item(pixel.into()));
-            return self.path_traced(&rays, &hits, &suns, keys, samples as usize);
+            return self.path_traced(&rays, &hits, &points, keys, samples as usize);
         }
         // The samples of a blurred pixel are not of one instant.
         let shares_shadows = !blurs && before + samples <= SHARING_SHADOWS;
-        let mut shadows = ShadowRays::default();
-        let (mut colours, suns): (Vec<Vec3>, Vec<Vec3>) = (0..rays.len())
-            .map(|k| {
-                let c = self.radiance(&rays[k], hits[k].as_ref(), suns[k]);
-                let known = c.shadow.and(hits[k].as_ref()).and_then(|hit| {
+        // The light of those sources whose share is not known, with its sample.
+        let (mut shadows, mut unknown) = (ShadowRays::default(), Vec::new());
+        let mut colours = Vec::with_capacity(rays.len());
+        for k in 0..rays.len() {
+            let c = self.radiance(&rays[k], hits[k].as_ref(), points[k]);
+            let mut colour = c.rest;
+            let lamps = c.lamplight.into_iter();
+            let lamps = lamps.map(|l| (frame.lamps.get(l.lamp), l.radiance, l.shadow));
+            let sun = c.shadow.map(|shadow| (Some(&frame.sun), c.sun, shadow));
+            for (source, radiance, shadow) in sun.into_iter().chain(lamps) {
+                let known = hits[k].as_ref().zip(source).and_then(|(hit, source)| {
                     let seen = || pixel_truth(self.scene, view, places[k], &rays[k], Some(hit));
-                    shares_shadows.then(|| frame.sun_share(places[k], &seen()))?
+                    shares_shadows.then(|| frame.share_of(source, places[k], &seen()))?
                 });
                 match known {
-                    Some(share) => (c.rest + c.sun * share, Vec3::ZERO),
+                    Some(share) => colour += radiance * share,
                     None => {
-                        shadows.add(k, c.shadow);
-                        (c.rest, c.sun)
+                        shadows.add(unknown.len(), Some(shadow));
+                        unknown.push((k, radiance));
                     }
                 }
-            })
-            .unzip();
-        for k in shadows.lit(self.scene.caster) {
-            colours[k] += suns[k];
+            }
+            colours.push(colour);
+        }
+        for i in shadows.lit(self.scene.caster) {
+            let (k, radiance) = unknown[i];
+            colours[k] += radiance;
         }
         sums_per_pixel(&colours, samples as usize)
     }

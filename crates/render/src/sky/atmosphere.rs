@@ -247,12 +247,17 @@ pub(crate) fn rayleigh_phase(cos: f32) -> f32 {
     3.0 / (16.0 * std::f32::consts::PI) * (1.0 + cos * cos)
 }
 
-/// The aerosols' phase function (Henyey and Greenstein 1941, g = 0.76).
+/// The aerosols' phase function.
 #[inline]
 pub(crate) fn mie_phase(cos: f32) -> f32 {
-    const G: f32 = 0.76;
-    let d = 1.0 + G * G - 2.0 * G * cos;
-    (1.0 - G * G) / (4.0 * std::f32::consts::PI * d * d.sqrt())
+    henyey_greenstein(0.76, cos)
+}
+
+/// The phase function of Henyey and Greenstein (1941) with the mean cosine `g`.
+#[inline]
+pub(crate) fn henyey_greenstein(g: f32, cos: f32) -> f32 {
+    let d = 1.0 + g * g - 2.0 * g * cos;
+    (1.0 - g * g) / (4.0 * std::f32::consts::PI * d * d.sqrt())
 }
 
 fn smoothstep(x: f64) -> f64 {

@@ -55,6 +55,13 @@ impl Haze {
         libm::expf(-self.mist * self.air.depth_out(rise) - self.fog.depth_out(rise))
     }
 
+    /// The extinction at a place that is so much higher than the camera, 1/m.
+    pub(crate) fn extinction_per_m(&self, rise_m: f32) -> f32 {
+        let at =
+            |layer: &Layer| layer.extinction * libm::expf((-rise_m / layer.height_m).min(20.0));
+        at(&self.air) + at(&self.fog)
+    }
+
     /// The shares of a surface's light that pass the air and the fade at the end of the visible
     /// range.
     ///

@@ -1,6 +1,6 @@
-//! Points on the sun's disc.
+//! Points on the discs of the sun and of lamps.
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use nemoral_seed::{Domain, Draw, Key};
 
 use crate::Sun;
@@ -10,11 +10,20 @@ const PARTS: usize = 9;
 /// Points in each.
 const POINTS: usize = 128;
 
-/// Directions to points of the sun's disc.
+/// A point of a source of light that is a disc.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct DiscPoint {
+    /// In the unit disc.
+    pub(crate) on_disc: Vec2,
+    /// The direction to the point of the sun's disc.
+    pub(crate) sun: Vec3,
+}
+
+/// Points of the sun's disc.
 #[derive(Clone, Debug)]
 pub(crate) struct SunDisc {
     /// `PARTS` of `POINTS`.
-    directions: Vec<Vec3>,
+    points: Vec<DiscPoint>,
 }
 
 impl SunDisc {
@@ -22,7 +31,7 @@ impl SunDisc {
         let (x, y) = centre.any_orthonormal_pair();
         // The table is the same for every picture; a picture's key chooses from it.
         let mut rng = Key::world(0).domain(Domain::new("render.sun_disc")).rng();
-        let directions = (0..PARTS * POINTS)
+        let points = (0..PARTS * POINTS)
             .map(|i| {
                 let (part, _) = (i / POINTS, i % POINTS);
                 let a = ((part % 3) as f64 + rng.unit_f64()) / 1.5 - 1.0;
@@ -30,24 +39,27 @@ impl SunDisc {
                 let (u, v) = disc_from_square(a, b);
                 let r = Sun::ANGULAR_RADIUS_RAD;
                 let d = centre + x * (r * u) as f32 + y * (r * v) as f32;
-                d / d.length()
+                DiscPoint {
+                    on_disc: Vec2::new(u as f32, v as f32),
+                    sun: d / d.length(),
+                }
             })
             .collect();
-        Self { directions }
+        Self { points }
     }
 
-    /// The direction for the first sample of a pixel (column, row); any 3 × 3 pixels get all parts
+    /// The point for the first sample of a pixel (column, row); any 3 × 3 pixels get all parts
     /// of the disc.
-    pub(crate) fn of_pixel(&self, (x, y): (usize, usize), word: u32) -> Vec3 {
+    pub(crate) fn of_pixel(&self, (x, y): (usize, usize), word: u32) -> DiscPoint {
         let part = x % 3 + 3 * (y % 3);
-        self.directions[part * POINTS + word as usize % POINTS]
+        self.points[part * POINTS + word as usize % POINTS]
     }
 
     /// A random point of the disc.
-    pub(crate) fn at_random(&self, word: u32) -> Vec3 {
+    pub(crate) fn at_random(&self, word: u32) -> DiscPoint {
         // Lemire's multiplication gives an index with negligible bias.
-        let index = (u64::from(word) * self.directions.len() as u64) >> 32;
-        self.directions[index as usize]
+        let index = (u64::from(word) * self.points.len() as u64) >> 32;
+        self.points[index as usize]
     }
 }
 
@@ -73,7 +85,7 @@ mod tests {
         let centre = Vec3::new(0.48, 0.6, 0.64);
         let disc = SunDisc::new(centre);
         let radius = Sun::ANGULAR_RADIUS_RAD as f32;
-        let offsets: Vec<Vec3> = disc.directions.iter().map(|&d| d - centre).collect();
+        let offsets: Vec<Vec3> = disc.points.iter().map(|p| p.sun - centre).collect();
         assert!(offsets.iter().all(|o| o.length() < radius * 1.001));
         // Half of the points lie within radius / sqrt 2; the mean is the centre.
         let inner = offsets
@@ -92,7 +104,7 @@ mod tests {
     fn nine_neighbours_see_nine_parts() {
         let disc = SunDisc::new(Vec3::Z);
         let mean = (0..9)
-            .map(|k| disc.of_pixel((7 + k % 3, 4 + k / 3), 77))
+            .map(|k| disc.of_pixel((7 + k % 3, 4 + k / 3), 77).sun)
             .sum::<Vec3>()
             / 9.0;
         assert!((mean - Vec3::Z).length() < 0.3 * Sun::ANGULAR_RADIUS_RAD as f32);

@@ -102,6 +102,7 @@ impl World {
             instances: None,
             materials: &self.materials,
             sky_visibility: &OpenSky,
+            lamps: &[],
         }
     }
 

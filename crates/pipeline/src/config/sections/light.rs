@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use super::DATA;
 use crate::config::InputPath;
-use crate::config::schema::Allowed::{File, Real, Text, Triple, Whole};
-use crate::config::schema::{encode_variants, section};
+use crate::config::schema::Allowed::{File, Flag, Real, Text, Triple, Whole};
+use crate::config::schema::{SectionSpec, encode_variants, section};
 
 section! {
     /// The sun (paper, IV-E).
@@ -49,8 +49,8 @@ section! {
     SunAngles at "sun.angles", one of "the sun's position" {
         /// Clockwise from north.
         azimuth_deg: f64 = 215.0, Real(-360.0, 360.0), "early afternoon";
-        /// Above the horizon.
-        elevation_deg: f64 = 48.0, Real(-5.0, 90.0), "spring or autumn at 40 degrees north";
+        /// Above the horizon: civil twilight ends at -6, nautical at -12, and night begins at -18.
+        elevation_deg: f64 = 48.0, Real(-90.0, 90.0), "spring or autumn at 40 degrees north";
     }
 }
 
@@ -68,6 +68,59 @@ section! {
         later_h: f64 = 0.0, Real(-8784.0, 8784.0), "that time itself";
     }
 }
+
+section! {
+    /// The moon, which shines once the sun has set. A clear night without one is lit by stars alone,
+    /// too little for any camera.
+    Moon at "moon" {
+        /// Share of its disc that is in sunlight: 0 is new moon, 0.5 half and 1 full, which has
+        /// eleven times a half moon's light. Below 0 the moon is where it is at the time of
+        /// `sun.date`, with its phase, and there is none if the sun has angles.
+        illuminated: f64 = -1.0, Real(-1.0, 1.0), "follows the date";
+        /// Clockwise from north; of the date, if `illuminated` is.
+        azimuth_deg: f64 = 150.0, Real(-360.0, 360.0), "south-east";
+        /// Above the horizon; of the date, if `illuminated` is.
+        elevation_deg: f64 = 40.0, Real(-90.0, 90.0), "a winter's full moon";
+    }
+}
+
+section! {
+    /// A lamp on the robot: headlight, work light or head torch. Cameras see by it, LiDARs do not;
+    /// truth is the same with and without. It casts shadows, lights fog, rain and snowfall before
+    /// it, and works on the CPU alone.
+    Lamp at "lamp" {
+        /// Whether it shines.
+        enabled: bool = false, Flag, "by day nobody needs it";
+        /// All of its light, lumen: 300 is a head torch, 3000 a work light, 12,000 a light bar.
+        lumen: f64 = 3000.0, Real(1.0, 1_000_000.0), "a work light of LEDs";
+        /// Width of its beam: at the edge the intensity is half of that in the middle.
+        beam_deg: f64 = 60.0, Real(2.0, 170.0), "a flood light";
+        /// Colour temperature.
+        kelvin: f64 = 5700.0, Real(2000.0, 12_000.0), "white LEDs; halogen has 3200";
+        /// Radius of the disc that shines, which softens shadows.
+        radius_m: f64 = 0.03, Real(0.0, 1.0), "a hand's width in all";
+        /// Position in front of the body's origin.
+        mount_x_m: f64 = 0.35, Real(-5.0, 5.0), "as the camera's";
+        /// Position to the left of it.
+        mount_y_m: f64 = 0.25, Real(-5.0, 5.0), "beside the camera, so that it sees shadows";
+        /// Height above the ground.
+        mount_z_m: f64 = 1.1, Real(0.0, 50.0), "below the camera";
+        /// Rotation to the left.
+        mount_yaw_deg: f64 = 0.0, Real(-180.0, 180.0), "forward";
+        /// Pitch, downwards.
+        mount_pitch_deg: f64 = 3.0, Real(-90.0, 90.0), "to the ground 20 m ahead";
+    }
+}
+
+/// Further lamps.
+pub(super) const FURTHER_LAMPS: SectionSpec = SectionSpec {
+    path: "lamps",
+    doc: " Further lamps on the same robot: a table `[lamps.NAME]` for each, with the keys of \
+        `[lamp]`; what it leaves out is as in `[lamp]`.",
+    choice: None,
+    keys: &[],
+    named: None,
+};
 
 section! {
     /// The time of the year. Leaves unfold, turn and fall; bracken, herbs and grass die down, and

@@ -27,6 +27,7 @@ use crate::config::schema::{SectionSpec, section};
 use self::balance::TARGETS;
 use self::camera::FURTHER_CAMERAS;
 use self::lidar::FURTHER_LIDARS;
+use self::light::FURTHER_LAMPS;
 use self::models::MODELS;
 
 pub use assets::*;
@@ -98,10 +99,16 @@ section! {
         season: Season;
         /// Sun.
         sun: Sun;
+        /// Moon.
+        moon: Moon;
         /// Sky.
         sky: Sky;
         /// Weather.
         weather: Weather;
+        /// Lamp.
+        lamp: Lamp;
+        /// Further lamps.
+        lamps: BTreeMap<String, Lamp>;
         /// Camera.
         camera: Camera;
         /// Further cameras.
@@ -209,8 +216,11 @@ pub const SECTIONS: &[SectionSpec] = &[
     Sun::SPEC,
     SunAngles::SPEC,
     SunDate::SPEC,
+    Moon::SPEC,
     Sky::SPEC,
     Weather::SPEC,
+    Lamp::SPEC,
+    FURTHER_LAMPS,
     Camera::SPEC,
     CameraFov::SPEC,
     CameraSensor::SPEC,

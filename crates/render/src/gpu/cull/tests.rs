@@ -221,6 +221,7 @@ fn draws_that_must_start_at_the_first_instance_draw_the_same() {
         instances: Some(&bags),
         materials: &bags.1,
         sky_visibility: &OpenSky,
+        lamps: &[],
     };
     let draw = |gpu: &Gpu| {
         let light = Lighting::uniform(Vec3::ONE);

@@ -97,6 +97,7 @@ impl Stone {
             instances: Some(self),
             materials: &self.materials,
             sky_visibility: self,
+            lamps: &[],
         }
     }
 }
