@@ -1,6 +1,7 @@
 //! Light in a forest: the light that reaches a place, and what a surface reflects and transmits of
 //! it.
 
+pub(crate) mod beams;
 pub(crate) mod hex_tiling;
 pub(crate) mod lamp;
 pub(crate) mod lighting;

@@ -16,6 +16,7 @@ use super::supersampling::AdditionalSamples;
 use crate::camera::metering::log_mean_luminance;
 use crate::camera::picture::{self, Surroundings};
 use crate::error::ParamError;
+use crate::light::beams::Beams;
 use crate::sky::sun_disc::SunDisc;
 use crate::{CameraImages, CameraRenderer, Lighting, SceneView, View};
 
@@ -115,7 +116,7 @@ impl PictureContext<'_> {
                         // Every pixel takes one word, whether or not it hits anything, so that
                         // pixels do not depend on each other.
                         let point = self.sun_disc.of_pixel(pixel, rng.next_u32());
-                        let c = self.radiance(ray, hit, point);
+                        let c = self.radiance(pixel_centre(pixel), ray, hit, point);
                         linear[i] = c.rest;
                         sun[i] = c.sun;
                         shadows.add(i, c.shadow);
@@ -168,13 +169,15 @@ impl CameraRenderer for RayCastCamera {
         let p = &self.params;
         let position = view.scene_from_camera.translation_m.as_vec3();
         let focal_px = 0.5 * (view.intrinsics.fx + view.intrinsics.fy);
+        let haze = self.lighting.haze(position.z, p.max_range_m);
         let context = PictureContext {
             params: &self.params,
             lighting: &self.lighting,
             sun_disc: &self.sun_disc,
             scene,
             view,
-            haze: self.lighting.haze(position.z, p.max_range_m),
+            haze,
+            beams: Beams::new(scene.lamps, view, &haze, p.max_range_m),
             sample_rad: (1.0 / focal_px) as f32,
             sky_view_factor: scene.sky_visibility.sky_view_factor(position),
         };

@@ -1,14 +1,15 @@
 //! The radiance along single rays of a picture.
 
-use glam::Vec3;
+use glam::{DVec2, Vec3};
 use nemoral_scene::{Hit, Ray, RayCaster};
 
 use super::params::RayCastParams;
+use crate::light::beams::Beams;
 use crate::light::lighting::Lighting;
 use crate::light::shading::{Surface, SurfaceView, shade};
 use crate::sky::haze::Haze;
 use crate::sky::sun_disc::{DiscPoint, SunDisc};
-use crate::{Lamp, SceneView, View};
+use crate::{SceneView, View};
 
 /// The data that all rays of one picture share.
 pub(super) struct PictureContext<'a> {
@@ -18,6 +19,8 @@ pub(super) struct PictureContext<'a> {
     pub(super) scene: &'a SceneView<'a>,
     pub(super) view: &'a View,
     pub(super) haze: Haze,
+    /// What the air scatters of the lamps' light.
+    pub(super) beams: Beams,
     /// The angle of a sample at the image's centre.
     pub(super) sample_rad: f32,
     /// The sky view factor at the camera.
@@ -94,12 +97,19 @@ impl ShadowRays {
 }
 
 impl PictureContext<'_> {
-    /// The radiance along a ray whose shadow rays go to a point of the discs of sun and lamps.
-    pub(super) fn radiance(&self, ray: &Ray, hit: Option<&Hit>, light: DiscPoint) -> RayRadiance {
+    /// The radiance along the ray of an image position whose shadow rays go to a point of the discs
+    /// of sun and lamps.
+    pub(super) fn radiance(
+        &self,
+        pixel: DVec2,
+        ray: &Ray,
+        hit: Option<&Hit>,
+        light: DiscPoint,
+    ) -> RayRadiance {
         let lighting = self.lighting;
         let background = lighting.background(&self.haze, ray.direction);
         let Some(hit) = hit else {
-            let beams = self.beams(ray, self.params.max_range_m);
+            let beams = self.beams.before(pixel, self.params.max_range_m);
             return RayRadiance {
                 rest: background + lighting.sun_disc(&self.haze, ray.direction) + beams,
                 sun: Vec3::ZERO,
@@ -107,6 +117,7 @@ impl PictureContext<'_> {
                 lamplight: Vec::new(),
             };
         };
+        let beams = self.beams.before(pixel, hit.surface.distance_m);
         let view = SurfaceView {
             ray,
             hit,
@@ -117,7 +128,7 @@ impl PictureContext<'_> {
             let (light, sky_view_factor) = self.liquid(&view, liquid);
             let (through, air) = self.air(ray, hit, sky_view_factor, background);
             return RayRadiance {
-                rest: light.rest * through + air,
+                rest: light.rest * through + air + beams,
                 sun: light.sun * through,
                 shadow: light.shadow,
                 lamplight: light.lamplight,
@@ -126,7 +137,7 @@ impl PictureContext<'_> {
         let surface = shade(self.scene, lighting, &view);
         let (through, air) = self.air(ray, hit, surface.sky_view_factor, background);
         RayRadiance {
-            rest: surface.indirect * through + air,
+            rest: surface.indirect * through + air + beams,
             sun: surface.direct * through,
             shadow: surface.shadow,
             lamplight: self.lamplight(&surface.surface, &view, through),
@@ -160,12 +171,6 @@ impl PictureContext<'_> {
         lights.filter(arrives).map(|light| light.radiance).sum()
     }
 
-    /// The light of the lamps that the air along a ray of this length scatters to its origin.
-    pub(super) fn beams(&self, ray: &Ray, length_m: f32) -> Vec3 {
-        let beam = |lamp: &Lamp| lamp.in_air(ray, length_m, &self.haze);
-        self.scene.lamps.iter().map(beam).sum()
-    }
-
     /// The transmittance of the air in front of a surface with this sky view factor, and the
     /// radiance that it adds.
     pub(super) fn air(
@@ -181,8 +186,7 @@ impl PictureContext<'_> {
         // has the light of the sky.
         let sky_view_factor = 0.5 * (sky_view_factor + self.sky_view_factor);
         let glow = sky_view_factor * (1.0 - air) * fade;
-        let beams = self.beams(ray, hit.surface.distance_m);
-        (air * fade, background * (1.0 - fade + glow) + beams)
+        (air * fade, background * (1.0 - fade + glow))
     }
 }
 

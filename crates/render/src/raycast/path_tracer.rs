@@ -80,9 +80,7 @@ impl PictureContext<'_> {
             let Some(hit) = path.hit else {
                 // After the first surface, rays to the sun account for its disc.
                 let disc = (surface == 0).then(|| lighting.sun_disc(&self.haze, ray.direction));
-                let beams = (surface == 0).then(|| self.beams(&ray, self.params.max_range_m));
-                let further = disc.unwrap_or_default() + beams.unwrap_or_default();
-                *colour += path.throughput * (background + further);
+                *colour += path.throughput * (background + disc.unwrap_or_default());
                 return false;
             };
             let view = SurfaceView {

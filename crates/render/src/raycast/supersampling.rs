@@ -154,7 +154,12 @@ impl PictureContext<'_> {
         self.scene.caster.closest_hits(&rays, &mut hits);
         if self.params.bounces > 0 {
             let keys = pixels.iter().map(|&pixel| key.item(pixel.into()));
-            return self.path_traced(&rays, &hits, &points, keys, samples as usize);
+            let mut sums = self.path_traced(&rays, &hits, &points, keys, samples as usize);
+            for (k, (place, hit)) in places.iter().zip(&hits).enumerate() {
+                let distance_m = hit.map_or(self.params.max_range_m, |h| h.surface.distance_m);
+                sums[k / samples as usize] += self.beams.before(*place, distance_m);
+            }
+            return sums;
         }
         // The samples of a blurred pixel are not of one instant.
         let shares_shadows = !blurs && before + samples <= SHARING_SHADOWS;
@@ -162,7 +167,7 @@ impl PictureContext<'_> {
         let (mut shadows, mut unknown) = (ShadowRays::default(), Vec::new());
         let mut colours = Vec::with_capacity(rays.len());
         for k in 0..rays.len() {
-            let c = self.radiance(&rays[k], hits[k].as_ref(), points[k]);
+            let c = self.radiance(places[k], &rays[k], hits[k].as_ref(), points[k]);
             let mut colour = c.rest;
             let lamps = c.lamplight.into_iter();
             let lamps = lamps.map(|l| (frame.lamps.get(l.lamp), l.radiance, l.shadow));
