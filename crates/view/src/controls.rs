@@ -71,10 +71,10 @@ pub const CONTROLS: &[Control] = &[
         group: "Sun",
         label: "Height of the sun",
         unit: "°",
-        min: -5.0,
+        min: -20.0,
         max: 90.0,
         step: 0.5,
-        get: |c| sun_angles(c).elevation_deg.clamp(-5.0, 90.0),
+        get: |c| sun_angles(c).elevation_deg.clamp(-20.0, 90.0),
         set: |c, elevation_deg| {
             c.season = c.season.said(&c.sun);
             let mut angles = sun_angles(c);
@@ -96,6 +96,36 @@ pub const CONTROLS: &[Control] = &[
             let mut angles = sun_angles(c);
             angles.azimuth_deg = azimuth_deg;
             c.sun.position = SunPosition::Angles(angles);
+        },
+    },
+    Control {
+        name: "moon",
+        group: "Night",
+        label: "Lit share of the moon",
+        unit: "",
+        min: 0.0,
+        max: 1.0,
+        step: 0.05,
+        get: |c| {
+            let moon = c.moon.place(&c.sun).ok().flatten();
+            moon.map_or(0.0, |moon| moon.illuminated())
+        },
+        set: |c, illuminated| c.moon.illuminated = illuminated,
+    },
+    Control {
+        name: "lamp",
+        group: "Night",
+        label: "Lamp",
+        unit: "lm",
+        min: 0.0,
+        max: 12_000.0,
+        step: 100.0,
+        get: |c| if c.lamp.enabled { c.lamp.lumen } else { 0.0 },
+        set: |c, lumen| {
+            c.lamp.enabled = lumen > 0.0;
+            if c.lamp.enabled {
+                c.lamp.lumen = lumen;
+            }
         },
     },
     Control {
@@ -270,7 +300,7 @@ fn sun_angles(config: &Config) -> SunAngles {
         (_, Ok(sun)) => {
             let tenths = |degrees: f64| (10.0 * degrees).round() / 10.0;
             angles.azimuth_deg = tenths(sun.azimuth_deg());
-            angles.elevation_deg = tenths(sun.elevation_deg()).max(-5.0);
+            angles.elevation_deg = tenths(sun.elevation_deg());
         }
         (_, Err(_)) => {}
     }
@@ -455,7 +485,8 @@ mod tests {
             "midsummer in Coimbra: {noon:?}"
         );
         assert!(at(6.0).azimuth_deg < 90.0 && at(18.0).azimuth_deg > 270.0);
-        assert_eq!(at(0.0).elevation_deg, -5.0);
+        let midnight = at(0.0).elevation_deg;
+        assert!((-27.0..-26.0).contains(&midnight), "{midnight}");
     }
 
     #[test]

@@ -109,8 +109,9 @@ impl RayCaster for Remembering<'_> {
     fn are_occluded(&self, rays: &[Ray], occluded: &mut [bool]) {
         let (mut unknown, mut places) = (Vec::new(), Vec::new());
         for (i, (ray, occluded)) in rays.iter().zip(&mut *occluded).enumerate() {
-            let cube = self.cube(ray.origin);
-            match self.shadows.recall(cube) {
+            // A ray that ends leads to a lamp, which moves with the camera.
+            let cube = (ray.t_max_m == f32::INFINITY).then(|| self.cube(ray.origin));
+            match cube.and_then(|cube| self.shadows.recall(cube)) {
                 Some(in_shadow) => *occluded = in_shadow,
                 None => {
                     unknown.push(*ray);
@@ -122,7 +123,9 @@ impl RayCaster for Remembering<'_> {
         self.caster.are_occluded(&unknown, &mut found);
         for ((i, cube), in_shadow) in places.into_iter().zip(found) {
             occluded[i] = in_shadow;
-            self.shadows.keep(cube, in_shadow);
+            if let Some(cube) = cube {
+                self.shadows.keep(cube, in_shadow);
+            }
         }
     }
 
@@ -191,6 +194,21 @@ mod tests {
         };
         near.are_occluded(&rays[10..11], &mut second[10..11]);
         assert_eq!(caster.0.load(Ordering::Relaxed), 51);
+    }
+
+    #[test]
+    fn shadows_of_lamps_are_always_cast() {
+        let (caster, shadows) = (Counting::default(), KnownShadows::new());
+        let draft = remembering(&caster, &shadows);
+        let to_sun = Ray::new(Vec3::new(2.0, 7.0, 0.5), Vec3::Z);
+        let to_lamp = Ray {
+            t_max_m: 3.0,
+            ..to_sun
+        };
+        draft.are_occluded(&[to_lamp, to_lamp], &mut [false; 2]);
+        draft.are_occluded(&[to_sun, to_lamp], &mut [false; 2]);
+        draft.are_occluded(&[to_lamp, to_sun], &mut [false; 2]);
+        assert_eq!(caster.0.load(Ordering::Relaxed), 5);
     }
 
     proptest! {
