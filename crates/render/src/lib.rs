@@ -49,8 +49,10 @@
 //!   transmits.
 //! - The sky is computed by single scattering on molecules and aerosols in a spherical atmosphere
 //!   with ozone, with higher orders after Hillaire (2020) and a CIE overcast veil ([`SkyParams`]).
-//!   The model is valid from noon to the end of civil twilight. A photographed sky can be used
-//!   instead ([`SkyImage`]).
+//!   After sunset it is as bright as measured (Seidelmann 1992), and the moon shines ([`Moon`]). A
+//!   photographed sky can be used instead ([`SkyImage`]).
+//! - Lamps ([`Lamp`]) shine on surfaces, with shadows, and on the air before the camera, in the
+//!   ray-cast camera.
 //! - Haze, by visibility (Koschmieder 1924), and ground fog both decrease exponentially with
 //!   height, and are integrated in closed form along every ray.
 //! - One shadow ray per sample goes to a point of the sun's disc; neighbouring pixels use different

@@ -122,6 +122,7 @@ impl Camera {
             MeteringMode::Centre => Metering::Centre,
             MeteringMode::Ground => Metering::Ground,
             MeteringMode::Sky => Metering::Sky,
+            MeteringMode::Highlights => Metering::Highlights,
         }
     }
 

@@ -77,6 +77,8 @@ choices! {
         Ground = "ground",
         /// The sky alone.
         Sky = "sky",
+        /// What is brightest.
+        Highlights = "highlights",
     }
 
     /// How the colour of the light is found.

@@ -11,7 +11,8 @@ pub(super) fn to_table(config: &impl Serialize) -> Table {
     Table::try_from(config).expect("a config is plain data")
 }
 
-/// The definition of a table. A further sensor or lamp has that of the first one, a model that of NAME.
+/// The definition of a table. A further sensor or lamp has that of the first one, a model that of
+/// NAME.
 pub(super) fn section(path: &str) -> Option<&'static SectionSpec> {
     let further = [
         ("cameras.", "camera"),

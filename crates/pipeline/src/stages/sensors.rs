@@ -17,7 +17,7 @@ impl Stage<Forest> for CameraStage {
     type Inputs = ();
     type Output = Vec<CameraRig>;
     const ID: &'static str = "world.cameras";
-    const VERSION: u32 = 3;
+    const VERSION: u32 = 4;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         self.0.fingerprint(hasher);

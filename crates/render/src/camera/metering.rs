@@ -19,22 +19,26 @@ pub enum Metering {
     Ground,
     /// The sky alone, as if one exposed for it. The whole picture if there is none.
     Sky,
+    /// The brightest fiftieth of the picture, which becomes nearly white, whatever else is dark, so
+    /// that what a lamp shines on does not clip (Nikon's highlight-weighted metering).
+    Highlights,
 }
 
 /// The share of the weight that the middle has with [`Metering::Centre`].
 const CENTRE: f64 = 0.75;
 
+/// The share of a picture that is brighter than what [`Metering::Highlights`] looks at, and that
+/// luminance over middle grey, where the standard curve is nearly white.
+const HIGHLIGHTS: f64 = 0.02;
+const BELOW_WHITE: f32 = 5.0;
+
 /// Starlight, cd/m²: the luminance of a picture without any light.
 const STARLIGHT: f64 = 1e-3;
 
 impl Metering {
-    /// exp(mean(ln Y)) over the metered pixels that are not black; 1e-3 cd/m² if all are.
-    pub(crate) fn log_mean_luminance(
-        self,
-        linear: &[Vec3],
-        width: usize,
-        semantic: &[Semantic],
-    ) -> f64 {
+    /// The luminance that becomes middle grey, cd/m². But for highlights it is exp(mean(ln Y)) over
+    /// the metered pixels that are not black; 1e-3 cd/m² if all are.
+    pub(crate) fn luminance(self, linear: &[Vec3], width: usize, semantic: &[Semantic]) -> f64 {
         let height = linear.len() / width;
         let (mean, rest) = match self {
             Self::Average => (LogMean::of(linear, |_| true), None),
@@ -47,6 +51,7 @@ impl Metering {
                 let disc = LogMean::of(linear, in_disc);
                 (disc, Some(LogMean::of(linear, |i| !in_disc(i))))
             }
+            Self::Highlights => return highlights(linear),
             Self::Ground => (LogMean::of(linear, |i| semantic[i] != Semantic::Sky), None),
             Self::Sky => (LogMean::of(linear, |i| semantic[i] == Semantic::Sky), None),
         };
@@ -62,9 +67,23 @@ impl Metering {
     }
 }
 
+/// The luminance that becomes middle grey where the brightest pixels become nearly white.
+fn highlights(linear: &[Vec3]) -> f64 {
+    let mut luminances: Vec<f32> = linear.par_iter().map(|c| c.dot(LUMINANCE)).collect();
+    let brighter = (HIGHLIGHTS * linear.len() as f64) as usize;
+    let descending = |a: &f32, b: &f32| b.total_cmp(a);
+    match luminances.get(brighter) {
+        None => STARLIGHT,
+        Some(_) => {
+            let (_, metered, _) = luminances.select_nth_unstable_by(brighter, descending);
+            f64::from(*metered / BELOW_WHITE).max(STARLIGHT)
+        }
+    }
+}
+
 /// exp(mean(ln Y)) over the pixels that are not black; 1e-3 cd/m² (starlight) if all are.
 pub(crate) fn log_mean_luminance(linear: &[Vec3]) -> f64 {
-    Metering::Average.log_mean_luminance(linear, linear.len().max(1), &[])
+    Metering::Average.luminance(linear, linear.len().max(1), &[])
 }
 
 /// A mean of logarithms.
@@ -127,7 +146,7 @@ mod tests {
 
     fn metered(metering: Metering) -> f64 {
         let (linear, semantic) = picture();
-        metering.log_mean_luminance(&linear, 40, &semantic)
+        metering.luminance(&linear, 40, &semantic)
     }
 
     #[test]
@@ -162,11 +181,30 @@ mod tests {
     }
 
     #[test]
+    fn highlights_are_nearly_white_whatever_is_dark() {
+        for dark in [1e-4, 1.0, 30.0] {
+            let mut linear = vec![Vec3::splat(dark); 1000];
+            linear[17..20].fill(Vec3::splat(9000.0));
+            linear[300..400].fill(Vec3::splat(200.0));
+            let got = Metering::Highlights.luminance(&linear, 40, &[]);
+            assert!(
+                (got * f64::from(BELOW_WHITE) / 200.0 - 1.0).abs() < 1e-6,
+                "{dark}: {got}"
+            );
+        }
+        assert_eq!(Metering::Highlights.luminance(&[], 1, &[]), STARLIGHT);
+        assert_eq!(
+            Metering::Highlights.luminance(&[Vec3::ZERO; 9], 3, &[]),
+            STARLIGHT
+        );
+    }
+
+    #[test]
     fn without_a_sky_the_whole_picture_is_metered() {
         let linear = [Vec3::splat(3.0), Vec3::splat(12.0)];
         let ground = [Semantic::Soil; 2];
         for metering in [Metering::Sky, Metering::Ground, Metering::Average] {
-            let got = metering.log_mean_luminance(&linear, 2, &ground);
+            let got = metering.luminance(&linear, 2, &ground);
             assert!((got - 6.0).abs() < 1e-5, "{metering:?}: {got}");
         }
         assert_eq!(log_mean_luminance(&[Vec3::ZERO; 3]), STARLIGHT);

@@ -52,7 +52,7 @@ pub(crate) fn take(
     }
     lens.apply(&mut pixels, &view.intrinsics);
     let semantic = truth.semantic.pixels();
-    let metered = (view.metering).log_mean_luminance(&pixels, width, semantic);
+    let metered = (view.metering).luminance(&pixels, width, semantic);
     let ev100 = view.exposure.ev100(metered) - view.exposure_error_ev;
     let linear = Image::new(width, height, pixels);
     Picture {

@@ -8,8 +8,8 @@ use crate::View;
 use crate::light::lamp::Lamp;
 use crate::sky::haze::Haze;
 
-/// The light of lamps that the air scatters into a camera, as a function of the place in the picture
-/// and of the distance.
+/// The light of lamps that the air scatters into a camera, as a function of the place in the
+/// picture and of the distance.
 ///
 /// It is smooth, so it is computed for one ray in each [`PITCH_PX`] columns and rows, out to
 /// [`SLICES`] distances, and interpolated (Wronski 2014, "Volumetric fog").

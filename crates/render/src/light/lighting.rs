@@ -20,7 +20,8 @@ const CLEAR_EXTINCTION: f32 = extinction_per_m(20_000.0) as f32;
 pub struct Lighting {
     sun_direction: Vec3,
     sun_irradiance: Vec3,
-    /// If these two are the moon's: the share of its disc that is lit, and the direction to the sun.
+    /// If these two are the moon's: the share of its disc that is lit, and the direction to the
+    /// sun.
     moon: Option<(f32, Vec3)>,
     sky: Sky,
     /// The irradiance of the sky alone, by normal.

@@ -93,8 +93,9 @@ impl FrameBuffer {
             && self.normal[i].dot(normal) > SAME_NORMAL
     }
 
-    /// The share of a source's disc that is visible from a surface at an image position: the mean of
-    /// those of the four pixels around it that show the same surface; `None` if none of them does.
+    /// The share of a source's disc that is visible from a surface at an image position: the mean
+    /// of those of the four pixels around it that show the same surface; `None` if none of them
+    /// does.
     pub(crate) fn share_of(
         &self,
         source: &DirectLight,

@@ -72,16 +72,16 @@ fn fractions_of_rows(
                 add(&here, &there, down * right, &mut seen, &mut all);
             }
         }
-        // A pixel for which the source does not matter has no neighbours on the same surface, not even
-        // itself.
+        // A pixel for which the source does not matter has no neighbours on the same surface, not
+        // even itself.
         shares.extend(seen.iter().zip(&all).map(|(s, a)| s / a.max(1.0)));
     }
     shares
 }
 
 /// Adds `weight` to `all` for each pixel of `here` whose counterpart in `there` lies on the same
-/// surface, and to `seen` if that is in the source's light. It is one pass over plain rows without a branch,
-/// which compilers can vectorise.
+/// surface, and to `seen` if that is in the source's light. It is one pass over plain rows
+/// without a branch, which compilers can vectorise.
 fn add(here: &Pixels, there: &Pixels, weight: f32, seen: &mut [f32], all: &mut [f32]) {
     let n = seen.len();
     let (a, b) = (here.cut(n), there.cut(n));

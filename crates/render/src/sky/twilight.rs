@@ -125,8 +125,8 @@ mod tests {
         }
     }
 
-    /// The full moon's illuminance by Seidelmann's cubic, with its sky's. His moon is a sixth darker
-    /// than Allen's, and his air takes more from a low one.
+    /// The full moon's illuminance by Seidelmann's cubic, with its sky's. His moon is a sixth
+    /// darker than Allen's, and his air takes more from a low one.
     #[test]
     fn the_moon_shines_as_measured() {
         for (moon_deg, lx) in [(20.0, 0.0586), (30.0, 0.0983), (60.0, 0.2156)] {

@@ -39,7 +39,8 @@ section! {
         /// 15 in sunshine, 12 under an overcast sky or in shade, 8 to 11 under crowns.
         exposure_ev: f64 = 11.0, Real(-10.0, 25.0), "a forest on a clear day";
         /// What the automatic exposure looks at: the whole picture, mostly its middle, all but the
-        /// sky (as if exposed for the ground), or the sky alone.
+        /// sky (as if exposed for the ground), the sky alone, or highlights: the brightest
+        /// fiftieth, which becomes nearly white, as one exposes what a lamp shines on.
         metering: MeteringMode = MeteringMode::Average, OneOf(MeteringMode::WORDS),
             "a meter's mean of logarithms";
         /// What the exposure, automatic or fixed, is wrong by, stops: with 1 twice the light is
