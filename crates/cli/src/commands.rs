@@ -253,7 +253,7 @@ fn run_generate(
         is_request: false,
     })?;
     let reporter = Reporter::new(frames.count(), sequences.len(), a.reporting);
-    let (backend, of_backend) = Backend::for_config(a.backend.into(), &config)?;
+    let (backend, of_backend) = Backend::for_sequences(a.backend.into(), &sequences)?;
     if config.camera.enabled {
         reporter.note_with_first(of_backend);
     }

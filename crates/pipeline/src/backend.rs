@@ -7,7 +7,7 @@ use nemoral_scene::TruthImages;
 use nemoral_seed::Key;
 
 use crate::Error;
-use crate::config::Config;
+use crate::config::{Config, Sequences};
 
 /// What a request says about the renderer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -19,6 +19,14 @@ pub enum BackendChoice {
     Cpu,
     /// A GPU, or software that emulates one if there is no hardware.
     Gpu,
+}
+
+/// Why a config's pictures are taken on the CPU, if they can be nowhere else.
+fn needs_the_cpu(config: &Config) -> Option<String> {
+    let follows = config.all_cameras().find(|(_, camera)| camera.bounces > 0);
+    let lamp = config.all_lamps().map(|(path, _)| format!("{path} shines"));
+    let follows = follows.map(|(path, c)| format!("{path}.bounces = {} follows light", c.bounces));
+    lamp.chain(follows).next()
 }
 
 /// The renderer that was chosen.
@@ -38,6 +46,28 @@ pub enum Backend {
 }
 
 impl Backend {
+    /// Chooses for all sequences of a data set, and explains the choice in words.
+    ///
+    /// # Errors
+    /// As [`Backend::resolve`], and if a sequence's config is impossible.
+    pub fn for_sequences(
+        choice: BackendChoice,
+        sequences: &Sequences,
+    ) -> Result<(Self, String), Error> {
+        let first = Self::for_config(choice, &sequences.get(0)?.config)?;
+        if choice != BackendChoice::Auto || matches!(first.0, Self::Cpu) {
+            return Ok(first);
+        }
+        for number in 1..sequences.len() {
+            let config = sequences.get(number)?.config;
+            if let Some(why) = needs_the_cpu(&config) {
+                let why = format!("renderer: the CPU, as in sequence {number} {why}");
+                return Ok((Self::Cpu, why));
+            }
+        }
+        Ok(first)
+    }
+
     /// Chooses for a config, and explains the choice in words.
     ///
     /// # Errors
@@ -47,16 +77,9 @@ impl Backend {
             let none = "renderer: none, as there is no camera";
             return Ok((Self::Cpu, none.to_owned()));
         }
-        let follows = config.all_cameras().find(|(_, camera)| camera.bounces > 0);
-        if let (BackendChoice::Auto, Some((lamp, _))) = (choice, config.all_lamps().next()) {
-            let why = format!("renderer: the CPU, as {lamp} shines");
-            return Ok((Self::Cpu, why));
-        }
-        match (choice, follows) {
-            (BackendChoice::Auto, Some((path, camera))) => {
-                let bounces = camera.bounces;
-                let why = format!("renderer: the CPU, as {path}.bounces = {bounces} follows light");
-                Ok((Self::Cpu, why))
+        match (choice, needs_the_cpu(config)) {
+            (BackendChoice::Auto, Some(why)) => {
+                Ok((Self::Cpu, format!("renderer: the CPU, as {why}")))
             }
             _ => Self::resolve(choice),
         }
@@ -262,6 +285,7 @@ impl CameraRenderer for Renderer {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::config::Lamp;
 
     #[test]
     fn followed_light_is_the_processors() {
@@ -273,5 +297,19 @@ mod tests {
             why,
             "renderer: the CPU, as camera.bounces = 3 follows light"
         );
+    }
+
+    #[test]
+    fn lamps_are_the_processors() {
+        let mut config = Config::default();
+        config.lamps.insert("left".to_owned(), Lamp::default());
+        assert_eq!(needs_the_cpu(&config), None, "it is off");
+        config
+            .lamps
+            .entry("left".to_owned())
+            .and_modify(|lamp| lamp.enabled = true);
+        let (backend, why) = Backend::for_config(BackendChoice::Auto, &config).expect("the CPU");
+        assert_eq!(backend.name(), "cpu");
+        assert_eq!(why, "renderer: the CPU, as lamps.left shines");
     }
 }

@@ -37,6 +37,9 @@ const CORE_S_PER_MEGASAMPLE: f64 = 1.8;
 /// The same for each surface over which a sample's light is followed.
 const CORE_S_PER_MEGABOUNCE: f64 = 3.0;
 
+/// The same for the light of each lamp in a megapixel.
+const CORE_S_PER_MEGALAMP: f64 = 0.9;
+
 /// The estimated cost of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
@@ -65,6 +68,7 @@ pub fn estimate(config: &Config, sequences: u32) -> Estimate {
         };
         per_megapixel += f64::from(samples - 1) * CORE_S_PER_MEGASAMPLE;
         per_megapixel += f64::from(samples * camera.bounces) * CORE_S_PER_MEGABOUNCE;
+        per_megapixel += config.all_lamps().count() as f64 * CORE_S_PER_MEGALAMP;
         let pixels = f64::from(camera.width_px) * f64::from(camera.height_px);
         bytes += pixels * per_pixel;
         seconds += pixels / 1e6 * per_megapixel;

@@ -4,7 +4,7 @@ use std::cell::Cell;
 
 use nemoral_pipeline::config::{Layers, Sequences};
 use nemoral_pipeline::recording::scene::visible_chunks;
-use nemoral_pipeline::{Backend, Error, ExportArea, Observation, Recorder};
+use nemoral_pipeline::{Backend, Error, ExportArea, Observation, Recorder, Recording};
 use nemoral_realism::grown;
 use nemoral_scene::glam::{DQuat, DVec2, DVec3};
 use nemoral_scene::{LidarPoint, MaterialLibrary, RigidTransform, Semantic, Twist};
@@ -66,6 +66,28 @@ fn at_the_pose_time_and_number_of_a_drives_frame_it_is_that_frame() -> Result<()
     assert_eq!(seen.scans, recorder.frame(3)?.scans);
     let held = recorder.observe(&still(pose.world_from_body(), pose.time_s, 4))?;
     assert_ne!(held.scans, seen.scans);
+    Ok(())
+}
+
+/// Cameras see by lamps; what is there, and what LiDARs see, does not depend on them.
+#[test]
+fn lamps_change_pictures_alone() -> Result<(), Error> {
+    let night = "sun.angles.elevation_deg=-40";
+    let seen = |settings: &[&str]| recorder(&[&["frames=1", night], settings].concat())?.frame(0);
+    let dark = seen(&[])?;
+    let lit = seen(&["lamp.enabled=true", "lamps.right.mount_y_m=-0.25"])?;
+    assert_eq!(lit.images[0].truth, dark.images[0].truth);
+    assert_eq!(lit.scans, dark.scans);
+    let mean = |frame: &Recording| {
+        let pixels = frame.images[0].rgb.pixels();
+        pixels.iter().map(|[_, g, _]| f64::from(*g)).sum::<f64>() / pixels.len() as f64
+    };
+    assert!(
+        mean(&dark) < 3.0 && mean(&lit) > 20.0,
+        "{} {}",
+        mean(&dark),
+        mean(&lit)
+    );
     Ok(())
 }
 

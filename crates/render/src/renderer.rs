@@ -45,7 +45,8 @@ pub struct SceneView<'a> {
     pub materials: &'a MaterialLibrary,
     /// The crowns' shade.
     pub sky_visibility: &'a dyn SkyVisibility,
-    /// The lamps that shine, usually those of the cameras' carrier.
+    /// The lamps that shine, usually those of the cameras' carrier. While rows are read they stay
+    /// where they are at the picture's time.
     pub lamps: &'a [Lamp],
 }
 

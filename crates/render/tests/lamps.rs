@@ -115,7 +115,7 @@ fn a_wall_has_the_radiance_of_a_point_source() {
             );
             let way = (on_wall - at).as_vec3();
             let cos = way.x / way.length();
-            let illuminance = lamp.intensity_cd(way.normalize()) / way.length_squared() * cos;
+            let illuminance = lamp.intensity_cd(way / way.length()) / way.length_squared() * cos;
             // Most of a dielectric's light is scattered below its skin; this wall is rough.
             let expected = illuminance * 0.3 / PI;
             let got = *linear.at(x as usize, y as usize);
@@ -243,31 +243,75 @@ fn fog_and_snow_glow_in_the_beam() {
     assert!(flakes > 20.0 * air, "{flakes} {air}");
 }
 
-#[test]
-fn water_mirrors_what_a_lamp_shines_on() {
-    let mut world = wall();
+/// Water at this height, before a wall or over a bed; it scatters nothing itself.
+fn under_water(mut world: World, height: f64, absorption_per_m: f32) -> World {
     let water = Material {
         liquid: Some(Liquid {
             refractive_index: 1.33,
-            absorption_per_m: Vec3::ONE,
+            absorption_per_m: Vec3::splat(absorption_per_m),
             ripple_slope: 0.0,
             ripple_m: 1.0,
         }),
-        ..Material::plain("water", Semantic::Water, Vec3::splat(0.02))
+        ..Material::plain("water", Semantic::Water, Vec3::ZERO)
     };
     let plane = Shape::Plane {
         normal: DVec3::Z,
-        offset: -1.0,
+        offset: height,
     };
     world.add(plane, water, 2);
-    let lamps = [lamp(0.03, DVec3::new(0.0, 0.2, 0.2))];
-    let view = camera(80, 60, 50.0, DVec3::ZERO, DVec3::new(10.0, 0.0, -1.6));
-    let of = |lamps: &[Lamp]| {
-        let images = shot(&world, lamps, &view, params(), &clear());
-        // Below the middle, where the wall is mirrored.
-        images.linear.expect("asked for").at(40, 36).y
+    world
+}
+
+#[test]
+fn water_mirrors_what_a_lamp_shines_on() {
+    let lamps = [lamp(0.0, DVec3::new(0.0, 0.2, 0.2))];
+    let view = camera(81, 60, 50.0, DVec3::ZERO, DVec3::new(10.0, 0.0, -1.6));
+    let images = shot(
+        &under_water(wall(), -1.0, 10.0),
+        &lamps,
+        &view,
+        params(),
+        &clear(),
+    );
+    let linear = images.linear.expect("asked for");
+    let at = |z: f64| {
+        let pixel = view
+            .project(DVec3::new(10.0, 0.0, z))
+            .expect("in the picture");
+        linear.at(pixel.x as usize, pixel.y as usize).y
     };
-    assert!(of(&lamps) > 100.0 * of(&[]), "{} {}", of(&lamps), of(&[]));
+    // Where the wall's image is as far below the water as the wall's place is above it. The camera
+    // is 1 m above the water, so its ray meets it at this angle.
+    let rise: f64 = 0.3;
+    let cos = (1.0 + rise) / libm::hypot(10.0, 1.0 + rise);
+    let water = Liquid {
+        refractive_index: 1.33,
+        absorption_per_m: Vec3::ONE,
+        ripple_slope: 0.0,
+        ripple_m: 1.0,
+    };
+    let expected = at(rise - 1.0) * water.mirrored(cos as f32);
+    let got = at(-rise - 1.0);
+    assert!((got / expected - 1.0).abs() < 0.1, "{got} for {expected}");
+}
+
+#[test]
+fn a_lamp_shines_through_water_on_its_bed() {
+    let mut bed = World::default();
+    let plane = Shape::Plane {
+        normal: DVec3::Z,
+        offset: -1.4,
+    };
+    bed.add(plane, grey(0.3), 0);
+    let lamps = [lamp(0.0, DVec3::new(0.0, 0.2, 0.2))];
+    let view = camera(80, 60, 50.0, DVec3::ZERO, DVec3::new(2.5, 0.0, -1.4));
+    let of = |world: &World| {
+        let images = shot(world, &lamps, &view, params(), &clear());
+        images.linear.expect("asked for").at(40, 30).y
+    };
+    let dry = of(&bed);
+    let shallow = of(&under_water(bed, -1.3, 0.2));
+    assert!(shallow > 0.2 * dry && shallow < dry, "{shallow} {dry}");
 }
 
 #[test]

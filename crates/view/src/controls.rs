@@ -76,7 +76,7 @@ pub const CONTROLS: &[Control] = &[
         step: 0.5,
         get: |c| sun_angles(c).elevation_deg.clamp(-20.0, 90.0),
         set: |c, elevation_deg| {
-            c.season = c.season.said(&c.sun);
+            (c.season, c.moon) = (c.season.said(&c.sun), c.moon.said(&c.sun));
             let mut angles = sun_angles(c);
             angles.elevation_deg = elevation_deg;
             c.sun.position = SunPosition::Angles(angles);
@@ -92,7 +92,7 @@ pub const CONTROLS: &[Control] = &[
         step: 1.0,
         get: |c| sun_angles(c).azimuth_deg,
         set: |c, azimuth_deg| {
-            c.season = c.season.said(&c.sun);
+            (c.season, c.moon) = (c.season.said(&c.sun), c.moon.said(&c.sun));
             let mut angles = sun_angles(c);
             angles.azimuth_deg = azimuth_deg;
             c.sun.position = SunPosition::Angles(angles);
@@ -110,7 +110,10 @@ pub const CONTROLS: &[Control] = &[
             let moon = c.moon.place(&c.sun).ok().flatten();
             moon.map_or(0.0, |moon| moon.illuminated())
         },
-        set: |c, illuminated| c.moon.illuminated = illuminated,
+        set: |c, illuminated| {
+            c.moon = c.moon.said(&c.sun);
+            c.moon.illuminated = illuminated;
+        },
     },
     Control {
         name: "lamp",
@@ -127,6 +130,17 @@ pub const CONTROLS: &[Control] = &[
                 c.lamp.lumen = lumen;
             }
         },
+    },
+    Control {
+        name: "least_ev",
+        group: "Night",
+        label: "Least exposure",
+        unit: "EV",
+        min: -10.0,
+        max: 10.0,
+        step: 0.5,
+        get: |c| c.camera.exposure_least_ev.clamp(-10.0, 10.0),
+        set: |c, least_ev| c.camera.exposure_least_ev = least_ev,
     },
     Control {
         name: "day",

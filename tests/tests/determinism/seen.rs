@@ -61,6 +61,18 @@ fn frames_are_those_of_all_that_is_around() {
     ];
     let seen = compare(&store, &wide);
     assert!(seen[1] < seen[0] && seen[0] < seen[2], "{seen:?}");
+    // By moonlight, and by a lamp far to the side of the camera.
+    let night = [
+        "sun.angles.elevation_deg=-30",
+        "moon.illuminated=1",
+        "moon.elevation_deg=60",
+        "camera.exposure_least_ev=-10",
+        "lamp.enabled=true",
+        "lamp.mount_y_m=5",
+        "lamp.lumen=100000",
+    ];
+    let seen = compare(&store, &night);
+    assert!(seen[0] < seen[2], "{seen:?}");
     // What sees all around, or straight down, needs everything.
     let near = "chunks.visible_radius_m=60";
     let [_, seen, all] = compare(&store, &[near, "lidar.device=vlp16"]);

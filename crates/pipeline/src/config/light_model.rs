@@ -46,6 +46,20 @@ impl Moon {
         moon.map(Some)
             .map_err(|e| Error::request(format!("moon: {e}")))
     }
+
+    /// The same moon with its place and phase said, so that it no longer depends on the sun's date.
+    #[must_use]
+    pub fn said(&self, sun: &Sun) -> Self {
+        let place = self.place(sun).ok().flatten();
+        place.map_or_else(
+            || self.clone(),
+            |moon| Self {
+                illuminated: moon.illuminated(),
+                azimuth_deg: moon.azimuth_deg(),
+                elevation_deg: moon.elevation_deg(),
+            },
+        )
+    }
 }
 
 impl Lamp {
@@ -213,6 +227,42 @@ fn ground_albedo(weather: &Weather) -> Vec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_moon_is_that_of_the_date_unless_it_is_said() {
+        let moon = |moon: &Moon, sun: &Sun| moon.place(sun).expect("a date");
+        let follows = Moon::default();
+        assert_eq!(moon(&follows, &Sun::default()), None);
+        // A full moon, which rises as the sun sets.
+        let night = Sun {
+            position: SunPosition::Date(SunDate {
+                utc: "2024-11-15T20:00:00".to_owned(),
+                ..SunDate::default()
+            }),
+            ..Sun::default()
+        };
+        let full = moon(&follows, &night).expect("a moon");
+        assert!(
+            full.illuminated() > 0.98 && full.elevation_deg() > 20.0,
+            "{full:?}"
+        );
+        let said = follows.said(&night);
+        let still = moon(&said, &Sun::default()).expect("a moon");
+        assert!(still.direction().distance(full.direction()) < 1e-9);
+        let half = Moon {
+            illuminated: 0.5,
+            ..Moon::default()
+        };
+        for sun in [&Sun::default(), &night] {
+            let place = moon(&half, sun).expect("a moon");
+            assert!((place.azimuth_deg() - half.azimuth_deg).abs() < 1e-9);
+        }
+        let none = Moon {
+            illuminated: 0.0,
+            ..half
+        };
+        assert_eq!(moon(&none, &night).map(|m| m.illuminated()), Some(0.0));
+    }
 
     #[test]
     fn the_date_of_the_sun_says_the_season_unless_a_day_does() {

@@ -108,7 +108,7 @@ fn further(path: &str) -> Option<Further> {
             path: "lamps",
             first: "lamp",
             example: "\
-# [lamps.right]            # beside the camera on its other side
+# [lamps.right]            # on the other side of the camera; shines if [lamp] does
 # mount_y_m = -0.25
 ",
         }),

@@ -31,6 +31,12 @@ impl Config {
         all.filter(|(_, lamp)| lamp.enabled)
     }
 
+    /// Whether a lamp shines, for which pictures are taken on the CPU.
+    #[must_use]
+    pub fn has_lamps(&self) -> bool {
+        self.all_lamps().next().is_some()
+    }
+
     /// Every enabled LiDAR with the path of its table, the first one first.
     pub(crate) fn all_lidars(&self) -> impl Iterator<Item = (String, &Lidar)> {
         let further = self.lidars.iter().map(|(n, l)| (format!("lidars.{n}"), l));

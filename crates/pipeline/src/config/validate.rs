@@ -395,12 +395,14 @@ impl Config {
         for (table, what, name) in of_cameras.chain(of_lidars).chain(of_lamps) {
             let path = format!("{table}.{name}");
             let plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
-            let taken = RESERVED.contains(&name.as_str());
+            // Lamps have no folders.
+            let reserved: &[&str] = if table == "lamps" { &[] } else { &RESERVED };
+            let taken = reserved.contains(&name.as_str());
             if name.is_empty() || name.len() > 32 || !name.chars().all(plain) || taken {
-                let message = format!(
-                    ": a {what}'s name must be 1 to 32 of a-z, 0-9 and _, and none of {}",
-                    RESERVED.join(", ")
-                );
+                let mut message = format!(": a {what}'s name must be 1 to 32 of a-z, 0-9 and _");
+                if !reserved.is_empty() {
+                    message += &format!(", and none of {}", reserved.join(", "));
+                }
                 out.add(&path, &message);
             }
             if table == "lidars" && self.cameras.contains_key(name) {

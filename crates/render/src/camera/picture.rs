@@ -8,8 +8,7 @@ use super::lens::Lens;
 use super::point_spread::spread;
 use super::tone::develop;
 use super::view::View;
-use crate::Lamp;
-use crate::sky::haze::Haze;
+use crate::light::lamp::LampInAir;
 
 /// A picture of the light that a renderer computed.
 pub(crate) struct Picture {
@@ -26,9 +25,7 @@ pub(crate) struct Surroundings<'a> {
     /// The mean radiance from all sides.
     pub(crate) ambient: Vec3,
     /// The lamps that shine.
-    pub(crate) lamps: &'a [Lamp],
-    /// The air.
-    pub(crate) haze: &'a Haze,
+    pub(crate) lamps: &'a [LampInAir],
 }
 
 /// Takes the picture of the light in front of a lens; `key` is for the sensor's noise alone.

@@ -9,8 +9,8 @@ use rayon::prelude::*;
 
 use super::picture::Surroundings;
 use super::view::View;
-use crate::Lamp;
 use crate::error::{ParamError, check};
+use crate::light::lamp::{LampInAir, droplet_phase};
 
 /// Rain and snowfall around a camera. They are in the picture alone, in front of what is there:
 /// truth is that of the surfaces behind.
@@ -45,9 +45,6 @@ const SNOW_M: [f64; 7] = [1e-3, 2e-3, 3e-3, 4e-3, 6e-3, 8e-3, 12e-3];
 /// scatters.
 const DROP_ALBEDO: f32 = 0.94;
 const FLAKE_ALBEDO: f32 = 0.9;
-/// The radiance of a drop that a lamp beside the camera shines on, over the irradiance there, 1/sr:
-/// half of that straight back, which is 2 / (18.8 sr) by its lidar ratio (O'Connor et al. 2004).
-const DROP_GLOW: f32 = 0.05;
 /// The narrowest particle that is drawn, pixels, and the farthest, metres.
 const NARROWEST_PX: f64 = 0.33;
 const FARTHEST_M: f64 = 12.0;
@@ -70,10 +67,7 @@ struct Streak {
     /// The area of the particle, which its streak covers on average, square pixels.
     area_px2: f32,
     depth_m: f32,
-    /// Its radiance over that of its surroundings.
-    albedo: f32,
-    /// Its radiance towards a lamp beside the camera over the irradiance from there, 1/sr.
-    glow: f32,
+    of: Hydrometeor,
     /// Where it is in the scene.
     place_m: Vec3,
 }
@@ -125,10 +119,15 @@ impl Precipitation {
         around: &Surroundings<'_>,
     ) {
         let width = view.intrinsics.width as usize;
+        let eye = view.scene_from_camera.translation_m.as_vec3();
         for streak in self.streaks(view) {
-            let shone = |lamp: &Lamp| lamp.irradiance(streak.place_m, around.haze);
+            let towards = (eye - streak.place_m).normalize_or_zero();
+            let shone = |lamp: &LampInAir| {
+                let (from_lamp, irradiance) = lamp.irradiance(streak.place_m);
+                irradiance * streak.glow(from_lamp.dot(towards))
+            };
             let lamplight: Vec3 = around.lamps.iter().map(shone).sum();
-            let radiance = around.ambient * streak.albedo + lamplight * streak.glow;
+            let radiance = around.ambient * streak.albedo() + lamplight;
             streak.draw(pixels, depth_m, width, radiance);
         }
     }
@@ -270,24 +269,41 @@ impl SizeBin {
         let (low, high) = (from_px.min(to_px) - margin, from_px.max(to_px) + margin);
         let inside = high.cmpgt(Vec2::ZERO).all()
             && low.cmplt(Vec2::new(k.width as f32, k.height as f32)).all();
-        let (albedo, glow) = match self.of {
-            Hydrometeor::Raindrop => (DROP_ALBEDO, DROP_GLOW),
-            Hydrometeor::Snowflake => (FLAKE_ALBEDO, FLAKE_ALBEDO * FRAC_1_PI),
-        };
         inside.then_some(Streak {
             from_px,
             to_px,
             reach_px,
             area_px2: (std::f64::consts::FRAC_PI_4 * diameter_px * diameter_px) as f32,
             depth_m: in_camera.z as f32,
-            albedo,
-            glow,
+            of: self.of,
             place_m: at.as_vec3(),
         })
     }
 }
 
 impl Streak {
+    /// Its radiance over the mean radiance of its surroundings.
+    fn albedo(&self) -> f32 {
+        match self.of {
+            Hydrometeor::Raindrop => DROP_ALBEDO,
+            Hydrometeor::Snowflake => FLAKE_ALBEDO,
+        }
+    }
+
+    /// Its radiance over a lamp's irradiance, 1/sr, where the light turns by an angle of this
+    /// cosine. Drops scatter by the phase function of droplets, and flakes as matt balls
+    /// (Lambert's law over the part of a ball that is lit and seen). Nothing shades them.
+    fn glow(&self, cos: f32) -> f32 {
+        match self.of {
+            Hydrometeor::Raindrop => droplet_phase(cos),
+            Hydrometeor::Snowflake => {
+                let cos = cos.clamp(-1.0, 1.0);
+                let (turn, sin) = (libm::acosf(cos), (1.0 - cos * cos).max(0.0).sqrt());
+                FLAKE_ALBEDO * (2.0 / 3.0) * (sin - turn * cos) * (FRAC_1_PI * FRAC_1_PI)
+            }
+        }
+    }
+
     /// The share of a pixel that it covers on average, by the distance from its middle line: a tent
     /// whose volume over the picture is what it covers.
     fn coverage(&self, at: Vec2) -> f32 {
@@ -338,7 +354,6 @@ mod tests {
     use nemoral_scene::{Distortion, Intrinsics, RigidTransform, Shutter};
 
     use super::*;
-    use crate::Lighting;
 
     fn falling(rain_mm_per_h: f64, snowfall_mm_per_h: f64) -> Precipitation {
         Precipitation {
@@ -368,7 +383,6 @@ mod tests {
         let around = Surroundings {
             ambient: Vec3::ONE,
             lamps: &[],
-            haze: &Lighting::uniform(Vec3::ONE).haze(1.5, 300.0),
         };
         p.apply(&mut pixels, &vec![depth_m; n], view, &around);
         pixels
@@ -389,8 +403,7 @@ mod tests {
                 reach_px,
                 area_px2: 2.5,
                 depth_m: 1.0,
-                albedo: 1.0,
-                glow: 0.0,
+                of: Hydrometeor::Snowflake,
                 place_m: Vec3::ZERO,
             };
             let mut pixels = vec![Vec3::ZERO; 160 * 160];
@@ -502,5 +515,30 @@ mod tests {
             (streaks.len(), sum.round().as_ivec2().to_array()),
             (234, [38_318, 20_400])
         );
+    }
+
+    /// A matt ball reflects all that falls on it, its albedo, over all directions.
+    #[test]
+    fn what_a_lamp_shines_on_scatters_its_light() {
+        for (of, share) in [
+            (Hydrometeor::Raindrop, 1.0),
+            (Hydrometeor::Snowflake, FLAKE_ALBEDO),
+        ] {
+            let streak = Streak {
+                from_px: Vec2::ZERO,
+                to_px: Vec2::ONE,
+                reach_px: 1.0,
+                area_px2: 1.0,
+                depth_m: 1.0,
+                of,
+                place_m: Vec3::ZERO,
+            };
+            let n = 100_000;
+            let cos = |i: i32| (i as f32 + 0.5) / n as f32 * 2.0 - 1.0;
+            let sum: f64 = (0..n).map(|i| f64::from(streak.glow(cos(i)))).sum();
+            // Radiance times the area that is seen, over all directions.
+            let whole = sum * 2.0 / f64::from(n) * std::f64::consts::TAU;
+            assert!((whole - f64::from(share)).abs() < 2e-3, "{of:?}: {whole}");
+        }
     }
 }

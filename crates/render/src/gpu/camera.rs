@@ -401,7 +401,6 @@ impl CameraRenderer for GpuCamera {
         let around = Surroundings {
             ambient: self.lighting.ambient(open).mean_radiance(),
             lamps: &[],
-            haze: &self.lighting.haze(position.z, self.params.max_range_m),
         };
         let picture = picture::take(linear, &around, &truth, &self.params.lens, view, key);
         Ok(CameraImages {

@@ -5,8 +5,7 @@ use nemoral_scene::Ray;
 use rayon::prelude::*;
 
 use crate::View;
-use crate::light::lamp::Lamp;
-use crate::sky::haze::Haze;
+use crate::light::lamp::LampInAir;
 
 /// The light of lamps that the air scatters into a camera, as a function of the place in the
 /// picture and of the distance.
@@ -16,6 +15,8 @@ use crate::sky::haze::Haze;
 #[derive(Debug, Default)]
 pub(crate) struct Beams {
     columns: usize,
+    /// Width and height of the picture, pixels.
+    size_px: DVec2,
     /// The distances, of which the first is 0, and the logarithm of one over the one before.
     distances_m: Vec<f32>,
     log_ratio: f32,
@@ -31,11 +32,12 @@ const FIRST_M: f32 = 0.1;
 
 impl Beams {
     /// The beams of lamps before a view, as far as `range_m`.
-    pub(crate) fn new(lamps: &[Lamp], view: &View, haze: &Haze, range_m: f32) -> Self {
+    pub(crate) fn new(lamps: &[LampInAir], view: &View, range_m: f32) -> Self {
         if lamps.is_empty() {
             return Self::default();
         }
         let k = &view.intrinsics;
+        let size_px = DVec2::new(k.width.into(), k.height.into());
         let nodes = |pixels: u32| (f64::from(pixels) / PITCH_PX).ceil() as usize + 1;
         let (columns, rows) = (nodes(k.width), nodes(k.height));
         let log_ratio = libm::logf(range_m / FIRST_M) / (SLICES - 1) as f32;
@@ -43,12 +45,12 @@ impl Beams {
         let distances_m: Vec<f32> = std::iter::once(0.0).chain((0..SLICES).map(to_m)).collect();
         let along = |number: usize| {
             let (x, y) = ((number % columns) as f64, (number / columns) as f64);
-            let last = DVec2::new(k.width.into(), k.height.into());
-            let ray = view.ray((DVec2::new(x, y) * PITCH_PX).min(last), range_m);
-            up_to_each_distance(lamps, &ray, haze, &distances_m)
+            let ray = view.ray((DVec2::new(x, y) * PITCH_PX).min(size_px), range_m);
+            up_to_each_distance(lamps, &ray, &distances_m)
         };
         Self {
             columns,
+            size_px,
             log_ratio,
             radiance: (0..columns * rows).into_par_iter().map(along).collect(),
             distances_m,
@@ -61,12 +63,15 @@ impl Beams {
             return Vec3::ZERO;
         }
         let rows = self.radiance.len() / self.columns;
-        let split = |at: f64, nodes: usize| {
-            let at = (at / PITCH_PX).clamp(0.0, (nodes - 1) as f64);
-            let low = (at as usize).min(nodes - 2);
-            (low, (at - low as f64) as f32)
+        // The last row and column of rays are at the picture's border.
+        let split = |at: f64, nodes: usize, border: f64| {
+            let low = ((at / PITCH_PX).max(0.0) as usize).min(nodes - 2);
+            let from = low as f64 * PITCH_PX;
+            let width = (border - from).min(PITCH_PX);
+            (low, ((at - from) / width).clamp(0.0, 1.0) as f32)
         };
-        let ((x, fx), (y, fy)) = (split(pixel.x, self.columns), split(pixel.y, rows));
+        let (x, fx) = split(pixel.x, self.columns, self.size_px.x);
+        let (y, fy) = split(pixel.y, rows, self.size_px.y);
         // Between two distances, by the distance itself.
         let steps = libm::logf((distance_m / FIRST_M).max(1e-6)) / self.log_ratio;
         let slice = ((steps + 1.0).max(0.0) as usize).min(SLICES - 1);
@@ -85,17 +90,12 @@ impl Beams {
     }
 }
 
-fn up_to_each_distance(
-    lamps: &[Lamp],
-    ray: &Ray,
-    haze: &Haze,
-    distances_m: &[f32],
-) -> [Vec3; SLICES] {
+fn up_to_each_distance(lamps: &[LampInAir], ray: &Ray, distances_m: &[f32]) -> [Vec3; SLICES] {
     let mut sum = Vec3::ZERO;
     std::array::from_fn(|k| {
         let part = (distances_m[k], distances_m[k + 1]);
         let lamps = lamps.iter();
-        sum += lamps.map(|lamp| lamp.in_air(ray, part, haze)).sum::<Vec3>();
+        sum += lamps.map(|lamp| lamp.scattered(ray, part)).sum::<Vec3>();
         sum
     })
 }
@@ -108,21 +108,25 @@ mod tests {
 
     use super::*;
     use crate::colour::LUMINANCE;
-    use crate::light::lamp::near_phase;
-    use crate::{LampParams, Lighting, SkyParams, Sun};
+    use crate::light::lamp::droplet_phase;
+    use crate::{Lamp, LampParams, Lighting, SkyParams, Sun};
 
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(16))]
-        /// 40,000 equal steps along the rays of places in the picture.
+        /// 4000 equal steps along the rays of places in the picture, and 40 along the lamp's.
         #[test]
         fn beams_are_the_integral_along_the_ray(
             fog in 1e-3_f64..0.1,
             (x, y, z) in (-0.5_f64..0.2, 0.3_f64..1.0, -0.5_f64..0.5),
             (yaw, pitch) in (-0.3_f64..0.3, -0.2_f64..0.2),
-            beam_deg in 25.0_f64..120.0,
+            beam_deg in 10.0_f64..120.0,
             places in prop::collection::vec((0.0..640.0, 0.0..360.0, 0.4_f32..120.0), 8),
         ) {
-            let params = SkyParams { fog_per_m: fog, ..SkyParams::default() };
+            let params = SkyParams {
+                fog_per_m: fog,
+                fog_height_m: 1.5,
+                ..SkyParams::default()
+            };
             let sun = Sun::from_angles(0.0, 30.0).expect("valid");
             let haze = Lighting::new(&sun, &params).expect("valid").haze(1.2, 1e6);
             let pose = RigidTransform::from_xyz_rpy(DVec3::new(0.0, 0.0, 1.2), 0.0, pitch, yaw);
@@ -131,13 +135,13 @@ mod tests {
             let lamp_params = LampParams { beam_deg, ..LampParams::default() };
             let lamp = Lamp::new(&lamp_params, DVec3::new(x, y, 1.2 + z), DVec3::X);
             let lamp = lamp.expect("valid");
-            let beams = Beams::new(&[lamp], &view, &haze, 300.0);
+            let beams = Beams::new(&LampInAir::all(&[lamp], 1.2, &haze), &view, 300.0);
             let brightest = beams.before(DVec2::new(320.0, 180.0), 300.0).dot(LUMINANCE);
             for (column, row, length) in places {
                 let pixel = DVec2::new(column, row);
                 let ray = view.ray(pixel, 300.0);
                 let got = beams.before(pixel, length).dot(LUMINANCE);
-                let n = 40_000;
+                let n = 4000;
                 let step = length / n as f32;
                 let exact: f32 = (0..n).map(|i| {
                     let t = (i as f32 + 0.5) * step;
@@ -145,8 +149,14 @@ mod tests {
                     let d = way.length();
                     let light = lamp.intensity_cd(way / d).dot(LUMINANCE) / (d * d);
                     let rise = ray.direction.z * t;
-                    let through = haze.transmittance(t, rise).0 * haze.transmittance(d, way.z).0;
-                    let phase = near_phase(-(way / d).dot(ray.direction));
+                    // The lamp's way begins as high as the lamp is.
+                    let up = lamp.position_m.z - 1.2;
+                    let from_lamp: f32 = (0..40)
+                        .map(|k| (k as f32 + 0.5) / 40.0)
+                        .map(|s| haze.extinction_per_m(up + s * way.z) * d / 40.0)
+                        .sum();
+                    let through = haze.transmittance(t, rise).0 * (-from_lamp).exp();
+                    let phase = droplet_phase(-(way / d).dot(ray.direction));
                     f64::from(light * through * haze.extinction_per_m(rise) * phase * step)
                 }).sum::<f64>() as f32;
                 prop_assert!(
@@ -159,10 +169,9 @@ mod tests {
 
     #[test]
     fn without_lamps_there_is_nothing() {
-        let haze = Lighting::uniform(Vec3::ONE).haze(1.2, 300.0);
         let intrinsics = Intrinsics::from_fov(160, 90, 1.2).expect("a pinhole");
         let view = View::new(intrinsics, RigidTransform::body_from_optical());
-        let beams = Beams::new(&[], &view, &haze, 300.0);
+        let beams = Beams::new(&[], &view, 300.0);
         assert_eq!(beams.before(DVec2::new(80.0, 45.0), 100.0), Vec3::ZERO);
     }
 }

@@ -28,7 +28,7 @@ pub struct Lamp {
 pub struct LampParams {
     /// All of its light, lumen, 1..=1,000,000.
     pub flux_lm: f64,
-    /// The beam angle, degrees, 2..=170: the width of the cone at whose edge the intensity is half
+    /// The beam angle, degrees, 10..=170: the width of the cone at whose edge the intensity is half
     /// of that on the axis.
     pub beam_deg: f64,
     /// Its colour temperature, kelvin, 2000..=12,000.
@@ -54,7 +54,7 @@ impl LampParams {
     /// If one is out of its range.
     pub fn check(&self) -> Result<(), ParamError> {
         check("lamp.flux_lm", self.flux_lm, 1.0, 1e6, "1..=1,000,000 lm")?;
-        check("lamp.beam_deg", self.beam_deg, 2.0, 170.0, "2..=170")?;
+        check("lamp.beam_deg", self.beam_deg, 10.0, 170.0, "10..=170")?;
         check(
             "lamp.kelvin",
             self.kelvin,
@@ -122,49 +122,85 @@ impl Lamp {
         }
         self.intensity_cd * libm::expf(-x * x)
     }
+}
 
-    /// The irradiance at a place without anything before it, on a plane that faces the lamp: linear
-    /// sRGB, lux.
-    pub(crate) fn irradiance(&self, place_m: Vec3, haze: &Haze) -> Vec3 {
-        let way = place_m - self.position_m;
+/// A lamp in the air that a camera sees it through.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LampInAir {
+    lamp: Lamp,
+    /// The air around the camera.
+    at_camera: Haze,
+    /// The same air around the lamp.
+    at_lamp: Haze,
+}
+
+impl LampInAir {
+    /// The lamps of a scene in the air around a camera at a height.
+    pub(crate) fn all(lamps: &[Lamp], camera_z_m: f32, at_camera: &Haze) -> Vec<Self> {
+        let in_air = |lamp: &Lamp| Self {
+            lamp: *lamp,
+            at_camera: *at_camera,
+            at_lamp: at_camera.raised(lamp.position_m.z - camera_z_m),
+        };
+        lamps.iter().map(in_air).collect()
+    }
+
+    /// The unit vector from the lamp to a place, and the irradiance there without anything before
+    /// it, on a plane that faces the lamp: linear sRGB, lux.
+    pub(crate) fn irradiance(&self, place_m: Vec3) -> (Vec3, Vec3) {
+        let way = place_m - self.lamp.position_m;
         let distance_m = way.length().max(NEAREST_M);
-        let (through, _) = haze.transmittance(distance_m, way.z);
-        self.intensity_cd(way / distance_m) * (through / (distance_m * distance_m))
+        let direction = way / distance_m;
+        let intensity = self.lamp.intensity_cd(direction);
+        if intensity == Vec3::ZERO {
+            return (direction, Vec3::ZERO);
+        }
+        let (through, _) = self.at_lamp.transmittance(distance_m, way.z);
+        (direction, intensity * (through / (distance_m * distance_m)))
+    }
+
+    /// The ray from what is seen on the side that `side` points to, to a point of the lamp's disc,
+    /// whose place in the unit disc is `on_disc`.
+    pub(crate) fn shadow(&self, seen: &SurfaceView<'_>, side: Vec3, on_disc: Vec2) -> Ray {
+        let (direction, distance_m) = self.towards(seen, on_disc);
+        // The lamp's own housing is in no scene.
+        leaving(seen, side, direction, distance_m - NEAREST_M)
+    }
+
+    fn towards(&self, seen: &SurfaceView<'_>, on_disc: Vec2) -> (Vec3, f32) {
+        let point = seen.ray.at(seen.hit.surface.distance_m);
+        let (right, up) = self.lamp.axis.any_orthonormal_pair();
+        let on_disc = on_disc * self.lamp.radius_m;
+        let way = self.lamp.position_m + right * on_disc.x + up * on_disc.y - point;
+        let distance_m = way.length().max(NEAREST_M);
+        (way / distance_m, distance_m)
     }
 
     /// What a surface sends towards the viewer of the lamp's light if nothing is before it, and the
-    /// ray to it from the surface; `None` if it shines on no side that matters. `on_disc` is the
-    /// point of its disc that the ray leads to, in the unit disc.
+    /// normal of the side that it falls on; `None` if it shines on no side that matters.
     pub(crate) fn on(
         &self,
         surface: &Surface,
         seen: &SurfaceView<'_>,
-        haze: &Haze,
         on_disc: Vec2,
-    ) -> Option<(Vec3, Ray)> {
+    ) -> Option<(Vec3, Vec3)> {
         let point = seen.ray.at(seen.hit.surface.distance_m);
-        let irradiance = self.irradiance(point, haze);
+        let (_, irradiance) = self.irradiance(point);
         if irradiance == Vec3::ZERO {
             return None;
         }
-        let (right, up) = self.axis.any_orthonormal_pair();
-        let on_disc = on_disc * self.radius_m;
-        let way = self.position_m + right * on_disc.x + up * on_disc.y - point;
-        let distance_m = way.length().max(NEAREST_M);
-        let (radiance, side) = reflected(surface, seen, way / distance_m)?;
-        // The lamp's own housing is in no scene.
-        let shadow = leaving(seen, side, way / distance_m, distance_m - NEAREST_M);
-        Some((irradiance * radiance, shadow))
+        let (radiance, side) = reflected(surface, seen, self.towards(seen, on_disc).0)?;
+        Some((irradiance * radiance, side))
     }
 
-    /// The light of the lamp that the air along a part of a ray scatters to its origin; the part is
-    /// so short that two places stand for it. Nothing shades the air.
+    /// The light of the lamp that the air along a part of a ray from the camera scatters to it; the
+    /// part is so short that two places stand for it. Nothing shades the air.
     ///
     /// The places have equal angles at the lamp (Kulla and Fajardo 2012, "Importance sampling
     /// techniques for path tracing in participating media"), so the square of the distance cancels.
-    pub(crate) fn in_air(&self, ray: &Ray, (from_m, to_m): (f32, f32), haze: &Haze) -> Vec3 {
+    pub(crate) fn scattered(&self, ray: &Ray, (from_m, to_m): (f32, f32)) -> Vec3 {
         const PLACES: u32 = 2;
-        let to_lamp = self.position_m - ray.origin;
+        let to_lamp = self.lamp.position_m - ray.origin;
         // The point of the ray that is nearest to the lamp, and how near it is.
         let middle_m = to_lamp.dot(ray.direction);
         let apart_m = (to_lamp - ray.direction * middle_m).length().max(NEAREST_M);
@@ -174,19 +210,20 @@ impl Lamp {
         let mut sum = Vec3::ZERO;
         for i in 0..PLACES {
             let along_m = middle_m + apart_m * libm::tanf(first + (i as f32 + 0.5) * step);
-            let way = ray.at(along_m) - self.position_m;
+            let way = ray.at(along_m) - self.lamp.position_m;
             let distance_m = way.length().max(NEAREST_M);
             let from_lamp = way / distance_m;
-            let intensity = self.intensity_cd(from_lamp);
+            let intensity = self.lamp.intensity_cd(from_lamp);
             if intensity == Vec3::ZERO {
                 continue;
             }
             let rise_m = ray.direction.z * along_m;
-            let (to_eye, _) = haze.transmittance(along_m, rise_m);
-            let (to_place, _) = haze.transmittance(distance_m, way.z);
+            let (to_eye, _) = self.at_camera.transmittance(along_m, rise_m);
+            let (to_place, _) = self.at_lamp.transmittance(distance_m, way.z);
             // The light goes on along `-direction`.
-            let phase = near_phase(-from_lamp.dot(ray.direction));
-            sum += intensity * (haze.extinction_per_m(rise_m) * phase * to_eye * to_place);
+            let phase = droplet_phase(-from_lamp.dot(ray.direction));
+            let extinction_per_m = self.at_camera.extinction_per_m(rise_m);
+            sum += intensity * (extinction_per_m * phase * to_eye * to_place);
         }
         sum * (step / apart_m)
     }
@@ -195,10 +232,10 @@ impl Lamp {
 /// No surface and no air is nearer to a lamp, metres.
 const NEAREST_M: f32 = 0.05;
 
-/// The phase function of haze and fog with their peak backwards, which the light of a lamp beside
-/// the camera comes from: that of the sky, and a narrow lobe that makes the lidar ratio 18.8 sr
-/// (O'Connor et al. 2004, water droplets).
-pub(crate) fn near_phase(cos: f32) -> f32 {
+/// The phase function of droplets with their peak backwards, which the light of a lamp beside the
+/// camera comes from: that of the sky's aerosols, and a narrow lobe that makes the lidar ratio
+/// 18.8 sr (O'Connor et al. 2004).
+pub(crate) fn droplet_phase(cos: f32) -> f32 {
     const BACKWARDS: f32 = 0.0313;
     henyey_greenstein(0.76, cos) * (1.0 - BACKWARDS) + henyey_greenstein(-0.7, cos) * BACKWARDS
 }
@@ -245,11 +282,12 @@ mod tests {
     #[test]
     fn illuminance_falls_with_the_square_of_the_distance() {
         let lamp = lamp(60.0);
-        let lx = |x: f32| lamp.irradiance(Vec3::X * x, &clear()).dot(LUMINANCE);
+        let in_air = LampInAir::all(&[lamp], 0.0, &clear())[0];
+        let lx = |x: f32| in_air.irradiance(Vec3::X * x).1.dot(LUMINANCE);
         let candela = lamp.intensity_cd(Vec3::X).dot(LUMINANCE);
         assert!((lx(5.0) * 25.0 / candela - 1.0).abs() < 2e-3);
         assert!((lx(20.0) * 400.0 / candela - 1.0).abs() < 6e-3);
-        assert_eq!(lamp.irradiance(-Vec3::X, &clear()), Vec3::ZERO);
+        assert_eq!(in_air.irradiance(-Vec3::X).1, Vec3::ZERO);
     }
 
     #[test]
@@ -257,7 +295,7 @@ mod tests {
         let n = 100_000;
         let sum: f64 = (0..n)
             .map(|i| {
-                f64::from(near_phase(
+                f64::from(droplet_phase(
                     (f64::from(i) + 0.5) as f32 / n as f32 * 2.0 - 1.0,
                 ))
             })
@@ -267,9 +305,9 @@ mod tests {
             / f64::from(n);
         assert!((sum - 1.0).abs() < 1e-3, "{sum}");
         assert!(
-            (1.0 / near_phase(-1.0) - 18.8).abs() < 0.1,
+            (1.0 / droplet_phase(-1.0) - 18.8).abs() < 0.1,
             "{}",
-            1.0 / near_phase(-1.0)
+            1.0 / droplet_phase(-1.0)
         );
     }
 
@@ -289,7 +327,7 @@ mod tests {
         );
         assert_eq!(
             refused(LampParams {
-                beam_deg: 1.0,
+                beam_deg: 9.0,
                 ..params
             }),
             "lamp.beam_deg"

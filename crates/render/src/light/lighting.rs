@@ -141,14 +141,14 @@ impl Lighting {
         }
     }
 
-    /// The unit vector towards the sun's centre; towards the moon's, if it shines and the sun has
-    /// set. So are all of its sun.
+    /// The unit vector towards the centre of the sun, or of the moon if it shines at night.
     #[must_use]
     pub fn sun_direction(&self) -> Vec3 {
         self.sun_direction
     }
 
-    /// The irradiance of the sun on a plane that faces it: linear sRGB, lux.
+    /// The irradiance of the sun, or of the moon that shines at night, on a plane that faces it:
+    /// linear sRGB, lux.
     #[must_use]
     pub fn sun_irradiance(&self) -> Vec3 {
         self.sun_irradiance

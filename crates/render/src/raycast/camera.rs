@@ -1,11 +1,11 @@
 //! The camera that casts rays.
 
-use glam::DVec2;
+use glam::{DVec2, Vec3};
 use nemoral_scene::TruthImages;
 use nemoral_seed::{Domain, Key, Rng};
 use rayon::prelude::*;
 
-use super::context::{Lamplight, PictureContext, ShadowRays};
+use super::context::{PictureContext, ShadowRays};
 use super::frame_buffer::{DirectLight, FrameBuffer, LATTICE};
 use super::params::RayCastParams;
 use super::pixel_truth::PixelTruth;
@@ -17,6 +17,7 @@ use crate::camera::metering::log_mean_luminance;
 use crate::camera::picture::{self, Surroundings};
 use crate::error::ParamError;
 use crate::light::beams::Beams;
+use crate::light::lamp::LampInAir;
 use crate::sky::sun_disc::SunDisc;
 use crate::{CameraImages, CameraRenderer, Lighting, SceneView, View};
 
@@ -76,6 +77,9 @@ impl RayCastCamera {
     }
 }
 
+/// The light of a lamp in a band of rows: its radiance, and whether it arrives.
+type LampOfBand<'a> = (&'a mut [Vec3], &'a mut [bool]);
+
 impl PictureContext<'_> {
     /// The truth and the first colour sample of every pixel, both of the ray through its centre.
     fn first_samples(&self, key: Key) -> FrameBuffer {
@@ -85,6 +89,20 @@ impl PictureContext<'_> {
         );
         let mut frame = FrameBuffer::new(width, height);
         let band = ROWS * width;
+        frame.lamps = (self.lamps.iter())
+            .map(|_| DirectLight::none(width * height))
+            .collect();
+        let mut lamps_of_bands: Vec<Vec<LampOfBand<'_>>> =
+            (0..height.div_ceil(ROWS)).map(|_| Vec::new()).collect();
+        for lamp in &mut frame.lamps {
+            let parts = lamp
+                .radiance
+                .chunks_mut(band)
+                .zip(lamp.lit.chunks_mut(band));
+            for (lamps, part) in lamps_of_bands.iter_mut().zip(parts) {
+                lamps.push(part);
+            }
+        }
         let bands = (
             frame.semantic.par_chunks_mut(band),
             frame.object.par_chunks_mut(band),
@@ -96,12 +114,13 @@ impl PictureContext<'_> {
             frame
                 .blocker_m
                 .par_chunks_mut(ROWS / LATTICE * width.div_ceil(LATTICE)),
+            lamps_of_bands.par_iter_mut(),
         );
-        let lamplight = bands.into_par_iter().enumerate().map(
-            |(index, (semantic, object, depth_m, normal, linear, sun, lit, blocker_m))| {
+        bands.into_par_iter().enumerate().for_each(
+            |(index, (semantic, object, depth_m, normal, linear, sun, lit, blocker_m, lamps))| {
                 let mut rng = key.domain(FIRST).item(index as u64).rng();
                 let mut shadows = ShadowRays::default();
-                let (mut lamp_shadows, mut lamplight) = (ShadowRays::default(), Vec::new());
+                let (mut lamp_shadows, mut lamplit) = (ShadowRays::default(), Vec::new());
                 cast_band(
                     self.scene,
                     self.view,
@@ -121,13 +140,15 @@ impl PictureContext<'_> {
                         sun[i] = c.sun;
                         shadows.add(i, c.shadow);
                         for light in c.lamplight {
-                            lamp_shadows.add(lamplight.len(), Some(light.shadow));
-                            lamplight.push((index * band + i, light, false));
+                            lamps[light.lamp].0[i] = light.radiance;
+                            lamp_shadows.add(lamplit.len(), Some(light.shadow));
+                            lamplit.push((light.lamp, i));
                         }
                     },
                 );
                 for k in lamp_shadows.lit(self.scene.caster) {
-                    lamplight[k].2 = true;
+                    let (lamp, i) = lamplit[k];
+                    lamps[lamp].1[i] = true;
                 }
                 for i in shadows.lit(self.scene.caster) {
                     lit[i] = true;
@@ -140,18 +161,8 @@ impl PictureContext<'_> {
                     let square = i / width / LATTICE * width.div_ceil(LATTICE);
                     blocker_m[square + i % width / LATTICE] = distance_m;
                 }
-                lamplight
             },
         );
-        let lamplight: Vec<Vec<(usize, Lamplight, bool)>> = lamplight.collect();
-        frame.lamps = (self.scene.lamps.iter())
-            .map(|_| DirectLight::none(width * height))
-            .collect();
-        for (pixel, light, lit) in lamplight.into_iter().flatten() {
-            let lamp = &mut frame.lamps[light.lamp];
-            lamp.radiance[pixel] = light.radiance;
-            lamp.lit[pixel] = lit;
-        }
         frame
     }
 }
@@ -170,6 +181,7 @@ impl CameraRenderer for RayCastCamera {
         let position = view.scene_from_camera.translation_m.as_vec3();
         let focal_px = 0.5 * (view.intrinsics.fx + view.intrinsics.fy);
         let haze = self.lighting.haze(position.z, p.max_range_m);
+        let lamps = LampInAir::all(scene.lamps, position.z, &haze);
         let context = PictureContext {
             params: &self.params,
             lighting: &self.lighting,
@@ -177,7 +189,8 @@ impl CameraRenderer for RayCastCamera {
             scene,
             view,
             haze,
-            beams: Beams::new(scene.lamps, view, &haze, p.max_range_m),
+            lamps: &lamps,
+            beams: Beams::new(&lamps, view, p.max_range_m),
             sample_rad: (1.0 / focal_px) as f32,
             sky_view_factor: scene.sky_visibility.sky_view_factor(position),
         };
@@ -217,8 +230,7 @@ impl CameraRenderer for RayCastCamera {
             .mean_radiance();
         let around = Surroundings {
             ambient,
-            lamps: scene.lamps,
-            haze: &context.haze,
+            lamps: &lamps,
         };
         let picture = picture::take(light, &around, &truth, &p.lens, view, key);
         Ok(CameraImages {

@@ -5,6 +5,7 @@ use nemoral_scene::{Hit, Ray, RayCaster};
 
 use super::params::RayCastParams;
 use crate::light::beams::Beams;
+use crate::light::lamp::LampInAir;
 use crate::light::lighting::Lighting;
 use crate::light::shading::{Surface, SurfaceView, shade};
 use crate::sky::haze::Haze;
@@ -19,6 +20,8 @@ pub(super) struct PictureContext<'a> {
     pub(super) scene: &'a SceneView<'a>,
     pub(super) view: &'a View,
     pub(super) haze: Haze,
+    /// The scene's lamps in it.
+    pub(super) lamps: &'a [LampInAir],
     /// What the air scatters of the lamps' light.
     pub(super) beams: Beams,
     /// The angle of a sample at the image's centre.
@@ -152,13 +155,13 @@ impl PictureContext<'_> {
         view: &SurfaceView<'_>,
         through: f32,
     ) -> Vec<Lamplight> {
-        let lamps = self.scene.lamps.iter().enumerate();
+        let lamps = self.lamps.iter().enumerate();
         let shining = lamps.filter_map(|(lamp, shines)| {
-            let (radiance, shadow) = shines.on(surface, view, &self.haze, view.light.on_disc)?;
+            let (radiance, side) = shines.on(surface, view, view.light.on_disc)?;
             Some(Lamplight {
                 lamp,
                 radiance: radiance * through,
-                shadow,
+                shadow: shines.shadow(view, side, view.light.on_disc),
             })
         });
         shining.collect()

@@ -3,7 +3,7 @@
 use glam::{Vec2, Vec3};
 use nemoral_scene::{Hit, Liquid, Ray};
 
-use super::context::{PictureContext, RayRadiance};
+use super::context::{Lamplight, PictureContext, RayRadiance};
 use crate::light::ripples::rippled;
 use crate::light::shading::{SurfaceView, shade};
 
@@ -68,7 +68,8 @@ impl PictureContext<'_> {
         let lamplight = self.lamplight_now(&shaded.surface, view);
         let below = self.bed(&down, view, liquid);
         let entering = 1.0 - mirrored;
-        let (through, bed_rest, bed_sun) = below.unwrap_or_default();
+        let (through, bed_rest, bed_sun, bed_lamps) = below.unwrap_or_default();
+        let bed_rest = bed_rest + self.reaching(bed_lamps, view, flat);
         let rest = reflection * mirrored
             + lamplight
             + (body * (Vec3::ONE - through) + bed_rest * through * LEAVES) * entering;
@@ -121,15 +122,26 @@ impl PictureContext<'_> {
         (shaded.indirect + sun + lamplight, shaded.sky_view_factor)
     }
 
+    /// The light of those lamps that shine on a liquid's surface, on the side `flat`, as of a bed
+    /// below it.
+    fn reaching(&self, of_bed: Vec<Lamplight>, view: &SurfaceView<'_>, flat: Vec3) -> Vec3 {
+        let reaches = |light: &Lamplight| {
+            let shadow = self.lamps[light.lamp].shadow(view, flat, view.light.on_disc);
+            shadow.direction.dot(flat) > 0.0 && !self.scene.caster.is_occluded(&shadow)
+        };
+        let lights = of_bed.into_iter().filter(reaches);
+        lights.map(|light| light.radiance).sum()
+    }
+
     /// The bed below a liquid along a refracted ray: the share of light that the liquid lets
     /// through, down and up, and the bed's radiance in air by other light than the sun's, and by
-    /// the sun's where it shines on the surface above.
+    /// the sun's where it shines on the surface above, and that of each lamp that does.
     fn bed(
         &self,
         down: &Ray,
         view: &SurfaceView<'_>,
         liquid: &Liquid,
-    ) -> Option<(Vec3, Vec3, Vec3)> {
+    ) -> Option<(Vec3, Vec3, Vec3, Vec<Lamplight>)> {
         let mut ray = *down;
         for _ in 0..SHEETS {
             let hit = self.scene.caster.closest_hit(&ray)?;
@@ -157,8 +169,8 @@ impl PictureContext<'_> {
             let through = liquid.absorption_per_m * -path_m;
             let through = Vec3::from(through.to_array().map(libm::expf));
             // The lamps' light is not bent where it enters.
-            let lamplight = self.lamplight_now(&shaded.surface, &seen);
-            return Some((through, shaded.indirect + lamplight, shaded.direct));
+            let lamps = self.lamplight(&shaded.surface, &seen, 1.0);
+            return Some((through, shaded.indirect, shaded.direct, lamps));
         }
         None
     }

@@ -11,6 +11,12 @@ pub(crate) struct Layer {
 }
 
 impl Layer {
+    /// The extinction at a place that is so much higher than the camera, 1/m.
+    fn extinction_at(&self, rise_m: f32) -> f32 {
+        // Far below the camera the layer would overflow; e^20 is opaque already.
+        self.extinction * libm::expf((-rise_m / self.height_m).min(20.0))
+    }
+
     /// The optical depth of a path that rises by `rise_m`: σ · d · (1 − e^(−x)) / x with x = rise /
     /// height, the integral of σ along it.
     fn depth(&self, distance_m: f32, rise_m: f32) -> f32 {
@@ -55,11 +61,22 @@ impl Haze {
         libm::expf(-self.mist * self.air.depth_out(rise) - self.fog.depth_out(rise))
     }
 
+    /// The same air as it is around a place that is so much higher than the camera.
+    pub(crate) fn raised(&self, rise_m: f32) -> Self {
+        let raised = |layer: Layer| Layer {
+            extinction: layer.extinction_at(rise_m),
+            ..layer
+        };
+        Self {
+            air: raised(self.air),
+            fog: raised(self.fog),
+            ..*self
+        }
+    }
+
     /// The extinction at a place that is so much higher than the camera, 1/m.
     pub(crate) fn extinction_per_m(&self, rise_m: f32) -> f32 {
-        let at =
-            |layer: &Layer| layer.extinction * libm::expf((-rise_m / layer.height_m).min(20.0));
-        at(&self.air) + at(&self.fog)
+        self.air.extinction_at(rise_m) + self.fog.extinction_at(rise_m)
     }
 
     /// The shares of a surface's light that pass the air and the fade at the end of the visible

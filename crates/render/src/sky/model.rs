@@ -6,7 +6,7 @@ use crate::colour::LUMINANCE;
 use crate::error::{ParamError, check};
 use crate::sky::atmosphere::{Atmosphere, Scattered, mie_phase, rayleigh_phase};
 use crate::sky::irradiance::Irradiance;
-use crate::sky::twilight::twilight;
+use crate::sky::twilight::{LOWEST_GLOW_DEG, twilight};
 use crate::{Moon, SkyImage, Sun};
 
 /// The air and the clouds.
@@ -17,7 +17,8 @@ pub struct SkyParams {
     pub turbidity: f64,
     /// Cloud cover as an even veil, from 0 (clear) to 1 (overcast, without a sun).
     pub overcast: f64,
-    /// Multiplies the strength of the sun above the atmosphere, 0..=100; 1 is that of our sun.
+    /// Multiplies the strength of the sun above the atmosphere, and so that of the moon, 0..=100; 1
+    /// is that of our sun.
     pub sun_intensity: f64,
     /// Multiplies its colour, linear sRGB, each 0..=10.
     pub sun_tint: Vec3,
@@ -177,6 +178,7 @@ impl Sky {
         let air = Atmosphere::new(params.turbidity, params.ground_albedo.as_dvec3());
         let intensity = params.sun_intensity;
         let light = SOLAR_CONSTANT_LX * intensity * SOLAR_COLOUR * params.sun_tint.as_dvec3();
+        let (full, luminance) = (SOLAR_CONSTANT_LX * SOLAR_COLOUR, LUMINANCE.as_dvec3());
         let elevation = sun.elevation_deg().to_radians();
         let mut beam = Beam {
             direction: sun.direction(),
@@ -185,13 +187,15 @@ impl Sky {
         };
         let table = match sun.elevation_deg() {
             0.0.. => Table::new(sun.direction(), clear_table(&air, elevation, light)),
-            _ => twilight(&air, sun, light, intensity),
+            _ => twilight(&air, sun, light, light.dot(luminance) / full.dot(luminance)),
         };
-        let risen = params.moon.filter(|moon| {
-            beam.irradiance == Vec3::ZERO && moon.elevation_deg() > 0.0 && moon.illuminated() > 0.0
+        let has_set = sun.elevation_deg() < 0.0 && beam.irradiance == Vec3::ZERO;
+        let moon = params.moon.filter(|moon| {
+            has_set && moon.elevation_deg() > LOWEST_GLOW_DEG && moon.illuminated() > 0.0
         });
-        let moonlit = risen.map(|moon| {
-            let light = moon.illuminance_lx() * LUNAR_COLOUR;
+        let moonlit = moon.map(|moon| {
+            let sunlight = intensity * params.sun_tint.as_dvec3();
+            let light = moon.illuminance_lx() * LUNAR_COLOUR * sunlight;
             let elevation = moon.elevation_deg().to_radians();
             beam = Beam {
                 direction: moon.direction(),

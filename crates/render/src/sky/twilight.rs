@@ -8,9 +8,9 @@ use crate::sky::atmosphere::Atmosphere;
 use crate::sky::irradiance::Irradiance;
 use crate::sky::model::{Table, clear_table};
 
-/// The least elevation of the sun for which the glow is computed, degrees. Farther down, its shape
+/// The least elevation of sun or moon for which the glow is computed, degrees. Farther down, its shape
 /// is kept, and its strength alone decreases.
-const LOWEST_GLOW_DEG: f64 = -8.0;
+pub(super) const LOWEST_GLOW_DEG: f64 = -8.0;
 
 /// The elevation of the sun below which the twilight is as bright as measured, degrees. From the
 /// horizon on, it becomes so.
@@ -20,12 +20,12 @@ const FITTED_DEG: f64 = -3.0;
 /// at the end of twilight.
 const NIGHT_LX: f64 = 6.4e-4;
 
-/// The clear sky of a sun below the horizon, whose light above the air is `intensity` times our
-/// sun's.
+/// The clear sky of a sun below the horizon, whose light above the air is `share` times as bright
+/// as our sun's.
 ///
 /// The model above has the colours and the shape of the glow. Its strength is within a factor of
 /// two of what is measured down to 10°, and is corrected to that; with `NIGHT_LX` from all around.
-pub(super) fn twilight(air: &Atmosphere, sun: &Sun, light: DVec3, intensity: f64) -> Table {
+pub(super) fn twilight(air: &Atmosphere, sun: &Sun, light: DVec3, share: f64) -> Table {
     let elevation_deg = sun.elevation_deg();
     let computed_deg = elevation_deg.max(LOWEST_GLOW_DEG);
     let radiance = clear_table(air, computed_deg.to_radians(), light);
@@ -36,7 +36,7 @@ pub(super) fn twilight(air: &Atmosphere, sun: &Sun, light: DVec3, intensity: f64
             .dot(LUMINANCE),
     );
     if given > 0.0 {
-        let wanted = intensity * (clear_twilight_lx(elevation_deg) - NIGHT_LX).max(0.0);
+        let wanted = share * (clear_twilight_lx(elevation_deg) - NIGHT_LX).max(0.0);
         let ramp = (elevation_deg / FITTED_DEG).clamp(0.0, 1.0);
         let factor = 1.0 + (wanted / given - 1.0) * ramp;
         table.radiance.iter_mut().for_each(|l| *l *= factor as f32);
@@ -129,19 +129,74 @@ mod tests {
     /// darker than Allen's, and his air takes more from a low one.
     #[test]
     fn the_moon_shines_as_measured() {
-        for (moon_deg, lx) in [(20.0, 0.0586), (30.0, 0.0983), (60.0, 0.2156)] {
+        for (moon_deg, lx, range) in [
+            (20.0, 0.0586, 1.2..1.4),
+            (30.0, 0.0983, 1.2..1.35),
+            (60.0, 0.2156, 1.05..1.2),
+        ] {
             let params = SkyParams {
                 moon: Some(Moon::from_angles(90.0, moon_deg, 1.0).expect("valid")),
                 ..SkyParams::default()
             };
             let got = level_lx(-30.0, &params);
+            let ratio = got / lx;
+            assert!(range.contains(&ratio), "{moon_deg}°: {ratio} times {lx} lx");
+            // By day it does not matter, however weak the sun.
+            for sun_intensity in [1.0, 0.0] {
+                let day = SkyParams {
+                    sun_intensity,
+                    ..SkyParams::default()
+                };
+                let with = SkyParams {
+                    moon: params.moon,
+                    ..day
+                };
+                assert_eq!(level_lx(10.0, &with), level_lx(10.0, &day));
+            }
+        }
+    }
+
+    #[test]
+    fn the_moon_sets_without_a_step() {
+        let lx = |moon_deg: f64| {
+            let params = SkyParams {
+                moon: Some(Moon::from_angles(90.0, moon_deg, 1.0).expect("valid")),
+                ..SkyParams::default()
+            };
+            level_lx(-30.0, &params)
+        };
+        let mut before = lx(2.0);
+        for tenths in -19..100 {
+            let now = lx(-f64::from(tenths) / 10.0);
             assert!(
-                (0.9..1.4).contains(&(got / lx)),
-                "{moon_deg}°: {got} for {lx} lx"
+                now < before * 1.001 && now > 0.7 * before,
+                "{tenths}: {now}, {before}"
             );
-            // By day it does not matter.
-            let dark = SkyParams::default();
-            assert_eq!(level_lx(10.0, &params), level_lx(10.0, &dark));
+            before = now;
+        }
+        assert!((before / NIGHT_LX - 1.0).abs() < 0.02, "{before}");
+    }
+
+    #[test]
+    fn a_dimmer_sun_makes_a_dimmer_dusk_and_moon() {
+        let moon = Moon::from_angles(90.0, 40.0, 1.0).expect("valid");
+        for sun_deg in [-0.5, -5.0, -30.0] {
+            let lx = |sun_intensity: f64, tint: f32| {
+                let params = SkyParams {
+                    sun_intensity,
+                    sun_tint: Vec3::splat(tint),
+                    moon: Some(moon),
+                    ..SkyParams::default()
+                };
+                level_lx(sun_deg, &params) - NIGHT_LX
+            };
+            let (full, dim, tinted) = (lx(1.0, 1.0), lx(0.1, 1.0), lx(1.0, 0.1));
+            assert!((dim / full - 0.1).abs() < 2e-3, "{sun_deg}: {dim} {full}");
+            assert!(
+                (tinted / full - 0.1).abs() < 2e-3,
+                "{sun_deg}: {tinted} {full}"
+            );
+            assert!(lx(0.0, 1.0).abs() < 0.02 * NIGHT_LX, "{sun_deg}");
         }
     }
 }

@@ -62,6 +62,11 @@ pub(super) fn plan(
     inputs: &InputFiles,
     backend: &Backend,
 ) -> Result<ForestPlan, Error> {
+    // Lamps shine on the CPU alone.
+    let backend = match config.has_lamps() {
+        true => &Backend::Cpu,
+        false => backend,
+    };
     let mut sensors = config.clone();
     sensors.lidars.clear();
     sensors.cameras.clear();

@@ -292,6 +292,31 @@ fn a_device_lies_under_what_is_set() {
 }
 
 #[test]
+fn further_lamps_are_as_the_first_but_for_what_they_say() {
+    let file = "[lamps.lidar]\nmount_y_m = -0.25\n[lamp]\nenabled = true\nlumen = 500\n\
+        [lamps.off]\nenabled = false";
+    let config = load("demo", file, &["lamp.kelvin=3200"]).expect("fine");
+    let expected = crate::config::Lamp {
+        mount_y_m: -0.25,
+        ..config.lamp.clone()
+    };
+    assert_eq!(config.lamps["lidar"], expected);
+    assert_eq!((expected.lumen, expected.kelvin), (500.0, 3200.0));
+    let paths: Vec<String> = config.all_lamps().map(|(path, _)| path).collect();
+    assert_eq!(paths, ["lamp", "lamps.lidar"]);
+    let annotated = crate::config::annotated_toml(&config);
+    assert_eq!(Config::from_toml(&annotated).expect("our own"), config);
+    for (file, said) in [
+        ("[lamps.\"a b\"]\nlumen = 3", "a lamp's name must be"),
+        ("[lamps.x]\nlumens = 3", "lamps.x.lumens"),
+        ("[lamps.x]\nbeam_deg = 5", "lamps.x.beam_deg = 5"),
+    ] {
+        let text = message(load("", file, &[]));
+        assert!(text.contains(said), "{text}");
+    }
+}
+
+#[test]
 fn further_cameras_are_as_the_first_but_for_what_they_say() {
     let file = "[cameras.right]\nmount_y_m = -0.12\n[camera.sensor]\nwidth_mm = 5\n\
         [cameras.rear.fov]\nhorizontal_deg = 120\n[cameras.off]\nenabled = false";

@@ -56,7 +56,7 @@ section! {
             "our choice: leaves are dark, gaps keep their colours";
         /// The least automatic exposure at ISO 100, at which shutter and gain end: what is darker
         /// stays dark. Moonlight on open ground has -4, under crowns -8.
-        exposure_least_ev: f64 = 0.0, Real(-10.0, 25.0), "f/2, 1/16 s and a gain of 64 (36 dB)";
+        exposure_least_ev: f64 = 0.0, Real(-10.0, 25.0), "f/2, 1/60 s, a gain of 256 (48 dB)";
         /// Write `radiance`, the light behind the lens, before exposure and sensor: OpenEXR, linear
         /// sRGB in cd/m², 32-bit floats.
         radiance: bool = false, Flag, "at most 11 MB for a picture of 1280 x 720";

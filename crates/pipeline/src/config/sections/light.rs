@@ -10,7 +10,7 @@ use crate::config::schema::{SectionSpec, encode_variants, section};
 section! {
     /// The sun (paper, IV-E).
     Sun at "sun" {
-        /// Multiplies the sun's light.
+        /// Multiplies the sun's light, and by it the moon's.
         intensity: f64 = 1.0, Real(0.0, 100.0), "physical";
         /// Multiplies its colour, linear red, green, blue.
         colour: [f64; 3] = [1.0; 3], Triple(0.0, 10.0), "physical";
@@ -71,7 +71,7 @@ section! {
 
 section! {
     /// The moon, which shines once the sun has set. A clear night without one is lit by stars
-    /// alone, too little for any camera.
+    /// alone, too little for any camera; by moonlight `camera.exposure_least_ev` ends at less than 0.
     Moon at "moon" {
         /// Share of its disc that is in sunlight: 0 is new moon, 0.5 half and 1 full, which has
         /// eleven times a half moon's light. Below 0 the moon is where it is at the time of
@@ -86,15 +86,15 @@ section! {
 
 section! {
     /// A lamp on the robot: headlight, work light or head torch. Cameras see by it, LiDARs do not;
-    /// truth is the same with and without. It casts shadows, lights fog, rain and snowfall before
-    /// it, and works on the CPU alone.
+    /// truth is the same with and without. Objects cast shadows in its light, and fog, rain and
+    /// snowfall shine in it. The lamp itself is not seen. It works on the CPU alone.
     Lamp at "lamp" {
         /// Whether it shines.
         enabled: bool = false, Flag, "by day nobody needs it";
         /// All of its light, lumen: 300 is a head torch, 3000 a work light, 12,000 a light bar.
         lumen: f64 = 3000.0, Real(1.0, 1_000_000.0), "a work light of LEDs";
         /// Width of its beam: at the edge the intensity is half of that in the middle.
-        beam_deg: f64 = 60.0, Real(2.0, 170.0), "a flood light";
+        beam_deg: f64 = 60.0, Real(10.0, 170.0), "a flood light";
         /// Colour temperature.
         kelvin: f64 = 5700.0, Real(2000.0, 12_000.0), "white LEDs; halogen has 3200";
         /// Radius of the disc that shines, which softens shadows.
@@ -116,7 +116,7 @@ section! {
 pub(super) const FURTHER_LAMPS: SectionSpec = SectionSpec {
     path: "lamps",
     doc: " Further lamps on the same robot: a table `[lamps.NAME]` for each, with the keys of \
-        `[lamp]`; what it leaves out is as in `[lamp]`.",
+        `[lamp]`; what it leaves out is as in `[lamp]`, so it shines if that does.",
     choice: None,
     keys: &[],
     named: None,
