@@ -8,8 +8,8 @@ use crate::sky::atmosphere::Atmosphere;
 use crate::sky::irradiance::Irradiance;
 use crate::sky::model::{Table, clear_table};
 
-/// The least elevation of sun or moon for which the glow is computed, degrees. Farther down, its shape
-/// is kept, and its strength alone decreases.
+/// The least elevation of sun or moon for which the glow is computed, degrees. Farther down, the
+/// shape of the sun's is kept, and its strength alone decreases; the moon has none.
 pub(super) const LOWEST_GLOW_DEG: f64 = -8.0;
 
 /// The elevation of the sun below which the twilight is as bright as measured, degrees. From the

@@ -71,7 +71,7 @@ section! {
 
 section! {
     /// The moon, which shines once the sun has set. A clear night without one is lit by stars
-    /// alone, too little for any camera; by moonlight `camera.exposure_least_ev` ends at less than 0.
+    /// alone, too little for any camera. Moonlight needs a `camera.exposure_least_ev` below 0.
     Moon at "moon" {
         /// Share of its disc that is in sunlight: 0 is new moon, 0.5 half and 1 full, which has
         /// eleven times a half moon's light. Below 0 the moon is where it is at the time of
