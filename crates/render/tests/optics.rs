@@ -87,6 +87,42 @@ fn a_leaf_is_brighter_with_the_sun_behind_it() {
     assert!(before.y > 3.0 * behind.y, "{behind} {before}");
 }
 
+/// However the sun lies on the pixels, all of its light is in the picture, which is what glare is
+/// made of.
+#[test]
+fn the_sun_in_a_picture_has_its_light() {
+    let sun = Sun::from_angles(90.0, 20.0).expect("valid");
+    let lighting = Lighting::new(&sun, &clear(SkyParams::default())).expect("valid");
+    let towards = lighting.sun_direction().as_dvec3();
+    for tenths in 0..10 {
+        // 0.6 degrees a pixel; the sun is 0.53 wide.
+        let beside = towards + DVec3::new(0.0, 0.01, 0.003) * (f64::from(tenths) / 10.0);
+        let view = camera(96, 64, 60.0, DVec3::ZERO, beside);
+        for colour_samples in [1, 3] {
+            let params = RayCastParams {
+                colour_samples,
+                ..RayCastParams::draft()
+            };
+            let images = radiances(&World::default(), lighting.clone(), &view, params);
+            let light = images.linear.expect("asked for").into_pixels();
+            let seen: f64 = (0..96 * 64)
+                .map(|i| {
+                    let pixel = DVec2::new(f64::from(i % 96) + 0.5, f64::from(i / 96) + 0.5);
+                    let cos = view.intrinsics.direction(pixel).z;
+                    let solid_angle = cos * cos * cos / (view.intrinsics.fx * view.intrinsics.fy);
+                    let sky = lighting.sky_radiance(view.ray(pixel, 1.0).direction);
+                    f64::from((light[i as usize] - sky).y) * solid_angle
+                })
+                .sum();
+            let share = seen / f64::from(lighting.sun_irradiance().y);
+            assert!(
+                (share - 1.0).abs() < 0.08,
+                "{tenths}, {colour_samples}: {share}"
+            );
+        }
+    }
+}
+
 /// Pixel by pixel, away from the penumbra and from the 3 × 3 pixels that smooth it.
 #[test]
 fn the_shadow_of_a_card_is_its_projection() {

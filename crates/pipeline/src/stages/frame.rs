@@ -184,7 +184,7 @@ impl Stage<Forest> for ImageStage {
     );
     type Output = Vec<CameraImages>;
     const ID: &'static str = "frame.images";
-    const VERSION: u32 = 12;
+    const VERSION: u32 = 13;
 
     fn fingerprint(&self, _: &mut Hasher) {}
 

@@ -400,9 +400,6 @@ impl Backdrop {
     ) {
         let width = view.intrinsics.width as usize;
         let haze = self.haze(lighting, view);
-        let sun = lighting.sun_direction();
-        let pixel_rad = 1.0 / view.intrinsics.fx.min(view.intrinsics.fy);
-        let about_the_sun = libm::cos(0.01 + 2.0 * pixel_rad) as f32;
         let rows: Vec<&[u8]> = rows.collect();
         linear
             .par_chunks_mut(width)
@@ -417,10 +414,8 @@ impl Backdrop {
                     if covered < 1.0 {
                         let centre = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
                         let d = view.ray(centre, 1.0).direction;
-                        let mut sky = lighting.background(&haze, d);
-                        if d.dot(sun) > about_the_sun {
-                            sky += sun_seen(view, centre, |d| lighting.sun_disc(&haze, d));
-                        }
+                        let sky = lighting.background(&haze, d)
+                            + lighting.sun_in_pixel(&haze, view, centre, d);
                         *out += sky * (1.0 - covered);
                     }
                 }
@@ -458,16 +453,6 @@ fn colour(
         distorted,
     };
     Pipelines::new(gpu, layouts, &stage)
-}
-
-/// The radiance of the sun's disc in a pixel. It is supersampled, because the disc may be smaller
-/// than the pixel and is far brighter than the sky.
-fn sun_seen(view: &View, centre: DVec2, disc: impl Fn(Vec3) -> Vec3) -> Vec3 {
-    const SIDE: u32 = 8;
-    let part = |i: u32| (f64::from(i) + 0.5) / f64::from(SIDE) - 0.5;
-    let places = (0..SIDE * SIDE).map(|i| centre + DVec2::new(part(i % SIDE), part(i / SIDE)));
-    let sum: Vec3 = places.map(|p| disc(view.ray(p, 1.0).direction)).sum();
-    sum / (SIDE * SIDE) as f32
 }
 
 /// The light in tables over octahedral maps: background radiance, then irradiance by sky view

@@ -2,7 +2,7 @@
 
 use std::f32::consts::PI;
 
-use glam::{DVec3, Vec3};
+use glam::{DVec2, DVec3, Vec3};
 use nemoral_scene::extinction_per_m;
 
 use crate::error::{ParamError, check};
@@ -10,7 +10,7 @@ use crate::sky::atmosphere::mie_phase;
 use crate::sky::haze::{Haze, Layer};
 use crate::sky::irradiance::Irradiance;
 use crate::sky::model::{Beam, Sky};
-use crate::{SkyImage, SkyParams, Sun};
+use crate::{SkyImage, SkyParams, Sun, View};
 
 /// The haze of the sky's own aerosols, 1/m, for a visibility of 20 km.
 const CLEAR_EXTINCTION: f32 = extinction_per_m(20_000.0) as f32;
@@ -209,6 +209,30 @@ impl Lighting {
             lit = share;
         }
         self.sun_irradiance / (PI * r * r * lit) * haze.sky_transmittance(direction.z)
+    }
+
+    /// The mean radiance of that disc over the pixel around an image position, which is seen in a
+    /// direction. A disc may be smaller than a pixel and is far brighter than the sky: by single
+    /// rays its light would be too much in one picture and too little in the next one, and with it
+    /// the lens' glare.
+    pub(crate) fn sun_in_pixel(
+        &self,
+        haze: &Haze,
+        view: &View,
+        pixel: DVec2,
+        direction: Vec3,
+    ) -> Vec3 {
+        const SIDE: u32 = 8;
+        let pixel_rad = (1.0 / view.intrinsics.fx.min(view.intrinsics.fy)) as f32;
+        let reach = 2.0 * Sun::ANGULAR_RADIUS_RAD as f32 + 2.0 * pixel_rad;
+        if (direction - self.sun_direction).length_squared() > reach * reach {
+            return Vec3::ZERO;
+        }
+        let part = |i: u32| (f64::from(i) + 0.5) / f64::from(SIDE);
+        let corner = pixel.floor();
+        let places = (0..SIDE * SIDE).map(|i| corner + DVec2::new(part(i % SIDE), part(i / SIDE)));
+        let disc = |at: DVec2| self.sun_disc(haze, view.ray(at, 1.0).direction);
+        places.map(disc).sum::<Vec3>() / (SIDE * SIDE) as f32
     }
 
     /// The air around a camera at a height, in a world that ends at `range_m`.

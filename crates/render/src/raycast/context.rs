@@ -114,7 +114,7 @@ impl PictureContext<'_> {
         let Some(hit) = hit else {
             let beams = self.beams.before(pixel, self.params.max_range_m);
             return RayRadiance {
-                rest: background + lighting.sun_disc(&self.haze, ray.direction) + beams,
+                rest: background + self.sun_in_sample(pixel, ray) + beams,
                 sun: Vec3::ZERO,
                 shadow: None,
                 lamplight: Vec::new(),
@@ -145,6 +145,15 @@ impl PictureContext<'_> {
             shadow: surface.shadow,
             lamplight: self.lamplight(&surface.surface, &view, through),
         }
+    }
+
+    /// The radiance of the sun's disc in a sample of an image position that hits nothing. Samples of
+    /// a blurred pixel have poses of their own.
+    pub(super) fn sun_in_sample(&self, pixel: DVec2, ray: &Ray) -> Vec3 {
+        if self.view.blurs() {
+            return self.lighting.sun_disc(&self.haze, ray.direction);
+        }
+        (self.lighting).sun_in_pixel(&self.haze, self.view, pixel, ray.direction)
     }
 
     /// The light of each lamp that a surface sends to the viewer through air that lets a share of

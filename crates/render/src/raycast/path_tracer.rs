@@ -78,9 +78,8 @@ impl PictureContext<'_> {
             let ray = path.ray;
             let background = lighting.background(&self.haze, ray.direction);
             let Some(hit) = path.hit else {
-                // After the first surface, rays to the sun account for its disc.
-                let disc = (surface == 0).then(|| lighting.sun_disc(&self.haze, ray.direction));
-                *colour += path.throughput * (background + disc.unwrap_or_default());
+                // The sun's disc is added for the first rays. Later, those to the sun account for it.
+                *colour += path.throughput * background;
                 return false;
             };
             let view = SurfaceView {

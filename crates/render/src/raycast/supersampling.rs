@@ -156,8 +156,14 @@ impl PictureContext<'_> {
             let keys = pixels.iter().map(|&pixel| key.item(pixel.into()));
             let mut sums = self.path_traced(&rays, &hits, &points, keys, samples as usize);
             for (k, (place, hit)) in places.iter().zip(&hits).enumerate() {
-                let distance_m = hit.map_or(self.params.max_range_m, |h| h.surface.distance_m);
-                sums[k / samples as usize] += self.beams.before(*place, distance_m);
+                let (distance_m, sun) = match hit {
+                    Some(hit) => (hit.surface.distance_m, Vec3::ZERO),
+                    None => (
+                        self.params.max_range_m,
+                        self.sun_in_sample(*place, &rays[k]),
+                    ),
+                };
+                sums[k / samples as usize] += self.beams.before(*place, distance_m) + sun;
             }
             return sums;
         }
