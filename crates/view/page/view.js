@@ -270,6 +270,8 @@ const said = {
   "cm": (v) => v === 0 ? "none" : `${Math.round(v)} cm`,
   "day": (v) => new Date(2023, 0, Math.min(v, 365)).toLocaleDateString("en-GB", { day: "numeric", month: "long" }),
   "°": (v) => `${Math.round(v)}°`,
+  "lm": (v) => v === 0 ? "off" : `${Math.round(v)} lm`,
+  "EV": (v) => `EV ${v}`,
 };
 const sliders = new Map();
 const toSlider = (c, v) => c.step ? v : Math.log(v / c.min) / Math.log(c.max / c.min);
@@ -394,7 +396,9 @@ async function listen() {
     try {
       take(await (await fetch("state")).json());
       await wait(!started ? 150 : document.documentElement.dataset.busy === "1" ? 400 : fresh ? 2000 : 800);
-    } catch {
+    } catch (error) {
+      // Not only a program that has ended: a fault of this page, too, should be seen.
+      console.error(error);
       lost(true);
       await wait(1500);
     }

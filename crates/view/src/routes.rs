@@ -128,3 +128,22 @@ fn glance(request: &Request) -> Result<Glance, Error> {
         viewer: whole("viewer")?.into(),
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::controls::CONTROLS;
+
+    #[test]
+    fn the_page_can_say_every_unit() {
+        for control in CONTROLS {
+            let says = format!("\n  \"{}\": (v", control.unit);
+            assert!(
+                SCRIPT.contains(&says),
+                "{} of {}",
+                control.unit,
+                control.name
+            );
+        }
+    }
+}

@@ -7,7 +7,7 @@ use nemoral_scene::Ray;
 
 use crate::camera::white_balance::colour_of;
 use crate::error::{ParamError, check};
-use crate::light::shading::{Surface, SurfaceView, leaving, reflected};
+use crate::light::shading::{Leaving, Surface, SurfaceView, leaving, reflected};
 use crate::sky::atmosphere::henyey_greenstein;
 use crate::sky::haze::Haze;
 
@@ -159,12 +159,12 @@ impl LampInAir {
         (direction, intensity * (through / (distance_m * distance_m)))
     }
 
-    /// The ray from what is seen on the side that `side` points to, to a point of the lamp's disc,
-    /// whose place in the unit disc is `on_disc`.
-    pub(crate) fn shadow(&self, seen: &SurfaceView<'_>, side: Vec3, on_disc: Vec2) -> Ray {
+    /// The ray from what is seen to a point of the lamp's disc, whose place in the unit disc is
+    /// `on_disc`.
+    pub(crate) fn shadow(&self, seen: &SurfaceView<'_>, from: Leaving, on_disc: Vec2) -> Ray {
         let (direction, distance_m) = self.towards(seen, on_disc);
         // The lamp's own housing is in no scene.
-        leaving(seen, side, direction, distance_m - NEAREST_M)
+        leaving(seen, from, direction, distance_m - NEAREST_M)
     }
 
     fn towards(&self, seen: &SurfaceView<'_>, on_disc: Vec2) -> (Vec3, f32) {
@@ -177,20 +177,20 @@ impl LampInAir {
     }
 
     /// What a surface sends towards the viewer of the lamp's light if nothing is before it, and the
-    /// normal of the side that it falls on; `None` if it shines on no side that matters.
+    /// what a ray to the lamp leaves from; `None` if it shines on no side that matters.
     pub(crate) fn on(
         &self,
         surface: &Surface,
         seen: &SurfaceView<'_>,
         on_disc: Vec2,
-    ) -> Option<(Vec3, Vec3)> {
+    ) -> Option<(Vec3, Leaving)> {
         let point = seen.ray.at(seen.hit.surface.distance_m);
         let (_, irradiance) = self.irradiance(point);
         if irradiance == Vec3::ZERO {
             return None;
         }
-        let (radiance, side) = reflected(surface, seen, self.towards(seen, on_disc).0)?;
-        Some((irradiance * radiance, side))
+        let (radiance, from) = reflected(surface, seen, self.towards(seen, on_disc).0)?;
+        Some((irradiance * radiance, from))
     }
 
     /// The light of the lamp that the air along a part of a ray from the camera scatters to it; the

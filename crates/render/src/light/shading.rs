@@ -25,7 +25,31 @@ pub(crate) struct Surface {
     body: Vec3,
     transmittance: Vec3,
     roughness: f32,
+    /// Whether the surface is smooth, and its triangles are only what it was cut into: the ground.
+    smooth: bool,
 }
+
+/// How a shadow ray leaves a surface.
+#[derive(Clone, Copy)]
+pub(crate) struct Leaving {
+    /// The normal of the flat surface on the ray's side.
+    side: Vec3,
+    /// From the flat surface to where the ray begins, besides what rounding needs, metres.
+    lift_m: Vec3,
+}
+
+impl Leaving {
+    /// From a side of the flat surface.
+    pub(crate) fn from_side(side: Vec3) -> Self {
+        Self {
+            side,
+            lift_m: Vec3::ZERO,
+        }
+    }
+}
+
+/// The way across a triangle of the ground, metres.
+const TRIANGLE_M: f32 = 0.5;
 
 /// How a surface is viewed.
 pub(crate) struct SurfaceView<'a> {
@@ -91,38 +115,50 @@ pub(crate) fn shade(scene: &SceneView<'_>, lighting: &Lighting, seen: &SurfaceVi
         sky_view_factor,
     };
     if irradiance != Vec3::ZERO
-        && let Some((radiance, side)) = reflected(&shaded.surface, seen, seen.light.sun)
+        && let Some((radiance, from)) = reflected(&shaded.surface, seen, seen.light.sun)
     {
         shaded.direct = irradiance * radiance;
-        shaded.shadow = Some(leaving(seen, side, seen.light.sun, f32::INFINITY));
+        shaded.shadow = Some(leaving(seen, from, seen.light.sun, f32::INFINITY));
     }
     shaded
 }
 
 /// The radiance towards the viewer for a unit of irradiance from a direction on a plane that faces
-/// it, and the normal of the surface's side that it falls on; `None` if that side neither reflects
-/// nor transmits it to the viewer.
+/// it, and how a ray leaves to there from the side that it falls on; `None` if that side neither
+/// reflects nor transmits it to the viewer.
+///
+/// Where light grazes a smooth surface, some of its triangles face away from it. They would be dark
+/// with sharp borders, though the surface is not. So their rays begin as high as the surface lies
+/// above them at most (the shadow terminator; Hanika 2021, "Hacking the shadow terminator").
 pub(crate) fn reflected(
     surface: &Surface,
     seen: &SurfaceView<'_>,
     from: Vec3,
-) -> Option<(Vec3, Vec3)> {
+) -> Option<(Vec3, Leaving)> {
     let flat = seen.hit.surface.geometric_normal * seen.facing();
     let cos = surface.normal.dot(from);
-    let lit_front = cos > 0.0 && flat.dot(from) > 0.0;
+    let facing = flat.dot(from);
+    let lit_front = cos > 0.0 && (facing > 0.0 || surface.smooth);
     let lit_back = cos < 0.0 && surface.transmittance != Vec3::ZERO;
-    let side = if flat.dot(from) > 0.0 { 1.0 } else { -1.0 };
+    let leaving = if lit_front && facing <= 0.0 {
+        Leaving {
+            side: flat,
+            lift_m: surface.normal * (-facing * TRIANGLE_M),
+        }
+    } else {
+        Leaving::from_side(flat * if facing > 0.0 { 1.0 } else { -1.0 })
+    };
     let radiance = || direct(surface, cos, from, seen.ray.direction);
-    (lit_front || lit_back).then(|| (radiance(), flat * side))
+    (lit_front || lit_back).then(|| (radiance(), leaving))
 }
 
-/// The ray from a hit in a direction, on the side that `side` points to.
-pub(crate) fn leaving(seen: &SurfaceView<'_>, side: Vec3, direction: Vec3, t_max_m: f32) -> Ray {
+/// The ray from a hit in a direction.
+pub(crate) fn leaving(seen: &SurfaceView<'_>, from: Leaving, direction: Vec3, t_max_m: f32) -> Ray {
     let point = seen.ray.at(seen.hit.surface.distance_m);
     // The origin is off the surface by more than the rounding of distance and coordinates.
     let offset = 1e-4 * (1.0 + seen.hit.surface.distance_m) + 2e-6 * point.abs().max_element();
     Ray {
-        origin: point + side * offset,
+        origin: point + from.side * offset + from.lift_m,
         direction,
         t_min_m: offset,
         t_max_m,
@@ -161,7 +197,8 @@ impl Surface {
         let under = flat.dot(direction).min(0.0);
         let direction = (direction - flat * (2.0 * under)).normalize_or(flat);
         let (_, entering) = self.skin(seen.ray.direction);
-        Some((leaving(seen, flat, direction, reach_m), weight * entering))
+        let leaves = Leaving::from_side(flat);
+        Some((leaving(seen, leaves, direction, reach_m), weight * entering))
     }
 
     /// For light from all around: the share that is reflected specularly to a viewer along `view`,
@@ -299,6 +336,7 @@ fn surface(scene: &SceneView<'_>, seen: &SurfaceView<'_>, normal: Vec3) -> Surfa
         body: (reflectance - gloss(roughness) * F0).max(Vec3::ZERO),
         transmittance: transmittance.min(Vec3::ONE - reflectance),
         roughness,
+        smooth: material.ground,
     }
 }
 

@@ -166,11 +166,11 @@ impl PictureContext<'_> {
     ) -> Vec<Lamplight> {
         let lamps = self.lamps.iter().enumerate();
         let shining = lamps.filter_map(|(lamp, shines)| {
-            let (radiance, side) = shines.on(surface, view, view.light.on_disc)?;
+            let (radiance, from) = shines.on(surface, view, view.light.on_disc)?;
             Some(Lamplight {
                 lamp,
                 radiance: radiance * through,
-                shadow: shines.shadow(view, side, view.light.on_disc),
+                shadow: shines.shadow(view, from, view.light.on_disc),
             })
         });
         shining.collect()

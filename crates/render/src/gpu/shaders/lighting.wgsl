@@ -122,10 +122,10 @@ fn vogel(i: i32, turn: f32) -> vec2f {
     return sqrt((f32(i) + 0.5) / f32(TAPS)) * vec2f(cos(angle), sin(angle));
 }
 
-// The share of the sun's light that arrives, by the share of its disc that casters in the map leave
-// (Fernando 2005, "Percentage-closer soft shadows"). The taps are turned from pixel to pixel, by
-// Jimenez's (2014) interleaved gradient noise.
-fn sunlight(s: Surface, pixel: vec2f) -> f32 {
+// The share of the sun's light that arrives at a point lifted off the surface, by the share of its
+// disc that casters in the map leave (Fernando 2005, "Percentage-closer soft shadows"). The taps are
+// turned from pixel to pixel, by Jimenez's (2014) interleaved gradient noise.
+fn sunlight(s: Surface, lift: vec3f, pixel: vec2f) -> f32 {
     var k = 0u;
     while k < CASCADES - 1u && s.distance_m > light.ends[k] {
         k++;
@@ -137,9 +137,9 @@ fn sunlight(s: Surface, pixel: vec2f) -> f32 {
     let sine = sqrt(max(1.0 - cosine * cosine, 0.0));
     // The point is moved off the surface towards the sun's side by the width of a texel and of the
     // filter.
-    let side = select(-1.0, 1.0, cosine > 0.0);
+    let side = select(-1.0, 1.0, cosine > 0.0 || any(lift != vec3f(0.0)));
     let shift = s.normal * (side * texel_m * (0.5 + 2.0 * sine));
-    let at = map * vec4f(s.point + frame.eye.xyz + shift, 1.0);
+    let at = map * vec4f(s.point + frame.eye.xyz + shift + lift, 1.0);
     let size = vec2f(textureDimensions(shadows));
     let uv = at.xy * vec2f(0.5, -0.5) + 0.5;
     // The change of the surface's own depth from texel to texel, without which slopes would shade
@@ -419,7 +419,10 @@ fn shade(s: Surface, pixel: vec2f) -> vec3f {
     var direct = vec3f(0.0);
     let sun = light.sun.xyz;
     let cos_sun = dot(n, sun);
-    let front = cos_sun > 0.0 && dot(s.normal, sun) > 0.0;
+    let facing = dot(s.normal, sun);
+    let front = cos_sun > 0.0 && (facing > 0.0 || is_ground);
+    // As in shading.rs: triangles of the ground that face away where light grazes it.
+    let lift = n * select(0.0, 0.5 * max(-facing, 0.0), front);
     if any(light.irradiance.rgb > vec3f(0.0)) && (front || (cos_sun < 0.0 && leaf)) {
         if cos_sun <= 0.0 {
             direct = transmittance * (-cos_sun / PI);
@@ -437,7 +440,7 @@ fn shade(s: Surface, pixel: vec2f) -> vec3f {
             }
             direct *= cos_sun;
         }
-        direct *= light.irradiance.rgb * sunlight(s, pixel);
+        direct *= light.irradiance.rgb * sunlight(s, lift, pixel);
     }
 
     // The air in between, as in haze.rs.
