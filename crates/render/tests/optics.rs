@@ -4,8 +4,14 @@ mod analytic;
 
 use analytic::{Shape, World, camera, grey, look, radiances};
 use glam::{DVec2, DVec3, Vec3};
-use nemoral_render::{Lighting, RayCastParams, SkyParams, Sun, View};
-use nemoral_scene::{Card, Image, Material, MaterialId, Semantic};
+use nemoral_render::{
+    CameraRenderer, Lighting, OpenSky, RayCastCamera, RayCastParams, SceneView, SkyParams, Sun,
+    View,
+};
+use nemoral_scene::{
+    Card, Hit, Image, Material, MaterialId, MaterialLibrary, Ray, RayCaster, Semantic,
+};
+use nemoral_seed::Key;
 
 /// The radiance with one ray per pixel.
 fn radiance(world: &World, lighting: Lighting, view: &View) -> Image<Vec3> {
@@ -85,6 +91,70 @@ fn a_leaf_is_brighter_with_the_sun_behind_it() {
     // For a card of wood it is the other way round.
     let (behind, before) = (shot(180.0, Vec3::ZERO), shot(0.0, Vec3::ZERO));
     assert!(before.y > 3.0 * behind.y, "{behind} {before}");
+}
+
+/// A level surface whose triangles have this normal, as they lean behind the crest of a smooth rise.
+struct Leaning(Vec3);
+
+impl RayCaster for Leaning {
+    fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
+        let distance_m = -ray.origin.z / ray.direction.z;
+        (distance_m > ray.t_min_m && distance_m < ray.t_max_m).then(|| {
+            let mut hit = Hit::new(distance_m, self.0, MaterialId(0));
+            hit.shading.normal = Vec3::Z;
+            hit
+        })
+    }
+}
+
+/// A low sun in the east shines on smooth ground though its triangles face away, and not on other
+/// surfaces with such triangles.
+#[test]
+fn smooth_ground_has_no_dark_triangles() {
+    let sun = Sun::from_angles(90.0, 8.0).expect("valid");
+    let lighting = Lighting::new(&sun, &clear(SkyParams::default())).expect("valid");
+    let of = |ground: bool, normal: Vec3| {
+        let mut materials = MaterialLibrary::new();
+        let material = Material {
+            ground,
+            roughness: 1.0,
+            ..grey(0.3)
+        };
+        materials.add(material);
+        let scene = SceneView {
+            caster: &Leaning(normal),
+            instances: None,
+            materials: &materials,
+            sky_visibility: &OpenSky,
+            lamps: &[],
+        };
+        let params = RayCastParams {
+            keep_linear: true,
+            ..RayCastParams::draft()
+        };
+        let camera = RayCastCamera::new(params, lighting.clone()).expect("valid");
+        let view = camera_down();
+        let images = camera
+            .render(&scene, &view, Key::world(3))
+            .expect("renders");
+        images.linear.expect("asked for").at(16, 16).y
+    };
+    let west = Vec3::new(-0.2, 0.0, 0.979_796);
+    let (level, leaning) = (of(true, Vec3::Z), of(true, west));
+    assert!((leaning / level - 1.0).abs() < 1e-3, "{leaning} {level}");
+    let (level, leaning) = (of(false, Vec3::Z), of(false, west));
+    assert!(leaning < 0.8 * level, "{leaning} {level}");
+}
+
+/// A view from 5 m above the ground, nearly straight down.
+fn camera_down() -> View {
+    camera(
+        32,
+        32,
+        20.0,
+        DVec3::new(0.0, 0.0, 5.0),
+        DVec3::new(0.1, 0.0, 0.0),
+    )
 }
 
 /// However the sun lies on the pixels, all of its light is in the picture, which is what glare is
