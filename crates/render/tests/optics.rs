@@ -93,7 +93,8 @@ fn a_leaf_is_brighter_with_the_sun_behind_it() {
     assert!(before.y > 3.0 * behind.y, "{behind} {before}");
 }
 
-/// A level surface whose triangles have this normal, as they lean behind the crest of a smooth rise.
+/// A level surface whose triangles have this normal, as they lean behind the crest of a smooth
+/// rise.
 struct Leaning(Vec3);
 
 impl RayCaster for Leaning {

@@ -147,8 +147,8 @@ impl PictureContext<'_> {
         }
     }
 
-    /// The radiance of the sun's disc in a sample of an image position that hits nothing. Samples of
-    /// a blurred pixel have poses of their own.
+    /// The radiance of the sun's disc in a sample of an image position that hits nothing. Samples
+    /// of a blurred pixel have poses of their own.
     pub(super) fn sun_in_sample(&self, pixel: DVec2, ray: &Ray) -> Vec3 {
         if self.view.blurs() {
             return self.lighting.sun_disc(&self.haze, ray.direction);

@@ -78,7 +78,8 @@ impl PictureContext<'_> {
             let ray = path.ray;
             let background = lighting.background(&self.haze, ray.direction);
             let Some(hit) = path.hit else {
-                // The sun's disc is added for the first rays. Later, those to the sun account for it.
+                // The sun's disc is added for the first rays. Later, those to the sun account for
+                // it.
                 *colour += path.throughput * background;
                 return false;
             };

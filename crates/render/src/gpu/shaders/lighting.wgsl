@@ -123,8 +123,8 @@ fn vogel(i: i32, turn: f32) -> vec2f {
 }
 
 // The share of the sun's light that arrives at a point lifted off the surface, by the share of its
-// disc that casters in the map leave (Fernando 2005, "Percentage-closer soft shadows"). The taps are
-// turned from pixel to pixel, by Jimenez's (2014) interleaved gradient noise.
+// disc that casters in the map leave (Fernando 2005, "Percentage-closer soft shadows"). The taps
+// are turned from pixel to pixel, by Jimenez's (2014) interleaved gradient noise.
 fn sunlight(s: Surface, lift: vec3f, pixel: vec2f) -> f32 {
     var k = 0u;
     while k < CASCADES - 1u && s.distance_m > light.ends[k] {
