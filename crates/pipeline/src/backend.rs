@@ -49,23 +49,37 @@ impl Backend {
     /// Chooses for all sequences of a data set, and explains the choice in words.
     ///
     /// # Errors
-    /// As [`Backend::resolve`], and if a sequence's config is impossible.
+    /// As [`Backend::resolve`], and if a sequence's config is impossible, or needs the CPU where a
+    /// GPU is demanded.
     pub fn for_sequences(
         choice: BackendChoice,
         sequences: &Sequences,
     ) -> Result<(Self, String), Error> {
-        let first = Self::for_config(choice, &sequences.get(0)?.config)?;
-        if choice != BackendChoice::Auto || matches!(first.0, Self::Cpu) {
-            return Ok(first);
-        }
-        for number in 1..sequences.len() {
+        let mut seen = None;
+        for number in 0..sequences.len() {
             let config = sequences.get(number)?.config;
-            if let Some(why) = needs_the_cpu(&config) {
-                let why = format!("renderer: the CPU, as in sequence {number} {why}");
-                return Ok((Self::Cpu, why));
+            if !config.camera.enabled {
+                continue;
+            }
+            seen.get_or_insert(number);
+            match (choice, needs_the_cpu(&config)) {
+                (BackendChoice::Cpu, _) => break,
+                (_, None) => {}
+                (BackendChoice::Auto, Some(why)) => {
+                    let why = match sequences.len() {
+                        1 => format!("renderer: the CPU, as {why}"),
+                        _ => format!("renderer: the CPU, as in sequence {number} {why}"),
+                    };
+                    return Ok((Self::Cpu, why));
+                }
+                (BackendChoice::Gpu, Some(why)) => {
+                    let message =
+                        format!("--backend gpu: in sequence {number} {why}, on the CPU alone");
+                    return Err(Error::request(message));
+                }
             }
         }
-        Ok(first)
+        Self::for_config(choice, &sequences.get(seen.unwrap_or(0))?.config)
     }
 
     /// Chooses for a config, and explains the choice in words.

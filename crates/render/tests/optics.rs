@@ -94,7 +94,7 @@ fn a_leaf_is_brighter_with_the_sun_behind_it() {
 }
 
 /// A level surface whose triangles have this normal, as they lean behind the crest of a smooth
-/// rise.
+/// rise, which is 2 cm higher.
 struct Leaning(Vec3);
 
 impl RayCaster for Leaning {
@@ -105,6 +105,10 @@ impl RayCaster for Leaning {
             hit.shading.normal = Vec3::Z;
             hit
         })
+    }
+
+    fn is_occluded(&self, ray: &Ray) -> bool {
+        self.0 != Vec3::Z && ray.origin.z < 0.02
     }
 }
 

@@ -116,6 +116,24 @@ pub const CONTROLS: &[Control] = &[
         },
     },
     Control {
+        name: "moon_elevation",
+        group: "Night",
+        label: "Height of the moon",
+        unit: "°",
+        min: 0.0,
+        max: 90.0,
+        step: 1.0,
+        get: |c| {
+            let moon = c.moon.place(&c.sun).ok().flatten();
+            let elevation_deg = moon.map_or(c.moon.elevation_deg, |moon| moon.elevation_deg());
+            elevation_deg.clamp(0.0, 90.0)
+        },
+        set: |c, elevation_deg| {
+            c.moon = c.moon.said(&c.sun);
+            c.moon.elevation_deg = elevation_deg;
+        },
+    },
+    Control {
         name: "lamp",
         group: "Night",
         label: "Lamp",
@@ -123,11 +141,16 @@ pub const CONTROLS: &[Control] = &[
         min: 0.0,
         max: 12_000.0,
         step: 100.0,
-        get: |c| if c.lamp.enabled { c.lamp.lumen } else { 0.0 },
+        get: |c| match c.lamp.enabled {
+            true => c.lamp.lumen.min(12_000.0),
+            false => 0.0,
+        },
         set: |c, lumen| {
             c.lamp.enabled = lumen > 0.0;
             if c.lamp.enabled {
                 c.lamp.lumen = lumen;
+            } else {
+                c.lamps.values_mut().for_each(|lamp| lamp.enabled = false);
             }
         },
     },

@@ -104,11 +104,9 @@ impl Camera {
     /// The exposure of pictures.
     pub(crate) fn exposure_mode(&self) -> Exposure {
         match self.exposure {
-            ExposureMode::Auto => Exposure::Auto {
-                key: 0.18,
-                bias_ev: self.exposure_bias_ev,
-                least_ev100: self.exposure_least_ev,
-            },
+            ExposureMode::Auto => {
+                Exposure::metered(self.exposure_bias_ev).down_to(self.exposure_least_ev)
+            }
             ExposureMode::Fixed => Exposure::Fixed {
                 ev100: self.exposure_ev,
             },

@@ -12,7 +12,7 @@ use crate::world::object_reach::ObjectReach;
 
 /// How far beyond its sides an area goes on, metres, apart from the reach of objects out of the
 /// chunk that they belong to: rippled water mirrors a little sideways, and roots, climbers and
-/// patches of low plants are wide, too.
+/// patches of low plants are wide, too; a lamp is up to 22 m beside a camera, whose light it is.
 const SPARE_M: f64 = 25.0;
 /// How far beyond its sides the light is known, metres. It is as far as things are mirrored, and as
 /// wide as the cells in which a GPU looks it up, 27 m across corners at the widest view.

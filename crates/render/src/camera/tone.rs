@@ -54,6 +54,19 @@ impl Exposure {
         }
     }
 
+    /// The same, if it is automatic, down to an exposure value at which shutter and gain end.
+    #[must_use]
+    pub fn down_to(self, least_ev100: f64) -> Self {
+        match self {
+            Self::Auto { key, bias_ev, .. } => Self::Auto {
+                key,
+                bias_ev,
+                least_ev100,
+            },
+            Self::Fixed { .. } => self,
+        }
+    }
+
     pub(crate) fn check(&self) -> Result<(), ParamError> {
         match *self {
             Self::Auto {

@@ -176,8 +176,8 @@ impl LampInAir {
         (way / distance_m, distance_m)
     }
 
-    /// What a surface sends towards the viewer of the lamp's light if nothing is before it, and the
-    /// what a ray to the lamp leaves from; `None` if it shines on no side that matters.
+    /// What a surface sends towards the viewer of the lamp's light if nothing is before it, and how
+    /// a ray to the lamp leaves; `None` if it shines on no side that matters.
     pub(crate) fn on(
         &self,
         surface: &Surface,

@@ -16,8 +16,8 @@ use super::supersampling::AdditionalSamples;
 use crate::camera::metering::log_mean_luminance;
 use crate::camera::picture::{self, Surroundings};
 use crate::error::ParamError;
-use crate::light::beams::Beams;
 use crate::light::lamp::LampInAir;
+use crate::light::lamp_glow::LampGlow;
 use crate::sky::sun_disc::SunDisc;
 use crate::{CameraImages, CameraRenderer, Lighting, SceneView, View};
 
@@ -190,7 +190,7 @@ impl CameraRenderer for RayCastCamera {
             view,
             haze,
             lamps: &lamps,
-            beams: Beams::new(&lamps, view, p.max_range_m),
+            lamp_glow: LampGlow::new(&lamps, view, p.max_range_m),
             sample_rad: (1.0 / focal_px) as f32,
             sky_view_factor: scene.sky_visibility.sky_view_factor(position),
         };

@@ -4,8 +4,8 @@ use glam::{DVec2, Vec3};
 use nemoral_scene::{Hit, Ray, RayCaster};
 
 use super::params::RayCastParams;
-use crate::light::beams::Beams;
 use crate::light::lamp::LampInAir;
+use crate::light::lamp_glow::LampGlow;
 use crate::light::lighting::Lighting;
 use crate::light::shading::{Surface, SurfaceView, shade};
 use crate::sky::haze::Haze;
@@ -23,7 +23,7 @@ pub(super) struct PictureContext<'a> {
     /// The scene's lamps in it.
     pub(super) lamps: &'a [LampInAir],
     /// What the air scatters of the lamps' light.
-    pub(super) beams: Beams,
+    pub(super) lamp_glow: LampGlow,
     /// The angle of a sample at the image's centre.
     pub(super) sample_rad: f32,
     /// The sky view factor at the camera.
@@ -70,7 +70,7 @@ impl ShadowRays {
         }
     }
 
-    /// Casts the rays; the samples that the sun reaches.
+    /// Casts the rays; the samples that the light reaches.
     pub(super) fn lit(&mut self, caster: &dyn RayCaster) -> impl Iterator<Item = usize> + '_ {
         self.occluded.clear();
         self.occluded.resize(self.rays.len(), false);
@@ -112,15 +112,15 @@ impl PictureContext<'_> {
         let lighting = self.lighting;
         let background = lighting.background(&self.haze, ray.direction);
         let Some(hit) = hit else {
-            let beams = self.beams.before(pixel, self.params.max_range_m);
+            let glow = self.lamp_glow.before(pixel, self.params.max_range_m);
             return RayRadiance {
-                rest: background + self.sun_in_sample(pixel, ray) + beams,
+                rest: background + self.sun_in_sample(pixel, ray) + glow,
                 sun: Vec3::ZERO,
                 shadow: None,
                 lamplight: Vec::new(),
             };
         };
-        let beams = self.beams.before(pixel, hit.surface.distance_m);
+        let glow = self.lamp_glow.before(pixel, hit.surface.distance_m);
         let view = SurfaceView {
             ray,
             hit,
@@ -131,7 +131,7 @@ impl PictureContext<'_> {
             let (light, sky_view_factor) = self.liquid(&view, liquid);
             let (through, air) = self.air(ray, hit, sky_view_factor, background);
             return RayRadiance {
-                rest: light.rest * through + air + beams,
+                rest: light.rest * through + air + glow,
                 sun: light.sun * through,
                 shadow: light.shadow,
                 lamplight: light.lamplight,
@@ -140,7 +140,7 @@ impl PictureContext<'_> {
         let surface = shade(self.scene, lighting, &view);
         let (through, air) = self.air(ray, hit, surface.sky_view_factor, background);
         RayRadiance {
-            rest: surface.indirect * through + air + beams,
+            rest: surface.indirect * through + air + glow,
             sun: surface.direct * through,
             shadow: surface.shadow,
             lamplight: self.lamplight(&surface.surface, &view, through),

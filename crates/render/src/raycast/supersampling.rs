@@ -163,7 +163,7 @@ impl PictureContext<'_> {
                         self.sun_in_sample(*place, &rays[k]),
                     ),
                 };
-                sums[k / samples as usize] += self.beams.before(*place, distance_m) + sun;
+                sums[k / samples as usize] += self.lamp_glow.before(*place, distance_m) + sun;
             }
             return sums;
         }

@@ -191,7 +191,7 @@ impl Sky {
         };
         let has_set = sun.elevation_deg() < 0.0 && beam.irradiance == Vec3::ZERO;
         let moon = params.moon.filter(|moon| {
-            has_set && moon.elevation_deg() > LOWEST_GLOW_DEG && moon.illuminated() > 0.0
+            has_set && moon.elevation_deg() > LOWEST_GLOW_DEG && moon.illuminance_lx() > 0.0
         });
         let moonlit = moon.map(|moon| {
             let sunlight = intensity * params.sun_tint.as_dvec3();

@@ -186,9 +186,10 @@ impl Moon {
 
     /// Its illuminance above the air on a plane that faces it, lux, at the mean distance: Allen's
     /// law of magnitudes (Krisciunas and Schaefer 1991, equation 9), in which a half moon has a
-    /// tenth of the full moon's light, as its shadows are long.
+    /// tenth of the full moon's light, as its shadows are long. A new moon, of less than a
+    /// thousandth, has none.
     pub(crate) fn illuminance_lx(&self) -> f64 {
-        if self.illuminated == 0.0 {
+        if self.illuminated < 1e-3 {
             return 0.0;
         }
         let phase_deg = libm::acos(2.0 * self.illuminated - 1.0).to_degrees();

@@ -19,7 +19,7 @@ pub(crate) struct DiscPoint {
     pub(crate) sun: Vec3,
 }
 
-/// Points of the sun's disc.
+/// Points of the sun's disc, and of those of lamps.
 #[derive(Clone, Debug)]
 pub(crate) struct SunDisc {
     /// `PARTS` of `POINTS`.

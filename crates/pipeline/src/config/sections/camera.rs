@@ -55,7 +55,8 @@ section! {
         exposure_bias_ev: f64 = -0.3, Real(-8.0, 8.0),
             "our choice: leaves are dark, gaps keep their colours";
         /// The least automatic exposure at ISO 100, at which shutter and gain end: what is darker
-        /// stays dark. Moonlight on open ground has -4, under crowns -8.
+        /// stays dark. Moonlight on open ground has -4, under crowns -8. It ends so before
+        /// `exposure_error_ev`.
         exposure_least_ev: f64 = 0.0, Real(-10.0, 25.0), "f/2, 1/60 s, a gain of 256 (48 dB)";
         /// Write `radiance`, the light behind the lens, before exposure and sensor: OpenEXR, linear
         /// sRGB in cd/m², 32-bit floats.

@@ -13,7 +13,7 @@ use crate::light::lamp::LampInAir;
 /// It is smooth, so it is computed for one ray in each [`PITCH_PX`] columns and rows, out to
 /// [`SLICES`] distances, and interpolated (Wronski 2014, "Volumetric fog").
 #[derive(Debug, Default)]
-pub(crate) struct Beams {
+pub(crate) struct LampGlow {
     columns: usize,
     /// Width and height of the picture, pixels.
     size_px: DVec2,
@@ -30,7 +30,7 @@ const PITCH_PX: f64 = 8.0;
 const SLICES: usize = 48;
 const FIRST_M: f32 = 0.1;
 
-impl Beams {
+impl LampGlow {
     /// The beams of lamps before a view, as far as `range_m`.
     pub(crate) fn new(lamps: &[LampInAir], view: &View, range_m: f32) -> Self {
         if lamps.is_empty() {
@@ -135,7 +135,7 @@ mod tests {
             let lamp_params = LampParams { beam_deg, ..LampParams::default() };
             let lamp = Lamp::new(&lamp_params, DVec3::new(x, y, 1.2 + z), DVec3::X);
             let lamp = lamp.expect("valid");
-            let beams = Beams::new(&LampInAir::all(&[lamp], 1.2, &haze), &view, 300.0);
+            let beams = LampGlow::new(&LampInAir::all(&[lamp], 1.2, &haze), &view, 300.0);
             let brightest = beams.before(DVec2::new(320.0, 180.0), 300.0).dot(LUMINANCE);
             for (column, row, length) in places {
                 let pixel = DVec2::new(column, row);
@@ -171,7 +171,7 @@ mod tests {
     fn without_lamps_there_is_nothing() {
         let intrinsics = Intrinsics::from_fov(160, 90, 1.2).expect("a pinhole");
         let view = View::new(intrinsics, RigidTransform::body_from_optical());
-        let beams = Beams::new(&[], &view, 300.0);
+        let beams = LampGlow::new(&[], &view, 300.0);
         assert_eq!(beams.before(DVec2::new(80.0, 45.0), 100.0), Vec3::ZERO);
     }
 }
