@@ -55,31 +55,36 @@ impl Backend {
         choice: BackendChoice,
         sequences: &Sequences,
     ) -> Result<(Self, String), Error> {
-        let mut seen = None;
+        let mut chosen = None;
         for number in 0..sequences.len() {
             let config = sequences.get(number)?.config;
             if !config.camera.enabled {
                 continue;
             }
-            seen.get_or_insert(number);
-            match (choice, needs_the_cpu(&config)) {
-                (BackendChoice::Cpu, _) => break,
-                (_, None) => {}
-                (BackendChoice::Auto, Some(why)) => {
-                    let why = match sequences.len() {
-                        1 => format!("renderer: the CPU, as {why}"),
-                        _ => format!("renderer: the CPU, as in sequence {number} {why}"),
-                    };
-                    return Ok((Self::Cpu, why));
+            if chosen.is_none() {
+                let first = Self::for_config(choice, &config)?;
+                if matches!(first.0, Self::Cpu) {
+                    return Ok(first);
                 }
-                (BackendChoice::Gpu, Some(why)) => {
-                    let message =
-                        format!("--backend gpu: in sequence {number} {why}, on the CPU alone");
-                    return Err(Error::request(message));
+                chosen = Some(first);
+            }
+            // A GPU must do for all sequences.
+            match needs_the_cpu(&config) {
+                None => {}
+                Some(why) if choice == BackendChoice::Gpu => {
+                    let message = format!("sequence {number}: {why}, on the CPU alone");
+                    return Err(Error::request(format!("--backend gpu: {message}")));
+                }
+                Some(why) => {
+                    let why = format!("renderer: the CPU, as in sequence {number} {why}");
+                    return Ok((Self::Cpu, why));
                 }
             }
         }
-        Self::for_config(choice, &sequences.get(seen.unwrap_or(0))?.config)
+        match chosen {
+            Some(gpu) => Ok(gpu),
+            None => Self::for_config(choice, &sequences.get(0)?.config),
+        }
     }
 
     /// Chooses for a config, and explains the choice in words.

@@ -75,12 +75,7 @@ pub const CONTROLS: &[Control] = &[
         max: 90.0,
         step: 0.5,
         get: |c| sun_angles(c).elevation_deg.clamp(-20.0, 90.0),
-        set: |c, elevation_deg| {
-            (c.season, c.moon) = (c.season.said(&c.sun), c.moon.said(&c.sun));
-            let mut angles = sun_angles(c);
-            angles.elevation_deg = elevation_deg;
-            c.sun.position = SunPosition::Angles(angles);
-        },
+        set: |c, elevation_deg| turn_sun(c, |sun| sun.elevation_deg = elevation_deg),
     },
     Control {
         name: "azimuth",
@@ -91,12 +86,7 @@ pub const CONTROLS: &[Control] = &[
         max: 360.0,
         step: 1.0,
         get: |c| sun_angles(c).azimuth_deg,
-        set: |c, azimuth_deg| {
-            (c.season, c.moon) = (c.season.said(&c.sun), c.moon.said(&c.sun));
-            let mut angles = sun_angles(c);
-            angles.azimuth_deg = azimuth_deg;
-            c.sun.position = SunPosition::Angles(angles);
-        },
+        set: |c, azimuth_deg| turn_sun(c, |sun| sun.azimuth_deg = azimuth_deg),
     },
     Control {
         name: "moon",
@@ -106,10 +96,7 @@ pub const CONTROLS: &[Control] = &[
         min: 0.0,
         max: 1.0,
         step: 0.05,
-        get: |c| {
-            let moon = c.moon.place(&c.sun).ok().flatten();
-            moon.map_or(0.0, |moon| moon.illuminated())
-        },
+        get: |c| c.moon.said(&c.sun).illuminated.max(0.0),
         set: |c, illuminated| {
             c.moon = c.moon.said(&c.sun);
             c.moon.illuminated = illuminated;
@@ -123,11 +110,7 @@ pub const CONTROLS: &[Control] = &[
         min: 0.0,
         max: 90.0,
         step: 1.0,
-        get: |c| {
-            let moon = c.moon.place(&c.sun).ok().flatten();
-            let elevation_deg = moon.map_or(c.moon.elevation_deg, |moon| moon.elevation_deg());
-            elevation_deg.clamp(0.0, 90.0)
-        },
+        get: |c| c.moon.said(&c.sun).elevation_deg.clamp(0.0, 90.0),
         set: |c, elevation_deg| {
             c.moon = c.moon.said(&c.sun);
             c.moon.elevation_deg = elevation_deg;
@@ -342,6 +325,14 @@ fn sun_angles(config: &Config) -> SunAngles {
         (_, Err(_)) => {}
     }
     angles
+}
+
+/// Gives the sun angles, by which leaves and moon stay those of the date that it had.
+fn turn_sun(c: &mut Config, turn: impl FnOnce(&mut SunAngles)) {
+    (c.season, c.moon) = (c.season.said(&c.sun), c.moon.said(&c.sun));
+    let mut angles = sun_angles(c);
+    turn(&mut angles);
+    c.sun.position = SunPosition::Angles(angles);
 }
 
 /// The hour by the sun's mean course: noon is when it crosses the south of the date's place.

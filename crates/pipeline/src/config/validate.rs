@@ -19,6 +19,9 @@ pub(crate) const OBJECTS_OF_A_CHUNK_MAX: f64 = ObjectId::LABEL_ITEM_MAX as f64;
 /// The number of chunks along each axis that instance images can distinguish.
 const CHUNKS_OF_A_VIEW_MAX: f64 = 16.0;
 
+/// The greatest number of lamps, each of which takes 21 bytes a pixel and a shadow ray.
+const LAMPS_MAX: usize = 16;
+
 /// The impossible combinations found so far: the key and the message.
 #[derive(Default)]
 struct Problems(Vec<(String, String)>);
@@ -367,6 +370,11 @@ impl Config {
         }
         for (path, lidar) in self.all_lidars() {
             lidar_problems(&path, lidar, out);
+        }
+        let lamps = self.all_lamps().count();
+        if lamps > LAMPS_MAX {
+            let message = format!(": at most {LAMPS_MAX} lamps may shine, and {lamps} do");
+            out.add("lamps", &message);
         }
         for (name, camera) in &self.cameras {
             if camera.enabled && !self.camera.enabled {

@@ -5,6 +5,7 @@ use glam::DVec3;
 use crate::Sun;
 use crate::UtcTime;
 use crate::error::{ParamError, check};
+use crate::sky::sun::{azimuth_deg, elevation_deg};
 
 /// The moon's place in the sky and its phase.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -167,15 +168,13 @@ impl Moon {
     /// The azimuth clockwise from north, 0..360 degrees.
     #[must_use]
     pub fn azimuth_deg(&self) -> f64 {
-        libm::atan2(self.direction.x, self.direction.y)
-            .to_degrees()
-            .rem_euclid(360.0)
+        azimuth_deg(self.direction)
     }
 
     /// The elevation over the horizon, −90..=90 degrees.
     #[must_use]
     pub fn elevation_deg(&self) -> f64 {
-        libm::asin(self.direction.z.clamp(-1.0, 1.0)).to_degrees()
+        elevation_deg(self.direction)
     }
 
     /// The share of its disc that is in sunlight, 0..=1.
@@ -185,8 +184,8 @@ impl Moon {
     }
 
     /// Its illuminance above the air on a plane that faces it, lux, at the mean distance: Allen's
-    /// law of magnitudes (Krisciunas and Schaefer 1991, equation 9), in which a half moon has a
-    /// tenth of the full moon's light, as its shadows are long. A new moon, of less than a
+    /// law of magnitudes (Krisciunas and Schaefer 1991, equation 9), in which a half moon has an
+    /// eleventh of the full moon's light, as its shadows are long. A new moon, of less than a
     /// thousandth, has none.
     pub(crate) fn illuminance_lx(&self) -> f64 {
         if self.illuminated < 1e-3 {

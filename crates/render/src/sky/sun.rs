@@ -107,16 +107,25 @@ impl Sun {
     /// The azimuth clockwise from north, 0..360 degrees.
     #[must_use]
     pub fn azimuth_deg(&self) -> f64 {
-        libm::atan2(self.direction.x, self.direction.y)
-            .to_degrees()
-            .rem_euclid(360.0)
+        azimuth_deg(self.direction)
     }
 
     /// The elevation over the horizon, −90..=90 degrees.
     #[must_use]
     pub fn elevation_deg(&self) -> f64 {
-        libm::asin(self.direction.z.clamp(-1.0, 1.0)).to_degrees()
+        elevation_deg(self.direction)
     }
+}
+
+/// The azimuth of a unit vector (east, north, up) clockwise from north, 0..360 degrees.
+pub(super) fn azimuth_deg(direction: DVec3) -> f64 {
+    let azimuth_rad = libm::atan2(direction.x, direction.y);
+    azimuth_rad.to_degrees().rem_euclid(360.0)
+}
+
+/// Its elevation over the horizon, −90..=90 degrees.
+pub(super) fn elevation_deg(direction: DVec3) -> f64 {
+    libm::asin(direction.z.clamp(-1.0, 1.0)).to_degrees()
 }
 
 impl UtcTime {

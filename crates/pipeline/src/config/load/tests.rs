@@ -306,6 +306,11 @@ fn further_lamps_are_as_the_first_but_for_what_they_say() {
     assert_eq!(paths, ["lamp", "lamps.lidar"]);
     let annotated = crate::config::annotated_toml(&config);
     assert_eq!(Config::from_toml(&annotated).expect("our own"), config);
+    let chain: String = (0..17)
+        .map(|i| format!("[lamps.l{i}]\nenabled = true\n"))
+        .collect();
+    let text = message(load("", &chain, &[]));
+    assert!(text.contains("at most 16 lamps"), "{text}");
     for (file, said) in [
         ("[lamps.\"a b\"]\nlumen = 3", "a lamp's name must be"),
         ("[lamps.x]\nlumens = 3", "lamps.x.lumens"),
