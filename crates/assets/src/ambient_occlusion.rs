@@ -8,6 +8,9 @@
 //! cubes are wider than leaves are thick and stalks are long. Therefore whatever is nearer to a
 //! surface than a cube's side, above all the surface itself, is left out, and a lone card or ball
 //! is not darkened at all.
+//!
+//! The ground is of no shape, so what low plants hide from it is known only where they stand: for
+//! that, their area is kept as a few points ([`Occluder`](nemoral_scene::Occluder)).
 
 mod grid;
 
@@ -31,6 +34,8 @@ pub(crate) struct OcclusionParams {
     /// the mean share of that light that reaches their leaves, 0..=1. The baked shares are scaled
     /// to this mean.
     pub(crate) among_leaves: Option<f32>,
+    /// Whether the shape stands on the ground with leaves that hide light from it.
+    pub(crate) shades_ground: bool,
 }
 
 impl OcclusionParams {
@@ -40,6 +45,7 @@ impl OcclusionParams {
         reach_m: 0.6,
         directions: 26,
         among_leaves: None,
+        shades_ground: true,
     };
     /// For patches of litter, which are as thin as a few leaves.
     pub(crate) const LITTER: Self = Self {
@@ -47,12 +53,14 @@ impl OcclusionParams {
         reach_m: 0.15,
         directions: 26,
         among_leaves: None,
+        shades_ground: false,
     };
     pub(crate) const SHRUB: Self = Self {
         cell_m: 0.04,
         reach_m: 0.6,
         directions: 26,
         among_leaves: None,
+        shades_ground: true,
     };
     /// For trees. The light of a place already accounts for the crowns around it, so only the
     /// differences between the leaves of a tree count here.
@@ -61,6 +69,7 @@ impl OcclusionParams {
         reach_m: 0.6,
         directions: 20,
         among_leaves: Some(0.8),
+        shades_ground: false,
     };
 }
 
@@ -203,6 +212,10 @@ pub(crate) fn bake(
         cards: (leaves.as_chunks().0.iter())
             .map(|corners| corners.map(AmbientOcclusion::encode))
             .collect(),
+        occluders: match near.shades_ground {
+            true => grid.occluders(),
+            false => Vec::new(),
+        },
     }
 }
 
@@ -234,6 +247,7 @@ mod tests {
         reach_m: 6.0,
         directions: 500,
         among_leaves: None,
+        shades_ground: true,
     };
 
     fn library() -> MaterialLibrary {
@@ -435,6 +449,21 @@ mod tests {
             .sum::<f32>()
             / 1600.0;
         assert!((mean - 0.4).abs() < 0.01, "{mean}");
+    }
+
+    #[test]
+    fn occluders_are_the_leaves_near_the_ground() {
+        let low = card(Vec3::new(0.32, -0.14, 0.45), 0.4 * Vec3::X, 0.3 * Vec3::Y);
+        let high = card(Vec3::new(0.0, 0.0, 1.9), Vec3::X, Vec3::Y);
+        let occluders = shares(Mesh::default(), vec![low, high], &OcclusionParams::LOW).occluders;
+        let area_m2: f32 = occluders.iter().map(|o| o.area_m2).sum();
+        assert!((area_m2 - 0.12).abs() < 1e-5, "{area_m2}");
+        let middle: Vec3 = (occluders.iter().map(|o| o.position_m * o.area_m2)).sum();
+        assert!((middle / area_m2 - Vec3::new(0.32, -0.14, 0.45)).length() < 0.015);
+        // A point in a cube of 10 cm, of which the card crosses five by four at most.
+        assert!((12..=20).contains(&occluders.len()), "{}", occluders.len());
+        let alone = shares(Mesh::default(), vec![low], &OcclusionParams::LITTER).occluders;
+        assert_eq!(alone, []);
     }
 
     #[test]

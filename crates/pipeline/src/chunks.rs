@@ -8,6 +8,7 @@ use crate::config::Chunks;
 use crate::plan::{At, Stage, Store};
 use crate::stages::annotations::UncoveredGeometryStage;
 use crate::stages::balance::ChoiceStage;
+use crate::stages::ground_occlusion::GroundOcclusionStage;
 use crate::stages::litter::{LitterGeometryStage, LitterStage};
 use crate::stages::object_geometry::ObjectGeometryStage;
 use crate::stages::sky_view_factor::{GroundSkyViewStage, SkyViewStage};
@@ -87,9 +88,10 @@ impl ChunkManager {
             At::Chunk(chunk) => {
                 let distance = chunk.distance_m(robot_m, c.size_m);
                 let limit = match stage {
-                    UndergrowthGeometryStage::ID | UndergrowthStage::ID | SeedlingStage::ID => {
-                        c.undergrowth_radius_m + spare
-                    }
+                    UndergrowthGeometryStage::ID
+                    | GroundOcclusionStage::ID
+                    | UndergrowthStage::ID
+                    | SeedlingStage::ID => c.undergrowth_radius_m + spare,
                     LitterGeometryStage::ID | LitterStage::ID => {
                         c.litter_radius_m.min(c.undergrowth_radius_m) + spare
                     }

@@ -5,7 +5,7 @@ use nemoral_placement::{CoverPoint, Placement, Site};
 use nemoral_render::CameraImages;
 use nemoral_scene::{Annotations, ChunkCoord, LidarPoint, MaterialLibrary};
 use nemoral_seed::Key;
-use nemoral_stand::{FallenStem, SceneObjects, SkyViewFactor};
+use nemoral_stand::{FallenStem, GroundOcclusion, SceneObjects, SkyViewFactor};
 
 use crate::config::Config;
 use crate::plan::{Node, Plan};
@@ -21,6 +21,7 @@ use crate::stages::frame::{
     CameraSceneStage, ImageStage, LidarSceneStage, PoseStage, ScanStage, SceneStage,
 };
 use crate::stages::ground::{ChunkGroundStage, GroundStage};
+use crate::stages::ground_occlusion::GroundOcclusionStage;
 use crate::stages::litter::{LitterGeometryStage, LitterStage};
 use crate::stages::object_geometry::ObjectGeometryStage;
 use crate::stages::placement::{PlacementStage, RockPhaseStage, RockStage, WoodyStage};
@@ -99,6 +100,8 @@ pub struct ForestPlan {
     pub object_geometry: Node<ChunkCoord, ObjectGeometry>,
     /// Chunk: geometry of low plants.
     pub undergrowth_geometry: Node<ChunkCoord, UndergrowthGeometry>,
+    /// Chunk: the light that its low plants leave to the ground; `None` where none grow.
+    pub ground_occlusion: Node<ChunkCoord, Option<GroundOcclusion>>,
     /// Chunk: geometry of litter.
     pub litter_geometry: Node<ChunkCoord, LitterGeometry>,
     /// World: the weights by which frames are chosen; `None` if the robot drives.
@@ -280,6 +283,10 @@ impl ForestPlan {
                 objects,
             ),
         );
+        let ground_occlusion = plan.add(
+            GroundOcclusionStage { chunk_size_m },
+            (assets.global(), ground, undergrowth_geometry),
+        );
         let litter = plan.add(
             LitterStage { chunk_size_m },
             (
@@ -362,6 +369,7 @@ impl ForestPlan {
                 undergrowth_geometry.anywhere(),
                 litter_geometry.anywhere(),
                 sky_view_factor.anywhere(),
+                ground_occlusion.anywhere(),
             ),
         );
         let camera_scene = plan.add(
@@ -375,6 +383,7 @@ impl ForestPlan {
                 undergrowth_geometry.anywhere(),
                 litter_geometry.anywhere(),
                 sky_view_factor.anywhere(),
+                ground_occlusion.anywhere(),
             ),
         );
         let lidar_scene = plan.add(
@@ -445,6 +454,7 @@ impl ForestPlan {
             seedlings,
             object_geometry,
             undergrowth_geometry,
+            ground_occlusion,
             litter,
             litter_geometry,
             balance_pilot: chosen.map(|(pilot, _, _)| pilot),

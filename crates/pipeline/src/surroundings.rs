@@ -58,7 +58,10 @@ impl ForestPlan {
             runner.demand(self.undergrowth_geometry),
             runner.demand(self.litter_geometry),
         );
-        let sky_view = runner.demand(self.sky_view_factor);
-        FrameScene::gather(&reach, (around, place_m), None, geometry, Some(sky_view))
+        let light = (
+            runner.demand(self.sky_view_factor),
+            runner.demand(self.ground_occlusion),
+        );
+        FrameScene::gather(&reach, (around, place_m), None, geometry, Some(light))
     }
 }

@@ -5,8 +5,8 @@ mod analytic;
 use analytic::{Shape, World, camera, grey, object};
 use glam::{DVec2, DVec3, Vec3};
 use nemoral_render::{
-    CameraRenderer, Exposure, Lens, Lighting, RayCastCamera, RayCastParams, SceneView, SkyParams,
-    Sun, ToneCurve, View,
+    CameraRenderer, Exposure, Lens, Lighting, OpenSky, RayCastCamera, RayCastParams, SceneView,
+    SkyParams, SkyVisibility, Sun, ToneCurve, View,
 };
 use nemoral_scene::{
     AlphaMask, Card, Hit, Material, ObjectId, Ray, RayCaster, RigidTransform, Semantic,
@@ -698,6 +698,53 @@ fn closed_crowns_make_it_dark() {
         (0.04..0.08).contains(&share.y) && share.y > share.x && share.x > share.z,
         "{share}"
     );
+}
+
+/// Under crowns of one openness, with low plants that leave a half of the light to the ground.
+struct LowPlants;
+
+impl SkyVisibility for LowPlants {
+    fn sky_view_factor(&self, _: Vec3) -> f32 {
+        1.0
+    }
+
+    fn ground_occlusion(&self, scene_point: Vec3) -> f32 {
+        if scene_point.x > 0.0 { 0.5 } else { 1.0 }
+    }
+}
+
+#[test]
+fn low_plants_darken_the_ground_and_what_lies_on_it() {
+    let above = DVec3::new(4.0, 0.0, 3.0);
+    let view = camera(32, 32, 20.0, above, above - DVec3::Z);
+    let shot = |material: Material, plants: &dyn SkyVisibility| {
+        let mut world = World::default();
+        let plane = Shape::Plane {
+            normal: DVec3::Z,
+            offset: 0.0,
+        };
+        world.add(plane, material, 0);
+        let scene = SceneView {
+            sky_visibility: plants,
+            ..world.view()
+        };
+        let images = renderer(plain(), Lighting::uniform(Vec3::ONE)).render(&scene, &view, KEY);
+        let images = images.expect("renders");
+        *images.linear.expect("asked for").at(16, 16)
+    };
+    let darkened = |semantic: Semantic| {
+        let material = Material::plain("below plants", semantic, Vec3::splat(0.4));
+        shot(material.clone(), &LowPlants) / shot(material, &OpenSky)
+    };
+    // Plants scatter as much as the ground, half of it back: a half over 1 minus a tenth, for a
+    // colour that varies a little.
+    for semantic in [Semantic::Litter, Semantic::Stone] {
+        let share = darkened(semantic);
+        assert!((share - 0.5 / 0.9).length() < 3e-3, "{semantic:?}: {share}");
+    }
+    for semantic in [Semantic::Log, Semantic::Fern] {
+        assert_eq!(darkened(semantic), Vec3::ONE);
+    }
 }
 
 #[test]

@@ -61,7 +61,7 @@ mod trail_surface;
 mod transform;
 mod visibility;
 
-pub use ambient_occlusion::AmbientOcclusion;
+pub use ambient_occlusion::{AmbientOcclusion, Occluder};
 pub use annotations::{AnnotationKinds, Annotations, Flow, ObjectBox, PixelBox};
 pub use bounds::Bounds;
 pub use camera::Intrinsics;

@@ -159,6 +159,18 @@ impl Material {
             liquid: None,
         }
     }
+
+    /// Whether its surfaces are the ground, or lie on it within a hand's breadth of height: low
+    /// plants hide light from them as they do from the ground.
+    #[must_use]
+    pub const fn lies_on_ground(&self) -> bool {
+        use Semantic as S;
+        self.ground
+            || matches!(
+                self.semantic,
+                S::Litter | S::FallenTwig | S::FallenBark | S::SurfaceRoot | S::Stone
+            )
+    }
 }
 
 #[cfg(test)]

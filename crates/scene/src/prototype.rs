@@ -489,6 +489,7 @@ mod tests {
         let of = |vertices: usize, cards: usize| AmbientOcclusion {
             vertices: vec![9; vertices],
             cards: vec![[9; 4]; cards],
+            occluders: Vec::new(),
         };
         let lit = shape
             .clone()

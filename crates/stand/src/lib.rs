@@ -8,6 +8,7 @@
 //!   any smooth [`Field`].
 //! - [`SkyViewFactor`]: the share of the sky that is seen past the crowns, measured with any
 //!   [`RayCaster`](nemoral_scene::RayCaster).
+//! - [`GroundOcclusion`]: the share of the light that low plants leave to the ground between them.
 //! - [`InstanceVariation`]: turns and sizes such that no two copies of a tree within 30 m look
 //!   alike.
 //! - [`Undergrowth`]: the chance of a patch of low plants, and which grows there, by the light.
@@ -31,6 +32,7 @@ mod fallen_stems;
 mod field;
 mod floor_composition;
 mod ground_conditions;
+mod ground_occlusion;
 mod ground_plane;
 mod history;
 mod instance_variation;
@@ -54,6 +56,7 @@ pub use fallen_stems::{FallenStem, StemKind, StemScale, fallen_stems, mean_volum
 pub use field::{Field, FieldParams};
 pub use floor_composition::{FLOOR_FIELD, FloorComposition, FloorCover};
 pub use ground_conditions::{CONDITIONS_REACH_M, GroundConditions};
+pub use ground_occlusion::{GroundOcclusion, OCCLUSION_MARGIN_M};
 pub use ground_plane::GroundPlane;
 pub use history::{BROWSING_FIELD, SUCCESSION_FIELD, SiteHistory, VegetationHistory};
 pub use instance_variation::{

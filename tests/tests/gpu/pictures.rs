@@ -20,7 +20,7 @@ fn crowns(p: Vec3) -> f32 {
 
 #[test]
 fn pictures_look_alike() {
-    look_alike(&["a draft", "fog under crowns"]);
+    look_alike(&["a draft", "fog under crowns", "between low plants"]);
 }
 
 #[test]
@@ -35,6 +35,7 @@ fn all_pictures_look_alike() {
         "a blurred fisheye",
         "overcast under crowns",
         "fog under crowns",
+        "between low plants",
     ]);
 }
 
@@ -97,6 +98,7 @@ fn look_alike(names: &[&str]) {
     };
     let overcast = Lighting::new(&sun, &overcast).expect("valid");
     let (open, crowns): (&dyn SkyVisibility, &dyn SkyVisibility) = (&OpenSky, &crowns);
+    let low: &dyn SkyVisibility = &Tufts(0.0);
     for (what, params, lighting, sky, view) in [
         ("clear", standard, &clear, open, plain),
         ("fog", standard, &fog, open, plain),
@@ -111,6 +113,7 @@ fn look_alike(names: &[&str]) {
             blurred(wide, 0.03),
         ),
         ("overcast under crowns", standard, &overcast, crowns, plain),
+        ("between low plants", standard, &overcast, low, plain),
         ("fog under crowns", standard, &fog, crowns, plain),
     ]
     .into_iter()
@@ -126,6 +129,24 @@ fn look_alike(names: &[&str]) {
     let (median, most, _) = difference(gpu, draft, &overcast, [crowns, &beside], &plain);
     println!("crowns beside: {median} in the median, {most} at the 95th percentile");
     assert!(median > 0.03 && most > 0.2, "{median} {most}");
+    let (median, most, _) = difference(gpu, draft, &overcast, [low, &Tufts(1.0)], &plain);
+    println!("low plants beside: {median} in the median, {most} at the 95th percentile");
+    assert!(most > 0.2, "{median} {most}");
+}
+
+/// Tufts in rows 4 m apart, displaced by some metres.
+struct Tufts(f32);
+
+impl SkyVisibility for Tufts {
+    fn sky_view_factor(&self, _: Vec3) -> f32 {
+        1.0
+    }
+
+    fn ground_occlusion(&self, scene_point: Vec3) -> f32 {
+        let wave = |at: f32| 4.0 * ((at + self.0) / 4.0).rem_euclid(1.0) - 2.0;
+        let [x, y] = [scene_point.x, scene_point.y].map(|at| wave(at).abs() - 1.0);
+        0.5 + 0.5 * x * y
+    }
 }
 
 #[test]

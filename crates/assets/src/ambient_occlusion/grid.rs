@@ -1,7 +1,9 @@
 //! The grid of cubes that light is followed through.
 
+use std::collections::BTreeMap;
+
 use glam::{I64Vec3, U64Vec3, Vec3};
-use nemoral_scene::{Card, Mesh, Prototype};
+use nemoral_scene::{Card, Mesh, Occluder, Prototype};
 
 use super::{FROM_BELOW, MaskCoverage, PARTS};
 use crate::lanes::{F32x8, U32x8, for_each_instruction_set};
@@ -45,6 +47,13 @@ fn number(at: Vec3, cell_m: f32) -> I64Vec3 {
 
 /// The most cells along an axis: places in parts of cells are words of 32 bits, signed.
 pub(super) const MOST_ALONG: u64 = 1 << 14;
+
+/// The side of the cubes whose area is one [`Occluder`], metres: as fine as the ground's shade is
+/// known.
+const OCCLUDER_M: f32 = 0.15;
+
+/// What is higher belongs to the light of a place, metres.
+const OCCLUDES_TO_M: f32 = 1.5;
 
 /// The density of one-sided area over a grid of cubes.
 pub(super) struct AreaDensityGrid {
@@ -144,6 +153,32 @@ impl AreaDensityGrid {
                 }
             }
         }
+    }
+
+    /// The area that stands up to [`OCCLUDES_TO_M`] high, as one point for each cube of
+    /// [`OCCLUDER_M`].
+    pub(super) fn occluders(&self) -> Vec<Occluder> {
+        let mut cubes: BTreeMap<[i64; 3], (f32, Vec3)> = BTreeMap::new();
+        let area_of_depth_m2 = 2.0 * self.cell_m * self.cell_m;
+        let top = number(Vec3::Z * OCCLUDES_TO_M, self.cell_m).z - self.low.z;
+        let layers = top.clamp(0, self.cells.z as i64) as u64;
+        let low = (layers * self.cells.y * self.cells.x) as usize;
+        for (cell, &depth) in (0..).zip(&self.depths[1..=low]) {
+            let row = cell / self.cells.x;
+            let at = U64Vec3::new(cell % self.cells.x, row % self.cells.y, row / self.cells.y);
+            let middle_m = ((at.as_i64vec3() + self.low).as_vec3() + 0.5) * self.cell_m;
+            if depth > 0.0 {
+                let cube = number(middle_m, OCCLUDER_M).to_array();
+                let (area_m2, moment) = cubes.entry(cube).or_default();
+                *area_m2 += depth * area_of_depth_m2;
+                *moment += middle_m * (depth * area_of_depth_m2);
+            }
+        }
+        let occluder = |(area_m2, moment): (f32, Vec3)| Occluder {
+            position_m: moment / area_m2,
+            area_m2,
+        };
+        cubes.into_values().map(occluder).collect()
     }
 
     /// The shares of light that reach points, followed over `steps` cells in these directions.

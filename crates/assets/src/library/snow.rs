@@ -193,6 +193,14 @@ impl Parts {
         }
     }
 
+    /// Presses it towards the ground: heights are multiplied by a share.
+    fn flatten(&mut self, share: f32) {
+        self.shape.flatten(share);
+        for occluder in self.occlusion.iter_mut().flat_map(|of| &mut of.occluders) {
+            occluder.position_m.z *= share;
+        }
+    }
+
     fn made(self, name: &str, library: &MaterialLibrary) -> Prototype {
         let Shape { mesh, cards } = self.shape;
         let made = Prototype::new(name.to_owned(), mesh, cards, library)
@@ -260,7 +268,7 @@ impl Library {
         for plants in self.folded() {
             plants.par_iter_mut().for_each(|plant| {
                 let mut low = Parts::of(&plant.prototype);
-                low.shape.flatten(folded);
+                low.flatten(folded);
                 plant.prototype = Arc::new(low.made(plant.prototype.name(), &library));
                 plant.height_m *= f64::from(folded);
             });

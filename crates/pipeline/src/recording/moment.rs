@@ -4,7 +4,6 @@ use std::fmt;
 
 use nemoral_lidar::ScanRequest;
 use nemoral_render::{CameraImages, CameraRenderer, Lamp, Precipitation, SceneView, View};
-use nemoral_scene::glam::Vec3;
 use nemoral_scene::{LidarPoint, MaterialLibrary, RayCaster, RigidTransform, TruthImages};
 use nemoral_seed::{Domain, Key};
 
@@ -105,12 +104,11 @@ impl<'a> Moment<'a> {
     }
 
     fn see<T>(&self, lamps: &[Lamp], look: impl FnOnce(&SceneView<'_>) -> T) -> T {
-        let sky_view = |p: Vec3| self.scene.sky_view_factor(p);
         look(&SceneView {
             caster: self.caster,
             instances: Some(self.scene),
             materials: self.materials,
-            sky_visibility: &sky_view,
+            sky_visibility: self.scene,
             lamps,
         })
     }

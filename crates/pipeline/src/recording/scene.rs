@@ -5,9 +5,10 @@ use std::fmt;
 use std::sync::Arc;
 
 use nemoral_raycast::{Group, RayScene};
+use nemoral_render::SkyVisibility;
 use nemoral_scene::glam::{DVec2, DVec3, Vec3};
 use nemoral_scene::{ChunkCoord, InstancedScene, PlacedGroup, RayCaster};
-use nemoral_stand::SkyViewFactor;
+use nemoral_stand::{GroundOcclusion, OCCLUSION_MARGIN_M, SkyViewFactor};
 
 use super::seen_area::SeenArea;
 use super::visible_reach::VisibleReach;
@@ -28,7 +29,15 @@ pub struct FrameScene {
     /// The world position of the scene's origin.
     pub origin_m: DVec3,
     chunk_size_m: f64,
+    light: LightOfChunks,
+}
+
+/// What crowns and low plants leave of the light, by chunk.
+#[derive(Default)]
+pub(crate) struct LightOfChunks {
     sky_view: BTreeMap<ChunkCoord, Arc<SkyViewFactor>>,
+    /// Of chunks where low plants grow.
+    ground_occlusion: BTreeMap<ChunkCoord, Arc<Option<GroundOcclusion>>>,
 }
 
 impl InstancedScene for FrameScene {
@@ -47,13 +56,12 @@ impl fmt::Debug for FrameScene {
 }
 
 impl FrameScene {
-    /// The scene around the corner of a chunk, from groups in any chunks and their sky view
-    /// factors.
+    /// The scene around the corner of a chunk, from groups in any chunks and their light.
     pub(crate) fn new(
         (around, chunk_size_m): (ChunkCoord, f64),
         chunks: Vec<ChunkCoord>,
         groups: impl Iterator<Item = (ChunkCoord, Arc<Group>)>,
-        sky_view: BTreeMap<ChunkCoord, Arc<SkyViewFactor>>,
+        light: LightOfChunks,
     ) -> Self {
         let groups: Vec<_> = groups
             .map(|(chunk, group)| (chunk_offset_m(chunk, around, chunk_size_m), group))
@@ -64,19 +72,19 @@ impl FrameScene {
             chunks,
             origin_m: around.origin_m(chunk_size_m).extend(0.0),
             chunk_size_m,
-            sky_view,
+            light,
         }
     }
 
     /// The scene that is visible from a place, around the corner of a chunk; of that, what is in an
-    /// area, if one is given. Without the sky view factors of chunks, or if it is not lit, the
-    /// factor is 1 everywhere. In chunks of which nothing is looked at it is always 1.
+    /// area, if one is given. Without the light of chunks, or if it is not lit, nothing is hidden
+    /// from the sky; so it is always in chunks of which nothing is looked at.
     pub(crate) fn gather(
         reach: &VisibleReach,
         (around, place_m): (ChunkCoord, DVec2),
         seen: Option<&SeenArea>,
         (objects, undergrowth, litter): Geometry<'_>,
-        sky_view: Option<Demand<'_, SkyViewFactor>>,
+        light: Option<Light<'_>>,
     ) -> Result<Self, Error> {
         let within = |radius_m: f64| {
             let mut chunks = visible_chunks(place_m, radius_m, reach.chunk_size_m);
@@ -86,14 +94,18 @@ impl FrameScene {
         let chunks = within(reach.visible_radius_m);
         let low = within(reach.undergrowth_radius_m);
         let littered = reach.litter_radius_m.map(within).unwrap_or_default();
-        let sky_view = sky_view.filter(|_| reach.is_lit);
+        let light = light.filter(|_| reach.is_lit);
         let mut wanted = objects.wanted(&chunks).and(undergrowth.wanted(&low));
         wanted = wanted.and(litter.wanted(&littered));
         // What only casts shadows is not looked at, so that its own light does not matter.
         let is_looked_at = |chunk: &ChunkCoord| seen.is_none_or(|area| area.shows(*chunk));
-        let looked_at: Vec<_> = chunks.iter().copied().filter(is_looked_at).collect();
-        if let Some(sky_view) = sky_view {
-            wanted = wanted.and(sky_view.wanted(&looked_at));
+        let looked_at = |chunks: &[ChunkCoord]| -> Vec<_> {
+            chunks.iter().copied().filter(is_looked_at).collect()
+        };
+        let [lit, shaded] = [&chunks, &low].map(|chunks| looked_at(chunks));
+        if let Some((sky_view, ground_occlusion)) = light {
+            wanted = wanted.and(sky_view.wanted(&lit));
+            wanted = wanted.and(ground_occlusion.wanted(&shaded));
         }
         wanted.compute()?;
         let solid = chunks.iter().zip(objects.all(&chunks)?);
@@ -102,25 +114,54 @@ impl FrameScene {
         groups.extend(low.filter_map(|(at, g)| Some((*at, Arc::clone(g.0.as_ref()?)))));
         let shed = littered.iter().zip(litter.all(&littered)?);
         groups.extend(shed.filter_map(|(at, g)| Some((*at, Arc::clone(g.0.as_ref()?)))));
-        let mut light = BTreeMap::new();
-        if let Some(sky_view) = sky_view {
-            let of_chunks = sky_view.all(&looked_at)?;
-            light.extend(looked_at.into_iter().zip(of_chunks));
+        let mut of_chunks = LightOfChunks::default();
+        if let Some((sky_view, ground_occlusion)) = light {
+            let open = sky_view.all(&lit)?;
+            of_chunks.sky_view.extend(lit.into_iter().zip(open));
+            let occluded = ground_occlusion.all(&shaded)?;
+            let occluded = shaded.into_iter().zip(occluded);
+            let grown = occluded.filter(|(_, map)| map.is_some());
+            of_chunks.ground_occlusion.extend(grown);
         }
         let place = (around, reach.chunk_size_m);
         Ok(in_pool(|| {
-            Self::new(place, chunks, groups.into_iter(), light)
+            Self::new(place, chunks, groups.into_iter(), of_chunks)
         }))
     }
+}
 
-    /// The sky view factor at a point of the scene.
-    #[must_use]
-    pub fn sky_view_factor(&self, scene_point: Vec3) -> f32 {
+impl SkyVisibility for FrameScene {
+    fn sky_view_factor(&self, scene_point: Vec3) -> f32 {
         let world = self.origin_m + scene_point.as_dvec3();
         let chunk = ChunkCoord::containing(world.truncate(), self.chunk_size_m);
-        self.sky_view.get(&chunk).map_or(1.0, |grid| grid.at(world))
+        let grid = self.light.sky_view.get(&chunk);
+        grid.map_or(1.0, |grid| grid.at(world))
+    }
+
+    fn ground_occlusion(&self, scene_point: Vec3) -> f32 {
+        let world_m = (self.origin_m + scene_point.as_dvec3()).truncate();
+        let [low, high] = [-OCCLUSION_MARGIN_M, OCCLUSION_MARGIN_M]
+            .map(|margin_m| ChunkCoord::containing(world_m + margin_m, self.chunk_size_m));
+        // Near a border, plants of each chunk beside it leave their share of what the others leave.
+        let mut share = 1.0;
+        for chunk in (low.x..=high.x).flat_map(|x| (low.y..=high.y).map(move |y| (x, y))) {
+            let map = self
+                .light
+                .ground_occlusion
+                .get(&ChunkCoord::new(chunk.0, chunk.1));
+            if let Some(map) = map.and_then(|map| map.as_ref().as_ref()) {
+                share *= map.at(world_m);
+            }
+        }
+        share
     }
 }
+
+/// The light of chunks: what crowns leave of the sky, and what low plants leave to the ground.
+pub(crate) type Light<'a> = (
+    Demand<'a, SkyViewFactor>,
+    Demand<'a, Option<GroundOcclusion>>,
+);
 
 /// The geometry of chunks.
 pub(crate) type Geometry<'a> = (

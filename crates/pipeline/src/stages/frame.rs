@@ -3,7 +3,7 @@
 use nemoral_render::CameraImages;
 use nemoral_scene::{LidarPoint, MaterialLibrary};
 use nemoral_seed::Key;
-use nemoral_stand::{SceneObjects, SkyViewFactor};
+use nemoral_stand::{GroundOcclusion, SceneObjects, SkyViewFactor};
 
 use crate::Error;
 use crate::plan::{AnyChunk, Forest, Hasher, Node, OfWorld, Stage, Values};
@@ -80,6 +80,7 @@ impl Stage<Forest> for SceneStage {
         AnyChunk<UndergrowthGeometry>,
         AnyChunk<LitterGeometry>,
         AnyChunk<SkyViewFactor>,
+        AnyChunk<Option<GroundOcclusion>>,
     );
     type Output = FrameScene;
     const ID: &'static str = "frame.scene";
@@ -93,10 +94,16 @@ impl Stage<Forest> for SceneStage {
         &self,
         _: u64,
         _: Key,
-        (pose, objects, undergrowth, litter, sky_view): Values<'_, Self>,
+        (pose, objects, undergrowth, litter, sky_view, occlusion): Values<'_, Self>,
     ) -> Result<FrameScene, Error> {
         let geometry = (objects, undergrowth, litter);
-        FrameScene::gather(&self.0, pose.place(), None, geometry, Some(sky_view))
+        FrameScene::gather(
+            &self.0,
+            pose.place(),
+            None,
+            geometry,
+            Some((sky_view, occlusion)),
+        )
     }
 }
 
@@ -115,6 +122,7 @@ impl Stage<Forest> for CameraSceneStage {
         AnyChunk<UndergrowthGeometry>,
         AnyChunk<LitterGeometry>,
         AnyChunk<SkyViewFactor>,
+        AnyChunk<Option<GroundOcclusion>>,
     );
     type Output = FrameScene;
     const ID: &'static str = "frame.camera_scene";
@@ -128,11 +136,20 @@ impl Stage<Forest> for CameraSceneStage {
         &self,
         _: u64,
         _: Key,
-        (rigs, assets, ground, pose, objects, undergrowth, litter, sky_view): Values<'_, Self>,
+        (rigs, assets, ground, pose, objects, undergrowth, litter, sky_view, occlusion): Values<
+            '_,
+            Self,
+        >,
     ) -> Result<FrameScene, Error> {
         let seen = SeenArea::of_cameras(&rigs, &pose, (&ground, ObjectReach::of(&assets)), &self.0);
         let geometry = (objects, undergrowth, litter);
-        FrameScene::gather(&self.0, pose.place(), Some(&seen), geometry, Some(sky_view))
+        FrameScene::gather(
+            &self.0,
+            pose.place(),
+            Some(&seen),
+            geometry,
+            Some((sky_view, occlusion)),
+        )
     }
 }
 

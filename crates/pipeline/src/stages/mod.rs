@@ -6,6 +6,7 @@ pub mod balance;
 pub mod deadwood;
 pub mod frame;
 pub mod ground;
+pub mod ground_occlusion;
 pub mod litter;
 pub mod object_geometry;
 pub mod placement;

@@ -30,6 +30,9 @@ const AMBIENT_SIDE: usize = 16;
 const OPENNESS_STEPS: usize = 32;
 const GRID_SIDE: usize = 64;
 const GRID_UP: usize = 32;
+/// Nodes along a side of two grids of ground occlusion, and the distances of their nodes, metres.
+const GROUND_SIDES: [usize; 2] = [512, 256];
+const GROUND_STEPS_M: [f32; 2] = [1.0 / 6.0, 0.8];
 
 /// A white surface in the sun gets this value in the target: 1/16 of the largest half float.
 const WHITE: f32 = 4096.0;
@@ -259,17 +262,14 @@ impl LightingPass {
         gpu.queue().submit([encoder.finish()]);
 
         let haze = self.backdrop.haze(inputs.lighting, inputs.view);
-        let (light, sky_view_factor) = self.light(&haze, inputs);
+        let (light, mut shares) = self.light(&haze, inputs);
+        shares.extend(ground_occlusion(inputs));
         let light = bytemuck::bytes_of(&light);
         let light = buffer(gpu, "light", light, wgpu::BufferUsages::UNIFORM)?;
-        let sky_view_factor = storage(
-            gpu,
-            "sky_view_factor",
-            bytemuck::cast_slice(&sky_view_factor),
-        )?;
+        let shares = storage(gpu, "shares of light", bytemuck::cast_slice(&shares))?;
         let tables = tables(inputs.lighting, &haze);
         let tables = storage(gpu, "light", bytemuck::cast_slice(&tables))?;
-        bytes += light.size() + sky_view_factor.size() + tables.size();
+        bytes += light.size() + shares.size() + tables.size();
         let [albedos, shadows] = [&inputs.materials.albedos, &self.shadows].map(|texture| {
             texture.create_view(&wgpu::TextureViewDescriptor {
                 dimension: Some(wgpu::TextureViewDimension::D2Array),
@@ -280,7 +280,7 @@ impl LightingPass {
             light.as_entire_binding(),
             wgpu::BindingResource::TextureView(&albedos),
             tables.as_entire_binding(),
-            sky_view_factor.as_entire_binding(),
+            shares.as_entire_binding(),
             wgpu::BindingResource::TextureView(&shadows),
             wgpu::BindingResource::Sampler(&self.comparison),
             wgpu::BindingResource::TextureView(&super::targets::view_of(inputs.rays)),
@@ -387,6 +387,24 @@ impl LightingPass {
         };
         (record, sky_view_factor)
     }
+}
+
+/// The ground occlusion around the camera: rows from the south of a fine grid, then of a wide one.
+fn ground_occlusion(inputs: &LightingInputs<'_>) -> Vec<f32> {
+    let camera = inputs.view.scene_from_camera.translation_m.as_vec3();
+    let visibility = inputs.scene.sky_visibility;
+    let grids = GROUND_SIDES.into_iter().zip(GROUND_STEPS_M);
+    let rows = grids.flat_map(|(side, step_m)| (0..side).map(move |y| (side, step_m, y)));
+    let rows: Vec<_> = rows.collect();
+    rows.into_par_iter()
+        .flat_map_iter(|(side, step_m, y)| {
+            let middle = 0.5 * (side - 1) as f32;
+            (0..side).map(move |x| {
+                let at = Vec3::new(x as f32 - middle, y as f32 - middle, 0.0) * step_m;
+                visibility.ground_occlusion(camera + at)
+            })
+        })
+        .collect()
 }
 
 impl Backdrop {

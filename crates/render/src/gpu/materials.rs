@@ -72,7 +72,7 @@ impl Materials {
                 mask,
                 mask_width: size[0],
                 mask_height: size[1],
-                flags: u32::from(material.ground),
+                flags: u32::from(material.ground) + 2 * u32::from(material.lies_on_ground()),
                 albedo,
                 albedo_width: texture.width() as u32,
                 albedo_height: texture.height() as u32,

@@ -98,13 +98,17 @@ pub(crate) fn shade(scene: &SceneView<'_>, lighting: &Lighting, seen: &SurfaceVi
     let surface = surface(scene, seen, hit.shading.normal * facing);
 
     let sky_view_factor = scene.sky_visibility.sky_view_factor(point);
+    let mut ambient_occlusion = hit.shading.ambient_occlusion;
+    if scene.materials.get(hit.surface.material).lies_on_ground() {
+        ambient_occlusion *= scene.sky_visibility.ground_occlusion(point);
+    }
     let (indirect, sheen) = indirect(
         &surface,
         &lighting.ambient(sky_view_factor),
         lighting,
         ray.direction,
         sky_view_factor,
-        hit.shading.ambient_occlusion,
+        ambient_occlusion,
     );
 
     let irradiance = lighting.sun_irradiance();

@@ -11,6 +11,11 @@ const OPENNESS_STEPS = 32u;
 // Nodes of an openness grid: across, and up.
 const GRID_SIDE = 64u;
 const GRID_UP = 32u;
+// Nodes along a side of the two grids of ground occlusion, and their distances in metres.
+const GROUND_SIDE = 512u;
+const GROUND_STEP = 1.0 / 6.0;
+const WIDE_GROUND_SIDE = 256u;
+const WIDE_GROUND_STEP = 0.8;
 
 struct Light {
     // Towards the sun; w: width of a sample at 1 m.
@@ -36,6 +41,7 @@ struct Light {
 @group(2) @binding(1) var albedos: texture_2d_array<u32>;
 // Background radiance, then irradiance by openness and normal.
 @group(2) @binding(2) var<storage, read> tables: array<vec4f>;
+// A near and a far grid of openness, then a near and a far one of ground occlusion.
 @group(2) @binding(3) var<storage, read> openness: array<f32>;
 @group(2) @binding(4) var shadows: texture_depth_2d_array;
 // The same maps for reading, because a comparison sampler cannot return the depth of casters in GL.
@@ -105,6 +111,28 @@ fn openness_at(point: vec3f) -> f32 {
     let far = light.far_grid;
     return open_in(GRID_SIDE * GRID_SIDE * GRID_UP, far.xyz,
         vec2f(far.w, light.up_and_fog.y), point);
+}
+
+// The light that low plants leave to the ground at a point relative to the camera.
+fn ground_occlusion_at(point: vec3f) -> f32 {
+    var side = GROUND_SIDE;
+    var step = GROUND_STEP;
+    var first = 2u * GRID_SIDE * GRID_SIDE * GRID_UP;
+    if any(abs(point.xy) > vec2f(0.5 * f32(side - 1u) * step)) {
+        first += side * side;
+        side = WIDE_GROUND_SIDE;
+        step = WIDE_GROUND_STEP;
+    }
+    let p = point.xy / step + 0.5 * f32(side - 1u);
+    if any(p < vec2f(0.0)) || any(p >= vec2f(f32(side - 1u))) {
+        return 1.0;
+    }
+    let c = vec2u(p);
+    let f = p - vec2f(c);
+    let at = first + c.y * side + c.x;
+    let low = mix(openness[at], openness[at + 1u], f.x);
+    let high = mix(openness[at + side], openness[at + side + 1u], f.x);
+    return mix(low, high, f.y);
 }
 
 // Half of the sun's angular width; the half width of a penumbra is this times the distance from its
@@ -398,9 +426,13 @@ fn shade(s: Surface, pixel: vec2f) -> vec3f {
     if leaf {
         indirect += transmittance * irradiance(open, -n);
     }
-    // The share of it that near parts of the shape let through, and what they reflect.
-    indirect *= s.ambient_occlusion /
-        (1.0 - (body + transmittance) * (0.5 * (1.0 - s.ambient_occlusion)));
+    // The share of it that near parts of the shape, and low plants over the ground, let through,
+    // and what they reflect.
+    var near = s.ambient_occlusion;
+    if (m.flags & 2u) == 2u {
+        near *= ground_occlusion_at(s.point);
+    }
+    indirect *= near / (1.0 - (body + transmittance) * (0.5 * (1.0 - near)));
     indirect /= PI;
     if gloss > 0.0 {
         let specular = gloss * fresnel(max(1.0 - roughness, F0), max(-dot(s.ray, n), 0.0));
@@ -412,7 +444,7 @@ fn shade(s: Surface, pixel: vec2f) -> vec3f {
             seen = mix(blurred, mix(blurred, background(mirrored), open), smooth_share);
         }
         indirect = indirect * (1.0 - (specular - gloss * F0))
-            + seen * (specular * s.ambient_occlusion);
+            + seen * (specular * near);
     }
 
     // The sun.

@@ -52,7 +52,7 @@ struct Material {
     mask: u32,
     mask_width: u32,
     mask_height: u32,
-    // Bit 0: ground.
+    // Bit 0: ground. Bit 1: ground, or what lies on it.
     flags: u32,
     // First texel in `albedos`, and sides of level 0.
     albedo: u32,
