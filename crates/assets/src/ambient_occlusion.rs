@@ -9,10 +9,12 @@
 //! surface than a cube's side, above all the surface itself, is left out, and a lone card or ball
 //! is not darkened at all.
 //!
-//! The ground is of no shape, so what low plants hide from it is known only where they stand: for
-//! that, their area is kept as a few points ([`Occluder`](nemoral_scene::Occluder)).
+//! The ground is of no shape, so what shapes hide from it is known only where they stand: for that,
+//! the surface near their foot is kept as a few points ([`Occluder`](nemoral_scene::Occluder)).
 
 mod grid;
+mod occluders;
+mod pieces;
 
 use glam::Vec3;
 use nemoral_scene::{
@@ -20,6 +22,7 @@ use nemoral_scene::{
 };
 
 use self::grid::{AreaDensityGrid, SurfacePoint, directions};
+pub(crate) use self::occluders::{Meshes, occluders};
 
 /// How far occluders are looked for, and how finely.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,8 +37,6 @@ pub(crate) struct OcclusionParams {
     /// the mean share of that light that reaches their leaves, 0..=1. The baked shares are scaled
     /// to this mean.
     pub(crate) among_leaves: Option<f32>,
-    /// Whether the shape stands on the ground with leaves that hide light from it.
-    pub(crate) shades_ground: bool,
 }
 
 impl OcclusionParams {
@@ -45,7 +46,6 @@ impl OcclusionParams {
         reach_m: 0.6,
         directions: 26,
         among_leaves: None,
-        shades_ground: true,
     };
     /// For patches of litter, which are as thin as a few leaves.
     pub(crate) const LITTER: Self = Self {
@@ -53,14 +53,12 @@ impl OcclusionParams {
         reach_m: 0.15,
         directions: 26,
         among_leaves: None,
-        shades_ground: false,
     };
     pub(crate) const SHRUB: Self = Self {
         cell_m: 0.04,
         reach_m: 0.6,
         directions: 26,
         among_leaves: None,
-        shades_ground: true,
     };
     /// For trees. The light of a place already accounts for the crowns around it, so only the
     /// differences between the leaves of a tree count here.
@@ -69,7 +67,6 @@ impl OcclusionParams {
         reach_m: 0.6,
         directions: 20,
         among_leaves: Some(0.8),
-        shades_ground: false,
     };
 }
 
@@ -91,8 +88,8 @@ impl OcclusionParams {
     }
 }
 
-/// A plant of a user with its ambient occlusion, as grown ones have it: the materials are those of
-/// `library`. A tree's leaves are counted in the light of the place where it stands; a shrub's, all
+/// A plant of a user with its ambient occlusion and what it hides from the ground, as grown ones
+/// have them: the materials are those of `library`. A tree's leaves are counted in the light of the place where it stands; a shrub's, all
 /// of which may be within reach of each other, are not.
 ///
 /// A shape whose vertices have no normals stays as it is, and so does one that blends.
@@ -102,10 +99,10 @@ pub fn with_ambient_occlusion(
     library: &MaterialLibrary,
     is_tree: bool,
 ) -> Prototype {
-    let of_kind = if is_tree {
-        OcclusionParams::TREE
+    let (of_kind, meshes) = if is_tree {
+        (OcclusionParams::TREE, Meshes::Thick)
     } else {
-        OcclusionParams::SHRUB
+        (OcclusionParams::SHRUB, Meshes::Thin)
     };
     let bounds = shape.bounds();
     if shape.mesh().normals.is_empty() || !shape.mesh().blends.is_empty() {
@@ -113,7 +110,10 @@ pub fn with_ambient_occlusion(
     }
     let masks = MaskCoverage::of(library);
     let occlusion = bake(&shape, &masks, &of_kind.for_size(bounds.max - bounds.min));
-    (shape.with_ambient_occlusion(occlusion)).expect("one share of each vertex and corner")
+    let occluders = occluders(&shape, &masks, meshes);
+    (shape.with_ambient_occlusion(occlusion))
+        .expect("one share of each vertex and corner")
+        .with_occluders(occluders)
 }
 
 /// Light from below, which ground and lower leaves reflect, relative to the light from above.
@@ -212,10 +212,6 @@ pub(crate) fn bake(
         cards: (leaves.as_chunks().0.iter())
             .map(|corners| corners.map(AmbientOcclusion::encode))
             .collect(),
-        occluders: match near.shades_ground {
-            true => grid.occluders(),
-            false => Vec::new(),
-        },
     }
 }
 
@@ -247,7 +243,6 @@ mod tests {
         reach_m: 6.0,
         directions: 500,
         among_leaves: None,
-        shades_ground: true,
     };
 
     fn library() -> MaterialLibrary {
@@ -449,21 +444,6 @@ mod tests {
             .sum::<f32>()
             / 1600.0;
         assert!((mean - 0.4).abs() < 0.01, "{mean}");
-    }
-
-    #[test]
-    fn occluders_are_the_leaves_near_the_ground() {
-        let low = card(Vec3::new(0.32, -0.14, 0.45), 0.4 * Vec3::X, 0.3 * Vec3::Y);
-        let high = card(Vec3::new(0.0, 0.0, 1.9), Vec3::X, Vec3::Y);
-        let occluders = shares(Mesh::default(), vec![low, high], &OcclusionParams::LOW).occluders;
-        let area_m2: f32 = occluders.iter().map(|o| o.area_m2).sum();
-        assert!((area_m2 - 0.12).abs() < 1e-5, "{area_m2}");
-        let middle: Vec3 = (occluders.iter().map(|o| o.position_m * o.area_m2)).sum();
-        assert!((middle / area_m2 - Vec3::new(0.32, -0.14, 0.45)).length() < 0.015);
-        // A point in a cube of 10 cm, of which the card crosses five by four at most.
-        assert!((12..=20).contains(&occluders.len()), "{}", occluders.len());
-        let alone = shares(Mesh::default(), vec![low], &OcclusionParams::LITTER).occluders;
-        assert_eq!(alone, []);
     }
 
     #[test]

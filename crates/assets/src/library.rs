@@ -23,7 +23,7 @@ pub use self::litter::{LitterParams, LitterPatches};
 use self::plants::PlantGrower;
 pub use self::single_tree::SingleTree;
 pub use self::snow::{SnowMaterials, SnowParams};
-use crate::ambient_occlusion::{self, MaskCoverage, OcclusionParams};
+use crate::ambient_occlusion::{self, MaskCoverage, Meshes, OcclusionParams};
 use crate::materials::{self, GroundMaterials, Timing, Wanted, WorldMaterials};
 use crate::plant::shape::Shape;
 use crate::plant::surface_root::LOBE_M;
@@ -496,6 +496,12 @@ fn with_occlusion(shape: Prototype, masks: &MaskCoverage, near: &OcclusionParams
         .expect("one share of each vertex and corner, and no ground")
 }
 
+/// Adds what it hides from the ground to a shape.
+fn with_occluders(shape: Prototype, masks: &MaskCoverage, meshes: Meshes) -> Prototype {
+    let occluders = ambient_occlusion::occluders(&shape, masks, meshes);
+    shape.with_occluders(occluders)
+}
+
 #[derive(Clone, Copy)]
 enum TreeKind {
     Living,
@@ -615,6 +621,7 @@ impl TreeGrower<'_> {
         let prototype = Prototype::new(name, tree.mesh, tree.cards, &self.materials.library)
             .expect("trees are made of finite points and of this library's materials");
         let prototype = with_occlusion(prototype, self.masks, &OcclusionParams::TREE);
+        let prototype = with_occluders(prototype, self.masks, Meshes::Thick);
         Ok(TreeAsset {
             prototype: Arc::new(prototype),
             species: species.name.clone(),

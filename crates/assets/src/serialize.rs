@@ -6,7 +6,8 @@ use std::sync::Arc;
 
 use nemoral_scene::{
     AlphaMask, AmbientOcclusion, Card, DecayStage, Liquid, Material, MaterialId, MaterialLibrary,
-    Mesh, Optics, PlantCommunity, Prototype, PrototypeError, Semantic, Texture, TextureWindow,
+    Mesh, Occluder, Optics, PlantCommunity, Prototype, PrototypeError, Semantic, Texture,
+    TextureWindow,
 };
 use serde::{Deserialize, Serialize};
 
@@ -85,6 +86,7 @@ struct StoredShape<'a> {
     cards: Cow<'a, [Card]>,
     card_windows: Cow<'a, [TextureWindow]>,
     ambient_occlusion: Option<Cow<'a, AmbientOcclusion>>,
+    occluders: Cow<'a, [Occluder]>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -399,6 +401,7 @@ impl<'a> StoredShape<'a> {
             cards: Cow::Borrowed(prototype.cards()),
             card_windows: Cow::Borrowed(prototype.card_windows()),
             ambient_occlusion: prototype.ambient_occlusion().map(Cow::Borrowed),
+            occluders: Cow::Borrowed(prototype.occluders()),
         }
     }
 
@@ -408,6 +411,7 @@ impl<'a> StoredShape<'a> {
         if !self.card_windows.is_empty() {
             prototype = prototype.with_card_windows(self.card_windows.into_owned())?;
         }
+        prototype = prototype.with_occluders(self.occluders.into_owned());
         Ok(Arc::new(match self.ambient_occlusion {
             Some(near) => prototype.with_ambient_occlusion(near.into_owned())?,
             None => prototype,

@@ -100,7 +100,7 @@ pub struct ForestPlan {
     pub object_geometry: Node<ChunkCoord, ObjectGeometry>,
     /// Chunk: geometry of low plants.
     pub undergrowth_geometry: Node<ChunkCoord, UndergrowthGeometry>,
-    /// Chunk: the light that its low plants leave to the ground; `None` where none grow.
+    /// Chunk: the light that what stands there leaves to the ground; `None` where nothing does.
     pub ground_occlusion: Node<ChunkCoord, Option<GroundOcclusion>>,
     /// Chunk: geometry of litter.
     pub litter_geometry: Node<ChunkCoord, LitterGeometry>,
@@ -285,7 +285,12 @@ impl ForestPlan {
         );
         let ground_occlusion = plan.add(
             GroundOcclusionStage { chunk_size_m },
-            (assets.global(), ground, undergrowth_geometry),
+            (
+                assets.global(),
+                ground,
+                object_geometry,
+                undergrowth_geometry,
+            ),
         );
         let litter = plan.add(
             LitterStage { chunk_size_m },

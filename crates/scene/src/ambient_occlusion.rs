@@ -1,5 +1,5 @@
-//! Ambient occlusion of a shape's surface by the shape's own parts, and what these parts hide from
-//! the ground.
+//! Ambient occlusion of a shape's surface by the shape's own parts, and what they hide from the
+//! ground.
 
 use glam::Vec3;
 
@@ -12,7 +12,7 @@ use glam::Vec3;
 ///
 /// Shares are stored as bytes, where 255 is unoccluded ([`encode`](Self::encode),
 /// [`decode`](Self::decode)).
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct AmbientOcclusion {
     /// One share for each vertex of the mesh, in their order, for the side that the normal points
@@ -21,19 +21,16 @@ pub struct AmbientOcclusion {
     /// For each card, in their order, one share for each corner in the order of
     /// [`Card::corners`](crate::Card::corners): the mean of both sides.
     pub cards: Vec<[u8; 4]>,
-    /// What hides light from the ground below and beside the shape; empty for shapes that only hide
-    /// it from themselves.
-    pub occluders: Vec<Occluder>,
 }
 
-/// Leaves and wood of a shape that are near each other, as one point: it stands for as much area,
-/// with every orientation.
+/// Surfaces of a shape that are near each other, as one point: they hide as much light from the
+/// ground as thin leaves of this area, with every orientation, would.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Occluder {
     /// Where they are, in the shape's space, metres.
     pub position_m: Vec3,
-    /// Their area, one side of it, m².
+    /// The area of one side of the leaves, m².
     pub area_m2: f32,
 }
 
@@ -76,7 +73,6 @@ mod tests {
         let shares = AmbientOcclusion {
             vertices: vec![0, 51, 255],
             cards: vec![[255; 4], [0, 51, 255, 102]],
-            occluders: Vec::new(),
         };
         assert_eq!(shares.in_triangle([2, 2, 2], 0.3, 0.3), 1.0);
         assert!((shares.in_triangle([0, 1, 2], 0.25, 0.5) - 0.55).abs() < 1e-6);

@@ -6,7 +6,9 @@ use std::fmt;
 use glam::Vec3;
 
 use crate::quad::{self, Quad};
-use crate::{AmbientOcclusion, Bounds, Card, MaterialId, MaterialLibrary, Mesh, TextureWindow};
+use crate::{
+    AmbientOcclusion, Bounds, Card, MaterialId, MaterialLibrary, Mesh, Occluder, TextureWindow,
+};
 
 /// A shape that instances share: a tree, a rock, a patch of grass, a chunk's ground.
 #[derive(Clone, Debug)]
@@ -20,6 +22,7 @@ pub struct Prototype {
     quads: Vec<Quad>,
     bounds: Bounds,
     ambient_occlusion: Option<AmbientOcclusion>,
+    occluders: Vec<Occluder>,
     /// How many different pairs of a material and a window its cards may have.
     max_windows: usize,
 }
@@ -267,6 +270,7 @@ impl Prototype {
             quads,
             bounds,
             ambient_occlusion: None,
+            occluders: Vec::new(),
             max_windows,
         })
     }
@@ -327,8 +331,14 @@ impl Prototype {
         })
     }
 
-    /// The parts of the shape that are of some materials, without blends and ambient occlusion;
-    /// `None` if there are none.
+    /// The same shape with what hides light from the ground around it.
+    #[must_use]
+    pub fn with_occluders(self, occluders: Vec<Occluder>) -> Self {
+        Self { occluders, ..self }
+    }
+
+    /// The parts of the shape that are of some materials, without blends, ambient occlusion and
+    /// occluders; `None` if there are none.
     ///
     /// # Errors
     /// As [`Prototype::new`], if the library is not the shape's own.
@@ -419,6 +429,7 @@ impl Prototype {
             + occlusion.map_or(0, |o| {
                 size_of_val(o.vertices.as_slice()) + size_of_val(o.cards.as_slice())
             })
+            + size_of_val(self.occluders.as_slice())
     }
 
     /// The ambient occlusion between its parts; `None` if it is not known, which counts as
@@ -426,6 +437,12 @@ impl Prototype {
     #[must_use]
     pub fn ambient_occlusion(&self) -> Option<&AmbientOcclusion> {
         self.ambient_occlusion.as_ref()
+    }
+
+    /// What hides light from the ground around the shape; none if it is not known.
+    #[must_use]
+    pub fn occluders(&self) -> &[Occluder] {
+        &self.occluders
     }
 
     /// The box around everything, transparent texels included.
@@ -489,7 +506,6 @@ mod tests {
         let of = |vertices: usize, cards: usize| AmbientOcclusion {
             vertices: vec![9; vertices],
             cards: vec![[9; 4]; cards],
-            occluders: Vec::new(),
         };
         let lit = shape
             .clone()

@@ -1,4 +1,4 @@
-//! The share of the light from all around that low plants leave to the ground.
+//! The share of the light from all around that low plants, stems and stones leave to the ground.
 
 use std::ops::Range;
 
@@ -24,8 +24,8 @@ const MARGIN: usize = (OCCLUSION_MARGIN_M / CELL_M) as usize;
 const RINGS: [f64; 4] = [0.935, 0.791, 0.612, 0.31];
 const IN_RING: usize = 6;
 
-/// The share of the light from all around that the low plants of a square leave to the ground
-/// there and close to it: a map of ambient occlusion.
+/// The share of the light from all around that what stands in a square leaves to the ground there
+/// and close to it: a map of ambient occlusion.
 ///
 /// Leaves are averaged over cubes, as if they hung there at random and with every orientation, and
 /// light is followed through them in a few directions, as in a shape's own [`AmbientOcclusion`]

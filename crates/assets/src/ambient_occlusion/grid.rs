@@ -1,11 +1,10 @@
 //! The grid of cubes that light is followed through.
 
-use std::collections::BTreeMap;
-
 use glam::{I64Vec3, U64Vec3, Vec3};
-use nemoral_scene::{Card, Mesh, Occluder, Prototype};
+use nemoral_scene::Prototype;
 
-use super::{FROM_BELOW, MaskCoverage, PARTS};
+use super::pieces::for_each_piece;
+use super::{FROM_BELOW, MaskCoverage};
 use crate::lanes::{F32x8, U32x8, for_each_instruction_set};
 
 /// A direction that is followed, with a step of a cell's side in parts of cells.
@@ -48,13 +47,6 @@ fn number(at: Vec3, cell_m: f32) -> I64Vec3 {
 /// The most cells along an axis: places in parts of cells are words of 32 bits, signed.
 pub(super) const MOST_ALONG: u64 = 1 << 14;
 
-/// The side of the cubes whose area is one [`Occluder`], metres: as fine as the ground's shade is
-/// known.
-const OCCLUDER_M: f32 = 0.15;
-
-/// What is higher belongs to the light of a place, metres.
-const OCCLUDES_TO_M: f32 = 1.5;
-
 /// The density of one-sided area over a grid of cubes.
 pub(super) struct AreaDensityGrid {
     /// The cell of the lowest coordinates.
@@ -81,10 +73,9 @@ impl AreaDensityGrid {
             cells,
             depths: vec![0.0; 1 + (cells.x * cells.y * cells.z) as usize],
         };
-        for card in prototype.cards() {
-            grid.add_card(card, masks);
-        }
-        grid.add_mesh(prototype.mesh(), masks);
+        for_each_piece(prototype, masks, cell_m, |piece| {
+            grid.add(piece.at, grid.depth(piece.area_m2));
+        });
         grid
     }
 
@@ -111,74 +102,6 @@ impl AreaDensityGrid {
         if cell > 0 {
             self.depths[cell] += depth;
         }
-    }
-
-    fn add_card(&mut self, card: &Card, masks: &MaskCoverage) {
-        let pieces = |edge: Vec3| ((edge.length() / self.cell_m).ceil() as usize).clamp(1, 256);
-        let (nu, nv) = (pieces(card.edge_u), pieces(card.edge_v));
-        // The parts of the mask that a piece overlaps.
-        let parts = |i: usize, of: usize| [i * PARTS / of, ((i + 1) * PARTS).div_ceil(of)];
-        let area_m2 = card.area_m2() / (nu * nv) as f32;
-        for (i, j) in (0..nv).flat_map(|j| (0..nu).map(move |i| (i, j))) {
-            let material = usize::from(card.material.0);
-            let opaque = masks.opaque(material, parts(i, nu), parts(j, nv));
-            let middle = |i: usize, of: usize| (i as f32 + 0.5) / of as f32;
-            let at = card.corner + card.edge_u * middle(i, nu) + card.edge_v * middle(j, nv);
-            self.add(at, self.depth(area_m2 * opaque));
-        }
-    }
-
-    /// Half the surface of a closed mesh counts, as the other half is its back. What a mask cuts
-    /// out is no closed mesh.
-    fn add_mesh(&mut self, mesh: &Mesh, masks: &MaskCoverage) {
-        for triangle in &mesh.triangles {
-            let [a, b, c] = triangle.corners.map(|i| mesh.positions[i as usize]);
-            let (u, v) = (b - a, c - a);
-            let longest = u.length().max(v.length()).max((c - b).length());
-            let n = ((longest / self.cell_m).ceil() as u32).clamp(1, 64);
-            let half = if masks.cuts_out(triangle.material) {
-                2.0 * masks.opaque(usize::from(triangle.material.0), [0, PARTS], [0, PARTS])
-            } else {
-                1.0
-            };
-            let depth = self.depth(half * 0.25 * u.cross(v).length() / (n * n) as f32);
-            let step = 1.0 / (3 * n) as f32;
-            for (i, j) in (0..n).flat_map(|j| (0..n - j).map(move |i| (i, j))) {
-                // The middles of the small triangles that stand on their base, and of those on
-                // their tip.
-                let (x, y) = ((3 * i) as f32 * step, (3 * j) as f32 * step);
-                self.add(a + u * (x + step) + v * (y + step), depth);
-                if i + j + 1 < n {
-                    self.add(a + u * (x + 2.0 * step) + v * (y + 2.0 * step), depth);
-                }
-            }
-        }
-    }
-
-    /// The area that stands up to [`OCCLUDES_TO_M`] high, as one point for each cube of
-    /// [`OCCLUDER_M`].
-    pub(super) fn occluders(&self) -> Vec<Occluder> {
-        let mut cubes: BTreeMap<[i64; 3], (f32, Vec3)> = BTreeMap::new();
-        let area_of_depth_m2 = 2.0 * self.cell_m * self.cell_m;
-        let top = number(Vec3::Z * OCCLUDES_TO_M, self.cell_m).z - self.low.z;
-        let layers = top.clamp(0, self.cells.z as i64) as u64;
-        let low = (layers * self.cells.y * self.cells.x) as usize;
-        for (cell, &depth) in (0..).zip(&self.depths[1..=low]) {
-            let row = cell / self.cells.x;
-            let at = U64Vec3::new(cell % self.cells.x, row % self.cells.y, row / self.cells.y);
-            let middle_m = ((at.as_i64vec3() + self.low).as_vec3() + 0.5) * self.cell_m;
-            if depth > 0.0 {
-                let cube = number(middle_m, OCCLUDER_M).to_array();
-                let (area_m2, moment) = cubes.entry(cube).or_default();
-                *area_m2 += depth * area_of_depth_m2;
-                *moment += middle_m * (depth * area_of_depth_m2);
-            }
-        }
-        let occluder = |(area_m2, moment): (f32, Vec3)| Occluder {
-            position_m: moment / area_m2,
-            area_m2,
-        };
-        cubes.into_values().map(occluder).collect()
     }
 
     /// The shares of light that reach points, followed over `steps` cells in these directions.

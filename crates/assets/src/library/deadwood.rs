@@ -7,7 +7,8 @@ use nemoral_seed::{Domain, Draw, Key};
 use rayon::prelude::*;
 
 use super::plants::{PlantGrower, asset};
-use super::{PlantAsset, StandSpecies, prototype};
+use super::{PlantAsset, StandSpecies, prototype, with_occluders};
+use crate::ambient_occlusion::Meshes;
 use crate::materials::DeadwoodMaterials;
 use crate::plant::branch::{branch, brash};
 use crate::plant::log::{LogPlan, log};
@@ -112,6 +113,7 @@ impl PlantGrower<'_> {
                 let plate = root_plate(radius_m, &of.root_plate, key.item(2));
                 let library = &self.materials.library;
                 let plate = prototype("root_plate", number as u32, plate, library);
+                let plate = with_occluders(plate, self.masks, Meshes::Thick);
                 let log = self.log(index, of, &plan, key.item(1));
                 (log, asset("root_plate", plate, radius_m))
             })
@@ -125,13 +127,9 @@ impl PlantGrower<'_> {
         let shape = log(plan, &of.logs[species], key);
         let number = u32::from(plan.stage.number());
         let name_of_shape = format!("{name}.log");
+        let prototype = prototype(&name_of_shape, number, shape, &self.materials.library);
         LogAsset {
-            prototype: Arc::new(prototype(
-                &name_of_shape,
-                number,
-                shape,
-                &self.materials.library,
-            )),
+            prototype: Arc::new(with_occluders(prototype, self.masks, Meshes::Thick)),
             species: name.clone(),
             stage: plan.stage,
             length_m: f64::from(plan.length_m),

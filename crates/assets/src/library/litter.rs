@@ -3,8 +3,8 @@
 use nemoral_scene::ParamError;
 use nemoral_seed::Domain;
 
-use super::PlantAsset;
-use super::plants::PlantGrower;
+use super::plants::{PlantGrower, asset};
+use super::{PlantAsset, prototype, with_occlusion};
 use crate::ambient_occlusion::OcclusionParams;
 use crate::plant::shed::{LitterPlan, Shed, litter};
 
@@ -92,8 +92,10 @@ impl PlantGrower<'_> {
                 };
                 let shape = litter(&plan, key.item(size as u64));
                 let number = i + VARIANTS[0] * size as u32;
-                let (radius_m, occlusion) = (shape.reach_m(), &OcclusionParams::LITTER);
-                self.leafy(&name, number, shape, radius_m, occlusion)
+                let radius_m = shape.reach_m();
+                let shape = prototype(&name, number, shape, &self.materials.library);
+                let shape = with_occlusion(shape, self.masks, &OcclusionParams::LITTER);
+                asset(&name, shape, radius_m)
             })
         };
         (0..stand.len())

@@ -6,8 +6,8 @@ use nemoral_scene::{MaterialId, Prototype};
 use nemoral_seed::{Domain, Draw, Key};
 use rayon::prelude::*;
 
-use super::{Library, PlantAsset, StreamStones, prototype, with_occlusion};
-use crate::ambient_occlusion::{MaskCoverage, OcclusionParams};
+use super::{Library, PlantAsset, StreamStones, prototype, with_occluders, with_occlusion};
+use crate::ambient_occlusion::{MaskCoverage, Meshes, OcclusionParams};
 use crate::materials::WorldMaterials;
 use crate::plant::bank::{BankMaterials, bank};
 use crate::plant::rock::{RockPlan, StoneMaterials, cobble_m, rock};
@@ -87,7 +87,17 @@ impl PlantGrower<'_> {
         )
     }
 
-    /// A shape whose leaves occlude each other.
+    /// The same of wood or stone that stands up from the ground.
+    pub(super) fn solid(&self, name: &str, number: u32, shape: Shape, radius_m: f32) -> PlantAsset {
+        let shape = prototype(name, number, shape, &self.materials.library);
+        asset(
+            name,
+            with_occluders(shape, self.masks, Meshes::Thick),
+            radius_m,
+        )
+    }
+
+    /// A plant whose leaves occlude each other and the ground.
     pub(super) fn leafy(
         &self,
         name: &str,
@@ -97,6 +107,7 @@ impl PlantGrower<'_> {
         occlusion: &OcclusionParams,
     ) -> PlantAsset {
         let shape = prototype(name, number, shape, &self.materials.library);
+        let shape = with_occluders(shape, self.masks, Meshes::Thin);
         asset(name, with_occlusion(shape, self.masks, occlusion), radius_m)
     }
 
@@ -135,7 +146,7 @@ impl PlantGrower<'_> {
                 key.item(0),
             );
             let foot = foot_radius_m(&shape);
-            self.finish("stump", i, shape, foot)
+            self.solid("stump", i, shape, foot)
         })
     }
 
@@ -178,7 +189,7 @@ impl PlantGrower<'_> {
                 let top_m = shape.mesh.positions.iter().fold(0.0_f32, |a, p| a.max(p.z));
                 shape.soak(WATER_LINE * top_m, wet);
             }
-            self.finish("rock", i, shape, foot)
+            self.solid("rock", i, shape, foot)
         })
     }
 

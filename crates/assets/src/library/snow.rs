@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::Vec3;
 use nemoral_scene::{
-    AmbientOcclusion, Card, LaserBand, Material, MaterialId, MaterialLibrary, Optics,
+    AmbientOcclusion, Card, LaserBand, Material, MaterialId, MaterialLibrary, Occluder, Optics,
     PlantCommunity, Prototype, Semantic, Texture, TextureWindow,
 };
 use nemoral_seed::{Domain, Draw, Key};
@@ -182,6 +182,7 @@ struct Parts {
     shape: Shape,
     windows: Vec<TextureWindow>,
     occlusion: Option<AmbientOcclusion>,
+    occluders: Vec<Occluder>,
 }
 
 impl Parts {
@@ -190,13 +191,14 @@ impl Parts {
             shape: Shape::of(shape),
             windows: shape.card_windows().to_vec(),
             occlusion: shape.ambient_occlusion().cloned(),
+            occluders: shape.occluders().to_vec(),
         }
     }
 
     /// Presses it towards the ground: heights are multiplied by a share.
     fn flatten(&mut self, share: f32) {
         self.shape.flatten(share);
-        for occluder in self.occlusion.iter_mut().flat_map(|of| &mut of.occluders) {
+        for occluder in &mut self.occluders {
             occluder.position_m.z *= share;
         }
     }
@@ -212,7 +214,8 @@ impl Parts {
                 None => Ok(made),
                 Some(occlusion) => made.with_ambient_occlusion(occlusion),
             });
-        made.expect("its parts are those of a shape, of this library's materials")
+        let made = made.expect("its parts are those of a shape, of this library's materials");
+        made.with_occluders(self.occluders)
     }
 }
 

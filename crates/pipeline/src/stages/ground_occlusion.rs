@@ -1,19 +1,22 @@
-//! The light that low plants leave to the ground between them.
+//! The light that low plants, and what stands or lies on the ground, leave to the ground around them.
+
+use std::cell::RefCell;
+use std::collections::HashMap;
 
 use nemoral_raycast::Group;
-use nemoral_scene::glam::{Vec2, Vec3};
-use nemoral_scene::{ChunkCoord, Instance, Occluder};
+use nemoral_scene::glam::{DVec2, IVec2, Vec2, Vec3};
+use nemoral_scene::{ChunkCoord, Instance, Occluder, Surface};
 use nemoral_seed::Key;
 use nemoral_stand::GroundOcclusion;
 
 use crate::Error;
 use crate::plan::{Forest, Hasher, Node, OfWorld, Stage, Values};
 use crate::world::assets::{LyingSnow, WorldAssets};
-use crate::world::chunk_geometry::UndergrowthGeometry;
+use crate::world::chunk_geometry::{ObjectGeometry, UndergrowthGeometry};
 use crate::world::ground::ChunkGround;
 use crate::world::snow::SnowCover;
 
-/// Measures the [`GroundOcclusion`] by the low plants of a chunk; `None` where none grow.
+/// Measures the [`GroundOcclusion`] by what belongs to a chunk; `None` where nothing stands.
 #[derive(Clone, Copy, Debug)]
 pub struct GroundOcclusionStage {
     /// Side of a chunk.
@@ -25,6 +28,7 @@ impl Stage<Forest> for GroundOcclusionStage {
     type Inputs = (
         OfWorld<WorldAssets>,
         Node<ChunkCoord, ChunkGround>,
+        Node<ChunkCoord, ObjectGeometry>,
         Node<ChunkCoord, UndergrowthGeometry>,
     );
     type Output = Option<GroundOcclusion>;
@@ -40,54 +44,110 @@ impl Stage<Forest> for GroundOcclusionStage {
         &self,
         at: ChunkCoord,
         _: Key,
-        (assets, ground, plants): Values<'_, Self>,
+        (assets, ground, objects, plants): Values<'_, Self>,
     ) -> Result<Option<GroundOcclusion>, Error> {
-        let Some(group) = &plants.0 else {
-            return Ok(None);
-        };
         let origin_m = at.origin_m(self.chunk_size_m);
-        let snow = assets
-            .snow
-            .as_ref()
-            .map(|LyingSnow { depth_m, .. }| SnowCover {
-                ground: &ground,
-                below: &*ground,
-                depth_m: *depth_m,
-            });
+        let snow = assets.snow.as_ref();
+        let snow = snow.map(|LyingSnow { depth_m, .. }| SnowCover {
+            ground: &ground,
+            below: &*ground,
+            depth_m: *depth_m,
+        });
         let buried_m = |plant: &Instance| {
             let place_m = origin_m + plant.position_m.truncate().as_dvec2();
             snow.as_ref().map_or(0.0, |snow| snow.depth_m(place_m)) as f32
         };
-        let square = (origin_m, self.chunk_size_m);
-        Ok(GroundOcclusion::measure(square, occluders(group, buried_m)))
+        let heights = Heights {
+            ground: match &snow {
+                Some(snow) => snow,
+                None => &*ground,
+            },
+            origin_m,
+            known: RefCell::default(),
+        };
+        let plants = plants.0.iter().flat_map(|group| of_plants(group, buried_m));
+        let occluders = of_objects(&objects.group, &heights).chain(plants);
+        Ok(GroundOcclusion::measure(
+            (origin_m, self.chunk_size_m),
+            occluders,
+        ))
     }
 }
 
-/// What of a group's plants hides light from the ground. Heights are above it, of which `buried_m`
-/// is the part of a plant that is below.
-fn occluders(group: &Group, buried_m: impl Fn(&Instance) -> f32) -> impl Iterator<Item = Occluder> {
+/// Of low plants. The foot of each lies on the plane of its ground, of which `buried_m` is below the
+/// surface.
+fn of_plants(group: &Group, buried_m: impl Fn(&Instance) -> f32) -> impl Iterator<Item = Occluder> {
     group.instances().iter().flat_map(move |(plant, _)| {
         let linear = plant.linear;
-        // A plant's foot lies on the plane of its ground.
         let normal = linear.x_axis.cross(linear.y_axis);
         let gradient = match normal.z == 0.0 {
             true => Vec2::ZERO,
             false => -normal.truncate() / normal.z,
         };
         let buried_m = buried_m(plant);
-        let squared = libm::cbrtf(linear.determinant().powi(2));
-        let place = move |occluder: &Occluder| {
-            let way_m = linear * occluder.position_m;
+        placed(plant).map(move |(position_m, area_m2)| {
+            let way_m = position_m - plant.position_m;
             let up_m = way_m.z - gradient.dot(way_m.truncate()) - buried_m;
-            let at_m = plant.position_m + way_m;
             Occluder {
-                position_m: Vec3::new(at_m.x, at_m.y, up_m),
-                area_m2: occluder.area_m2 * squared,
+                position_m: position_m.truncate().extend(up_m),
+                area_m2,
             }
-        };
-        let of_shape = plant.prototype.ambient_occlusion();
-        of_shape
-            .into_iter()
-            .flat_map(move |of| of.occluders.iter().map(place))
+        })
     })
+}
+
+/// Of what stands or lies in any way.
+fn of_objects<'a>(group: &'a Group, ground: &'a Heights<'_>) -> impl Iterator<Item = Occluder> {
+    let objects = group.instances().iter();
+    objects
+        .flat_map(|(object, _)| placed(object))
+        .map(|(position_m, area_m2)| {
+            let place_m = position_m.truncate();
+            Occluder {
+                position_m: place_m.extend(position_m.z - ground.at_m(place_m)),
+                area_m2,
+            }
+        })
+}
+
+/// Where the occluders of an instance are in its chunk, and their areas.
+fn placed(instance: &Instance) -> impl Iterator<Item = (Vec3, f32)> {
+    let (linear, position_m) = (instance.linear, instance.position_m);
+    let squared = libm::cbrtf(linear.determinant() * linear.determinant());
+    let place = move |occluder: &Occluder| {
+        let position_m = position_m + linear * occluder.position_m;
+        (position_m, occluder.area_m2 * squared)
+    };
+    instance.prototype.occluders().iter().map(place)
+}
+
+/// The heights of a surface where they are asked for, between nodes of a grid.
+struct Heights<'a> {
+    ground: &'a dyn Surface,
+    /// The world position of the chunk's corner.
+    origin_m: DVec2,
+    known: RefCell<HashMap<IVec2, f32>>,
+}
+
+impl Heights<'_> {
+    /// The distance of nodes, metres.
+    const STEP_M: f32 = 0.5;
+
+    /// The height at a place relative to the chunk's corner.
+    fn at_m(&self, place_m: Vec2) -> f32 {
+        let at = place_m / Self::STEP_M;
+        let low = at.floor();
+        let [fx, fy] = (at - low).to_array();
+        let node = |dx, dy| self.of_node(low.as_ivec2() + IVec2::new(dx, dy));
+        let row = |dy| node(0, dy) * (1.0 - fx) + node(1, dy) * fx;
+        row(0) * (1.0 - fy) + row(1) * fy
+    }
+
+    fn of_node(&self, node: IVec2) -> f32 {
+        let height = || {
+            let place_m = node.as_dvec2() * f64::from(Self::STEP_M);
+            self.ground.height_m(self.origin_m + place_m) as f32
+        };
+        *self.known.borrow_mut().entry(node).or_insert_with(height)
+    }
 }
