@@ -89,12 +89,14 @@ fn mean_light_is_near_followed_light() {
 }
 
 #[test]
-#[ignore = "a minute: .ci/full runs it"]
+#[ignore = "minutes: .ci/full runs it"]
 fn mean_light_is_near_followed_light_in_sun_and_under_clouds() {
-    mean_is_near_followed(&["spruce", "beech"], &["sky.overcast=0", "sky.overcast=1"]);
+    let stands = ["beech", "spruce", "oak-mixed", "boreal-birch-pine"];
+    mean_is_near_followed(&stands, &["sky.overcast=0", "sky.overcast=1"]);
 }
 
 fn mean_is_near_followed(stands: &[&str], skies: &[&str]) {
+    let mut off = Vec::new();
     for stand in stands {
         let store = store();
         for sky in skies {
@@ -111,23 +113,16 @@ fn mean_is_near_followed(stands: &[&str], skies: &[&str]) {
                 }
                 let (ratio, greener) = (a.y / b.y, green(a) - green(b));
                 println!("{stand}, {sky}, {part}: {ratio:.2}, green {greener:+.3} ({n} pixels)");
-                // The quick light lacks the shade of low plants on the ground between them.
-                let most = if part == "ground" { 1.3 } else { 1.18 };
-                assert!(
-                    (0.85..most).contains(&ratio),
-                    "{stand}, {sky}, {part}: {ratio:.2}"
-                );
-                assert!(
-                    greener.abs() < 0.02,
-                    "{stand}, {sky}, {part}: {greener:+.3}"
-                );
+                if !(0.8..1.15).contains(&ratio) || greener.abs() >= 0.02 {
+                    off.push(format!("{stand}, {sky}, {part}: {ratio:.2} {greener:+.3}"));
+                }
             }
             let (a, b) = (contrast(&mean), contrast(&followed));
             println!("{stand}, {sky}: contrast {a:.2} of {b:.2}");
-            assert!(
-                a > 0.9 * b && a < 1.1 * b,
-                "{stand}, {sky}: {a:.2} of {b:.2}"
-            );
+            if !(0.9 * b..1.1 * b).contains(&a) {
+                off.push(format!("{stand}, {sky}: contrast {a:.2} of {b:.2}"));
+            }
         }
     }
+    assert!(off.is_empty(), "{off:#?}");
 }

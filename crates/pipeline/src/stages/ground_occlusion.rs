@@ -16,6 +16,10 @@ use crate::world::chunk_geometry::{ObjectGeometry, UndergrowthGeometry};
 use crate::world::ground::ChunkGround;
 use crate::world::snow::SnowCover;
 
+/// Objects count up to this height, metres: what is higher hides as much of the sky from farther
+/// ground, and is among what the sky view factor is measured with.
+const CONTACT_M: f32 = 0.5;
+
 /// Measures the [`GroundOcclusion`] by what belongs to a chunk; `None` where nothing stands.
 #[derive(Clone, Copy, Debug)]
 pub struct GroundOcclusionStage {
@@ -108,6 +112,7 @@ fn of_objects<'a>(group: &'a Group, ground: &'a Heights<'_>) -> impl Iterator<It
                 area_m2,
             }
         })
+        .filter(|occluder| occluder.position_m.z < CONTACT_M)
 }
 
 /// Where the occluders of an instance are in its chunk, and their areas.
