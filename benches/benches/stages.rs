@@ -63,6 +63,7 @@ fn chunk(c: &mut Criterion) {
         f.undergrowth_geometry,
         at,
     );
+    node(c, &grown, "chunk.ground_occlusion", f.ground_occlusion, at);
     node(c, &grown, "chunk.litter", f.litter, at);
     node(c, &grown, "chunk.litter_geometry", f.litter_geometry, at);
 }

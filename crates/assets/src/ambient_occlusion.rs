@@ -89,8 +89,8 @@ impl OcclusionParams {
 }
 
 /// A plant of a user with its ambient occlusion and what it hides from the ground, as grown ones
-/// have them: the materials are those of `library`. A tree's leaves are counted in the light of the place where it stands; a shrub's, all
-/// of which may be within reach of each other, are not.
+/// have them: the materials are those of `library`. A tree's leaves are counted in the light of the
+/// place where it stands; a shrub's, all of which may be within reach of each other, are not.
 ///
 /// A shape whose vertices have no normals stays as it is, and so does one that blends.
 #[must_use]

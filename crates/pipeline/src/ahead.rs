@@ -110,41 +110,42 @@ impl ForestPlan {
             return;
         }
         let ahead_m = place_m + (place_m - before_m) * (lead_m / step_m);
-        let light = if is_lit {
-            self.sky_view_factor
-        } else {
-            self.ground_sky_view_factor
-        };
         let mut missing = reach.coming(place_m, ahead_m);
         let kept_m = reach.visible_radius_m + spare_m;
         missing.retain(|coming| {
-            !self.has(runner, light, *coming) && reach.trees_are_within(coming, place_m, kept_m)
+            !self.has(runner, is_lit, *coming) && reach.trees_are_within(coming, place_m, kept_m)
         });
         for &Coming { chunk, part, .. } in &missing[..due(&missing, step_m)] {
             // An error occurs again when the chunk is seen.
             let _ = match part {
                 Part::Objects => runner.get(self.object_geometry, chunk).map(drop),
-                Part::Light => runner.get(light, chunk).map(drop),
+                Part::Light => runner.get(self.light(is_lit), chunk).map(drop),
+                Part::Undergrowth if is_lit => runner.get(self.ground_occlusion, chunk).map(drop),
                 Part::Undergrowth => runner.get(self.undergrowth_geometry, chunk).map(drop),
                 Part::Litter => runner.get(self.litter_geometry, chunk).map(drop),
             };
         }
     }
 
+    /// The sky view factor that is needed, whether or not it is asked how bright things are.
+    fn light(&self, is_lit: bool) -> Node<ChunkCoord, SkyViewFactor> {
+        if is_lit {
+            self.sky_view_factor
+        } else {
+            self.ground_sky_view_factor
+        }
+    }
+
     /// Whether a part of a chunk has grown.
-    fn has(
-        &self,
-        runner: &Runner<'_>,
-        light: Node<ChunkCoord, SkyViewFactor>,
-        coming: Coming,
-    ) -> bool {
+    fn has(&self, runner: &Runner<'_>, is_lit: bool, coming: Coming) -> bool {
         fn has<T>(runner: &Runner<'_>, node: Node<ChunkCoord, T>, chunk: ChunkCoord) -> bool {
             runner.store().contains(runner.plan().key(node, chunk))
         }
         let chunk = coming.chunk;
         match coming.part {
             Part::Objects => has(runner, self.object_geometry, chunk),
-            Part::Light => has(runner, light, chunk),
+            Part::Light => has(runner, self.light(is_lit), chunk),
+            Part::Undergrowth if is_lit => has(runner, self.ground_occlusion, chunk),
             Part::Undergrowth => has(runner, self.undergrowth_geometry, chunk),
             Part::Litter => has(runner, self.litter_geometry, chunk),
         }

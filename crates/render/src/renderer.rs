@@ -18,8 +18,9 @@ pub trait SkyVisibility: Sync {
     fn sky_view_factor(&self, scene_point: Vec3) -> f32;
 
     /// The share of the light from all around that low plants let through to the ground, and to
-    /// what lies on it, at a point of it, 0..=1, as [`AmbientOcclusion`](nemoral_scene::AmbientOcclusion) has it between the
-    /// leaves of a plant. It is 1 if this is not known.
+    /// what lies on it, at a point of it, 0..=1: what
+    /// [`AmbientOcclusion`](nemoral_scene::AmbientOcclusion) is between the leaves of a plant. It
+    /// is 1 if this is not known.
     fn ground_occlusion(&self, _scene_point: Vec3) -> f32 {
         1.0
     }

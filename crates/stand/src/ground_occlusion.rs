@@ -29,8 +29,8 @@ const IN_RING: usize = 6;
 ///
 /// Leaves are averaged over cubes, as if they hung there at random and with every orientation, and
 /// light is followed through them in a few directions, as in a shape's own [`AmbientOcclusion`]
-/// (Beer and Lambert; Ross 1981). Crowns are not part of it: [`SkyViewFactor`](crate::SkyViewFactor)
-/// has them.
+/// (Beer and Lambert; Ross 1981). Crowns are not part of it:
+/// [`SkyViewFactor`](crate::SkyViewFactor) has them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GroundOcclusion {
     /// The world position of the middle of the first cell.
@@ -349,7 +349,10 @@ mod tests {
             let at = Vec3::new(rng.range_f32(0.5, 3.5), rng.range_f32(0.5, 3.5), 0.0);
             let rays = 400;
             let free = (0..rays).filter(|_| {
-                let (radius, turn) = (rng.unit_f64().sqrt(), rng.range_f64(0.0, 6.283_185));
+                let (radius, turn) = (
+                    rng.unit_f64().sqrt(),
+                    rng.range_f64(0.0, std::f64::consts::TAU),
+                );
                 let (sin, cos) = libm::sincos(turn);
                 let up = (1.0 - radius * radius).sqrt();
                 let way = Vec3::new((radius * cos) as f32, (radius * sin) as f32, up as f32);

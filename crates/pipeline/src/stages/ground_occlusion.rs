@@ -1,4 +1,4 @@
-//! The light that low plants, and what stands or lies on the ground, leave to the ground around them.
+//! The light that low plants, and what stands or lies on the ground, leave to the ground around.
 
 use std::cell::RefCell;
 use std::collections::HashMap;
@@ -78,8 +78,7 @@ impl Stage<Forest> for GroundOcclusionStage {
     }
 }
 
-/// Of low plants. The foot of each lies on the plane of its ground, of which `buried_m` is below the
-/// surface.
+/// Of low plants. The foot of each lies on the plane of its ground, `buried_m` below the surface.
 fn of_plants(group: &Group, buried_m: impl Fn(&Instance) -> f32) -> impl Iterator<Item = Occluder> {
     group.instances().iter().flat_map(move |(plant, _)| {
         let linear = plant.linear;

@@ -129,8 +129,9 @@ pub(super) fn grow(shared: &Shared, task: &Task) -> Result<(), Error> {
             let solid = runner.demand(forest.object_geometry).wanted(some);
             let lit = runner.demand(forest.sky_view_factor).wanted(some);
             let low = runner.demand(forest.undergrowth_geometry).wanted(&near);
+            let shade = runner.demand(forest.ground_occlusion).wanted(&near);
             let shed = runner.demand(forest.litter_geometry).wanted(&littered);
-            solid.and(lit).and(low).and(shed).compute()?;
+            solid.and(lit).and(low).and(shade).and(shed).compute()?;
             grown += some.len();
             if !report(shared, Stage::Land, grown, total)
                 || lock(&shared.mind).revision != task.revision
