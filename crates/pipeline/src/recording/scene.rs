@@ -32,11 +32,11 @@ pub struct FrameScene {
     light: LightOfChunks,
 }
 
-/// What crowns and low plants leave of the light, by chunk.
+/// What crowns, and whatever is near the ground, leave of the light, by chunk.
 #[derive(Default)]
 pub(crate) struct LightOfChunks {
     sky_view: BTreeMap<ChunkCoord, Arc<SkyViewFactor>>,
-    /// Of chunks where low plants grow.
+    /// Of chunks where anything stands.
     ground_occlusion: BTreeMap<ChunkCoord, Arc<Option<GroundOcclusion>>>,
 }
 
