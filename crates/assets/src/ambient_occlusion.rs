@@ -88,8 +88,8 @@ impl OcclusionParams {
     }
 }
 
-/// A plant of a user with its ambient occlusion and what it hides from the ground, as grown ones
-/// have them: the materials are those of `library`. A tree's leaves are counted in the light of the
+/// A plant of a user with its ambient occlusion, as grown ones have it: the materials are those of
+/// `library`. A tree's leaves are counted in the light of the
 /// place where it stands; a shrub's, all of which may be within reach of each other, are not.
 ///
 /// A shape whose vertices have no normals stays as it is, and so does one that blends.
@@ -99,10 +99,10 @@ pub fn with_ambient_occlusion(
     library: &MaterialLibrary,
     is_tree: bool,
 ) -> Prototype {
-    let (of_kind, meshes) = if is_tree {
-        (OcclusionParams::TREE, Meshes::Thick)
+    let of_kind = if is_tree {
+        OcclusionParams::TREE
     } else {
-        (OcclusionParams::SHRUB, Meshes::Thin)
+        OcclusionParams::SHRUB
     };
     let bounds = shape.bounds();
     if shape.mesh().normals.is_empty() || !shape.mesh().blends.is_empty() {
@@ -110,10 +110,25 @@ pub fn with_ambient_occlusion(
     }
     let masks = MaskCoverage::of(library);
     let occlusion = bake(&shape, &masks, &of_kind.for_size(bounds.max - bounds.min));
-    let occluders = occluders(&shape, &masks, meshes);
-    (shape.with_ambient_occlusion(occlusion))
-        .expect("one share of each vertex and corner")
-        .with_occluders(occluders)
+    (shape.with_ambient_occlusion(occlusion)).expect("one share of each vertex and corner")
+}
+
+/// A shape of a user with what it hides from the ground, as grown ones have it: the materials are
+/// those of `library`, and its copies are about `scale` times as large. Wood and stone of solid
+/// shapes are thick; otherwise they are stalks and twigs.
+#[must_use]
+pub fn with_occluders(
+    shape: Prototype,
+    library: &MaterialLibrary,
+    is_solid: bool,
+    scale: f32,
+) -> Prototype {
+    let meshes = match is_solid {
+        true => Meshes::Thick,
+        false => Meshes::Thin,
+    };
+    let occluders = occluders(&shape, &MaskCoverage::of(library), meshes, scale);
+    shape.with_occluders(occluders)
 }
 
 /// Light from below, which ground and lower leaves reflect, relative to the light from above.

@@ -498,7 +498,7 @@ fn with_occlusion(shape: Prototype, masks: &MaskCoverage, near: &OcclusionParams
 
 /// Adds what it hides from the ground to a shape.
 fn with_occluders(shape: Prototype, masks: &MaskCoverage, meshes: Meshes) -> Prototype {
-    let occluders = ambient_occlusion::occluders(&shape, masks, meshes);
+    let occluders = ambient_occlusion::occluders(&shape, masks, meshes, 1.0);
     shape.with_occluders(occluders)
 }
 
@@ -621,7 +621,11 @@ impl TreeGrower<'_> {
         let prototype = Prototype::new(name, tree.mesh, tree.cards, &self.materials.library)
             .expect("trees are made of finite points and of this library's materials");
         let prototype = with_occlusion(prototype, self.masks, &OcclusionParams::TREE);
-        let prototype = with_occluders(prototype, self.masks, Meshes::Thick);
+        let meshes = match species.size_class(tree.size.dbh_m) {
+            SizeClass::Sapling => Meshes::Thin,
+            _ => Meshes::Thick,
+        };
+        let prototype = with_occluders(prototype, self.masks, meshes);
         Ok(TreeAsset {
             prototype: Arc::new(prototype),
             species: species.name.clone(),

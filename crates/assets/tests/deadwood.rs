@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 
 use glam::Vec3;
 use nemoral_assets::{AssetParams, ClimberParams, Library, LogAsset, StemMoss};
-use nemoral_scene::{DecayStage, Prototype, Semantic};
+use nemoral_scene::{DecayStage, Occluder, Prototype, Semantic};
 use nemoral_seed::Key;
 
 static LIBRARY: LazyLock<Library> = LazyLock::new(|| {
@@ -82,6 +82,27 @@ fn every_species_has_logs_of_every_stage_and_size() {
     let plates = LIBRARY.deadwood.root_plates.len();
     assert_eq!(plates, LIBRARY.deadwood.thrown.len());
     assert!(LIBRARY.deadwood.branches.len() >= 8 && LIBRARY.deadwood.brash.len() >= 8);
+}
+
+#[test]
+fn deadwood_hides_light_from_the_ground() {
+    let of = &LIBRARY.deadwood;
+    let patches = [&of.root_plates, &of.branches, &of.brash]
+        .map(|p| &p[..])
+        .concat();
+    let shapes = logs()
+        .map(|log| &log.prototype)
+        .chain(patches.iter().map(|p| &p.prototype));
+    for shape in shapes {
+        let occluders = shape.occluders();
+        let hides = |o: &Occluder| o.area_m2 > 0.0 && o.position_m.z < 1.5;
+        assert!(
+            !occluders.is_empty() && occluders.iter().all(hides),
+            "{}",
+            shape.name()
+        );
+    }
+    assert!(!of.brash.is_empty() && !of.root_plates.is_empty());
 }
 
 #[test]

@@ -22,6 +22,7 @@ fn params(names: &[&str]) -> AssetParams {
             wood: 1.0,
             stones: 1.0,
         }),
+        wayside: true,
         textures: false,
         ..AssetParams::default()
     }
@@ -46,6 +47,39 @@ fn semantics(patch: &PlantAsset) -> BTreeSet<Semantic> {
     materials
         .map(|m| LIBRARY.materials.get(m).semantic)
         .collect()
+}
+
+#[test]
+fn what_stands_hides_light_from_the_ground_and_what_lies_flat_does_not() {
+    let library = &*LIBRARY;
+    let hides = |plants: &[PlantAsset]| -> Vec<bool> {
+        let shapes = plants.iter().map(|plant| &plant.prototype);
+        shapes.map(|shape| !shape.occluders().is_empty()).collect()
+    };
+    for (name, upright) in [
+        ("rocks", &library.rocks),
+        ("stumps", &library.stumps),
+        ("shrubs", &library.shrubs),
+        ("grass", &library.grass),
+        ("ferns", &library.ferns),
+    ] {
+        let hides = hides(upright);
+        assert!(
+            !hides.is_empty() && hides.iter().all(|hides| *hides),
+            "{name}: {hides:?}"
+        );
+    }
+    assert!(
+        library
+            .trees
+            .iter()
+            .all(|tree| !tree.prototype.occluders().is_empty())
+    );
+    // They are shaded as the ground is, and would shade themselves.
+    let shed = library.shed.iter().flat_map(|of| [&of.wide, &of.narrow]);
+    for flat in shed.chain([&library.stone_beds, &library.trail_roots]) {
+        assert!(!flat.is_empty() && hides(flat).iter().all(|hides| !hides));
+    }
 }
 
 #[test]

@@ -37,7 +37,7 @@ impl ForestPlan {
 
     /// The scene that is visible from a place on the map, of chunks that come within `reach_m`.
     /// With the visible radius or more it has all that is seen from there in any direction. If it
-    /// is not asked to be lit, the sky view factor is 1 everywhere, which saves most of the time.
+    /// is not asked to be lit, nothing is hidden from the sky, which saves most of the time.
     ///
     /// # Errors
     /// If a stage fails.

@@ -10,15 +10,15 @@ use crate::camera::view::View;
 /// The share of the sky that is visible through the crowns.
 ///
 /// One number per place stands for the crowns' shade on diffuse light, so that no rays are needed
-/// for it, and another one for that of low plants on the ground: grids in the pipeline, [`OpenSky`]
-/// or a closure elsewhere.
+/// for it, and another one for that of what stands on the ground: grids in the pipeline,
+/// [`OpenSky`] or a closure elsewhere.
 pub trait SkyVisibility: Sync {
     /// The share of the sky hemisphere that is visible from a point of the scene, 0..=1; it is 1 in
     /// the open.
     fn sky_view_factor(&self, scene_point: Vec3) -> f32;
 
-    /// The share of the light from all around that low plants let through to the ground, and to
-    /// what lies on it, at a point of it, 0..=1: what
+    /// The share of the light from all around that low plants, stems and stones let through to the
+    /// ground, and to what lies on it, at a point of it, 0..=1: what
     /// [`AmbientOcclusion`](nemoral_scene::AmbientOcclusion) is between the leaves of a plant. It
     /// is 1 if this is not known.
     fn ground_occlusion(&self, _scene_point: Vec3) -> f32 {

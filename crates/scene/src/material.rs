@@ -160,8 +160,8 @@ impl Material {
         }
     }
 
-    /// Whether its surfaces are the ground, or lie on it within a hand's breadth of height: low
-    /// plants hide light from them as they do from the ground.
+    /// Whether its surfaces are the ground, or lie on it within a hand's breadth of height: what
+    /// stands around hides light from them as it does from the ground.
     #[must_use]
     pub const fn lies_on_ground(&self) -> bool {
         use Semantic as S;

@@ -11,9 +11,12 @@ const CELL_M: f64 = 1.0 / 6.0;
 /// The most layers, each as high as a cell is wide.
 const MOST_LAYERS: usize = 9;
 
-/// How far from the square its plants may hide light, metres: as far as the flattest direction goes
-/// before it has left all layers.
+/// How far from the square what belongs to it may hide light, metres: as far as the flattest
+/// direction goes before it has left all layers.
 pub const OCCLUSION_MARGIN_M: f64 = 5.0;
+
+/// Over so many cells from the rim of the margin on, shade becomes what it is.
+const FADES_OVER: f64 = 6.0;
 
 /// Cells beside the square on each side.
 const MARGIN: usize = (OCCLUSION_MARGIN_M / CELL_M) as usize;
@@ -85,7 +88,19 @@ impl GroundOcclusion {
             a + (b - a) * fx
         };
         let (low, high) = (row(y), row(y + 1));
-        low + (high - low) * fy
+        let share = low + (high - low) * fy;
+        // What lies across the border may be long, and its shade is not cut off at once.
+        let to_rim = cell.min(last - cell).min_element() / FADES_OVER;
+        1.0 - (1.0 - share) * to_rim.min(1.0) as f32
+    }
+
+    /// The share where the maps of several squares have these shares. Light from one side passes
+    /// the plants of one square and seldom those of another as well, so that what they hide adds
+    /// up: for a layer of leaves this is exact on borders and at corners.
+    #[must_use]
+    pub fn combined(shares: impl IntoIterator<Item = f32>) -> f32 {
+        let hidden: f32 = shares.into_iter().map(|share| 1.0 - share).sum();
+        (1.0 - hidden).max(0.0)
     }
 }
 
@@ -335,6 +350,30 @@ mod tests {
             (dark - 0.443).abs() < 0.03 && light > 0.97,
             "{dark} {light}"
         );
+    }
+
+    #[test]
+    fn squares_side_by_side_are_as_dark_as_one() {
+        let all = measured(&layer(0.3, |_| true)).expect("leaves");
+        let quarter = |east: bool, north: bool| {
+            let here = move |at: Vec2| (at.x > 2.0) == east && (at.y > 2.0) == north;
+            measured(&layer(0.3, here)).expect("leaves")
+        };
+        let quarters = [[false, false], [true, false], [false, true], [true, true]]
+            .map(|[east, north]| quarter(east, north));
+        for i in 0..40 {
+            // Along a border, across a corner, and away from both.
+            let along = 0.5 + 0.07 * f64::from(i);
+            for at in [
+                DVec2::new(2.0, along),
+                DVec2::splat(along),
+                DVec2::new(1.3, along),
+            ] {
+                let share = GroundOcclusion::combined(quarters.iter().map(|map| map.at(at)));
+                let off = share - all.at(at);
+                assert!(off.abs() < 0.07, "{at}: {off}");
+            }
+        }
     }
 
     /// The oracle casts rays at balls, whose shadows are as large as those of their area.

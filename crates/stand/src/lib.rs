@@ -8,7 +8,7 @@
 //!   any smooth [`Field`].
 //! - [`SkyViewFactor`]: the share of the sky that is seen past the crowns, measured with any
 //!   [`RayCaster`](nemoral_scene::RayCaster).
-//! - [`GroundOcclusion`]: the share of the light that low plants leave to the ground between them.
+//! - [`GroundOcclusion`]: the share of the light that what stands on the ground leaves to it.
 //! - [`InstanceVariation`]: turns and sizes such that no two copies of a tree within 30 m look
 //!   alike.
 //! - [`Undergrowth`]: the chance of a patch of low plants, and which grows there, by the light.

@@ -73,7 +73,7 @@ impl AreaDensityGrid {
             cells,
             depths: vec![0.0; 1 + (cells.x * cells.y * cells.z) as usize],
         };
-        for_each_piece(prototype, masks, cell_m, |piece| {
+        for_each_piece(prototype, masks, (cell_m, f32::INFINITY), |piece| {
             grid.add(piece.at, grid.depth(piece.area_m2));
         });
         grid

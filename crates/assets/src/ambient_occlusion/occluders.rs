@@ -15,8 +15,8 @@ const CUBE_M: f32 = 0.15;
 /// What is higher belongs to the light of a place, metres.
 const HIDES_TO_M: f32 = 1.5;
 
-/// The area of leaves that hides as much as a unit of half the surface of wood and stone that is as
-/// thick as a cube or thicker: light that leaves do not meet, it meets.
+/// The area of leaves that counts for a unit of half the surface of thick wood and stone: next to
+/// no light passes a cube that their surface crosses, and most would pass as many leaves.
 const SOLID: f32 = 4.0;
 
 /// What the meshes of a shape are.
@@ -24,21 +24,28 @@ const SOLID: f32 = 4.0;
 pub(crate) enum Meshes {
     /// Stalks and blades, thinner than a cube.
     Thin,
-    /// Stems and stones.
+    /// Stems, logs and stones.
     Thick,
 }
 
-/// The occluders of a shape whose materials are those of `masks`.
-pub(crate) fn occluders(shape: &Prototype, masks: &MaskCoverage, meshes: Meshes) -> Vec<Occluder> {
+/// The occluders of a shape whose materials are those of `masks`; its copies are `scale` times as
+/// large.
+pub(crate) fn occluders(
+    shape: &Prototype,
+    masks: &MaskCoverage,
+    meshes: Meshes,
+    scale: f32,
+) -> Vec<Occluder> {
+    let (cube_m, top_m) = (CUBE_M / scale, HIDES_TO_M / scale);
     let mut cubes: BTreeMap<[i32; 3], (f32, Vec3)> = BTreeMap::new();
-    for_each_piece(shape, masks, CUBE_M, |piece| {
+    for_each_piece(shape, masks, (cube_m, top_m), |piece| {
         let weight = match meshes {
             Meshes::Thick if piece.is_solid => SOLID,
             _ => 1.0,
         };
         let area_m2 = piece.area_m2 * weight;
-        if area_m2 > 0.0 && piece.at.z < HIDES_TO_M {
-            let cube = (piece.at / CUBE_M).floor().as_ivec3().to_array();
+        if area_m2 > 0.0 && piece.at.z < top_m {
+            let cube = (piece.at / cube_m).floor().as_ivec3().to_array();
             let (sum_m2, moment) = cubes.entry(cube).or_default();
             *sum_m2 += area_m2;
             *moment += piece.at * area_m2;
@@ -61,7 +68,7 @@ mod tests {
         let mut library = MaterialLibrary::new();
         library.add(Material::plain("leaf", Semantic::Leaf, Vec3::ONE));
         let shape = Prototype::new("shape", mesh, cards, &library).expect("sound");
-        occluders(&shape, &MaskCoverage::of(&library), meshes)
+        occluders(&shape, &MaskCoverage::of(&library), meshes, 1.0)
     }
 
     fn area_m2(occluders: &[Occluder]) -> f32 {

@@ -16,19 +16,21 @@ pub(super) struct Piece {
     pub(super) is_solid: bool,
 }
 
-/// Calls a function with the pieces of all cards and triangles, which are at most `size_m` long,
-/// but for those of very large ones.
+/// Calls a function with the pieces of all cards and triangles that reach below `top_m`. They are
+/// at most `size_m` long, but for those of very large ones.
 pub(super) fn for_each_piece(
     shape: &Prototype,
     masks: &MaskCoverage,
-    size_m: f32,
+    (size_m, top_m): (f32, f32),
     mut take: impl FnMut(Piece),
 ) {
-    for card in shape.cards() {
+    let reaches = |corners: &[Vec3]| corners.iter().any(|corner| corner.z < top_m);
+    for card in shape.cards().iter().filter(|card| reaches(&card.corners())) {
         of_card(card, masks, size_m, &mut take);
     }
     let mesh = shape.mesh();
-    for triangle in &mesh.triangles {
+    let corners = |triangle: &Triangle| triangle.corners.map(|i| mesh.positions[i as usize]);
+    for triangle in mesh.triangles.iter().filter(|t| reaches(&corners(t))) {
         of_triangle(mesh, triangle, masks, size_m, &mut take);
     }
 }

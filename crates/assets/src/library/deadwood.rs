@@ -74,7 +74,7 @@ impl PlantGrower<'_> {
             self.collect(domain, VARIANTS, &|i, key| {
                 let shape = grow(i, key);
                 let radius_m = crate::plant::shape::Shape::reach_m(&shape);
-                self.finish(name, i, shape, radius_m)
+                self.upright(name, i, shape, (radius_m, Meshes::Thin))
             })
         };
         let mut all = Deadwood {

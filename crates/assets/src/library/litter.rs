@@ -3,8 +3,8 @@
 use nemoral_scene::ParamError;
 use nemoral_seed::Domain;
 
-use super::plants::{PlantGrower, asset};
-use super::{PlantAsset, prototype, with_occlusion};
+use super::PlantAsset;
+use super::plants::PlantGrower;
 use crate::ambient_occlusion::OcclusionParams;
 use crate::plant::shed::{LitterPlan, Shed, litter};
 
@@ -92,10 +92,7 @@ impl PlantGrower<'_> {
                 };
                 let shape = litter(&plan, key.item(size as u64));
                 let number = i + VARIANTS[0] * size as u32;
-                let radius_m = shape.reach_m();
-                let shape = prototype(&name, number, shape, &self.materials.library);
-                let shape = with_occlusion(shape, self.masks, &OcclusionParams::LITTER);
-                asset(&name, shape, radius_m)
+                self.flat(&name, number, shape, &OcclusionParams::LITTER)
             })
         };
         (0..stand.len())

@@ -87,14 +87,29 @@ impl PlantGrower<'_> {
         )
     }
 
-    /// The same of wood or stone that stands up from the ground.
-    pub(super) fn solid(&self, name: &str, number: u32, shape: Shape, radius_m: f32) -> PlantAsset {
+    /// The same of wood or stone that stands up from the ground, and hides light from it.
+    pub(super) fn upright(
+        &self,
+        name: &str,
+        number: u32,
+        shape: Shape,
+        (radius_m, meshes): (f32, Meshes),
+    ) -> PlantAsset {
         let shape = prototype(name, number, shape, &self.materials.library);
-        asset(
-            name,
-            with_occluders(shape, self.masks, Meshes::Thick),
-            radius_m,
-        )
+        asset(name, with_occluders(shape, self.masks, meshes), radius_m)
+    }
+
+    /// What lies flat on the ground: it is as dark as the ground, and hides none of its light.
+    pub(super) fn flat(
+        &self,
+        name: &str,
+        number: u32,
+        shape: Shape,
+        occlusion: &OcclusionParams,
+    ) -> PlantAsset {
+        let radius_m = shape.reach_m();
+        let shape = prototype(name, number, shape, &self.materials.library);
+        asset(name, with_occlusion(shape, self.masks, occlusion), radius_m)
     }
 
     /// A plant whose leaves occlude each other and the ground.
@@ -146,7 +161,7 @@ impl PlantGrower<'_> {
                 key.item(0),
             );
             let foot = foot_radius_m(&shape);
-            self.solid("stump", i, shape, foot)
+            self.upright("stump", i, shape, (foot, Meshes::Thick))
         })
     }
 
@@ -189,7 +204,7 @@ impl PlantGrower<'_> {
                 let top_m = shape.mesh.positions.iter().fold(0.0_f32, |a, p| a.max(p.z));
                 shape.soak(WATER_LINE * top_m, wet);
             }
-            self.solid("rock", i, shape, foot)
+            self.upright("rock", i, shape, (foot, Meshes::Thick))
         })
     }
 
@@ -218,7 +233,12 @@ impl PlantGrower<'_> {
     /// Roots that lie across trails.
     pub(super) fn trail_roots(&self, bark: MaterialId) -> Vec<PlantAsset> {
         self.collect(TRAIL_ROOTS, 16, &|i, key| {
-            self.patch("root", i, wayside::root(bark, &mut key.rng()))
+            self.flat(
+                "root",
+                i,
+                wayside::root(bark, &mut key.rng()),
+                &OcclusionParams::LOW,
+            )
         })
     }
 
@@ -228,7 +248,12 @@ impl PlantGrower<'_> {
             return Vec::new();
         };
         self.collect(CULVERTS, 4, &|i, key| {
-            self.patch("culvert", i, wayside::culvert(of, &mut key.rng()))
+            self.flat(
+                "culvert",
+                i,
+                wayside::culvert(of, &mut key.rng()),
+                &OcclusionParams::LOW,
+            )
         })
     }
 
@@ -238,7 +263,12 @@ impl PlantGrower<'_> {
         let count = each * self.materials.steps.len() as u32;
         self.collect(TRAIL_STEPS, count, &|i, key| {
             let of = self.materials.steps[(i / each) as usize];
-            self.patch("step", i, wayside::step(of, &mut key.rng()))
+            self.flat(
+                "step",
+                i,
+                wayside::step(of, &mut key.rng()),
+                &OcclusionParams::LOW,
+            )
         })
     }
 
@@ -251,7 +281,12 @@ impl PlantGrower<'_> {
             let of = Domain::new(&species.name);
             let name = format!("{}_root", species.name);
             self.collect(SURFACE_ROOTS, each, &|i, key| {
-                self.patch(&name, i, surface_root(bark, key.domain(of)))
+                self.flat(
+                    &name,
+                    i,
+                    surface_root(bark, key.domain(of)),
+                    &OcclusionParams::LOW,
+                )
             })
         });
         roots.collect()
@@ -264,7 +299,12 @@ impl PlantGrower<'_> {
 
     fn beds_of(&self, materials: StoneMaterials) -> Vec<PlantAsset> {
         self.collect(STONE_BEDS, 8, &|i, key| {
-            self.patch("stone_bed", i, wayside::bed(materials, key))
+            self.flat(
+                "stone_bed",
+                i,
+                wayside::bed(materials, key),
+                &OcclusionParams::LOW,
+            )
         })
     }
 
@@ -280,7 +320,12 @@ impl PlantGrower<'_> {
             root,
         };
         self.collect(BANKS, PATCHES, &|i, key| {
-            self.patch("bank", i, bank(i >= PATCHES / 2, &materials, key))
+            self.flat(
+                "bank",
+                i,
+                bank(i >= PATCHES / 2, &materials, key),
+                &OcclusionParams::LOW,
+            )
         })
     }
 

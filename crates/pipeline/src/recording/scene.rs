@@ -142,22 +142,14 @@ impl SkyVisibility for FrameScene {
         let world_m = (self.origin_m + scene_point.as_dvec3()).truncate();
         let [low, high] = [-OCCLUSION_MARGIN_M, OCCLUSION_MARGIN_M]
             .map(|margin_m| ChunkCoord::containing(world_m + margin_m, self.chunk_size_m));
-        // Near a border, plants of each chunk beside it leave their share of what the others leave.
-        let mut share = 1.0;
-        for chunk in (low.x..=high.x).flat_map(|x| (low.y..=high.y).map(move |y| (x, y))) {
-            let map = self
-                .light
-                .ground_occlusion
-                .get(&ChunkCoord::new(chunk.0, chunk.1));
-            if let Some(map) = map.and_then(|map| map.as_ref().as_ref()) {
-                share *= map.at(world_m);
-            }
-        }
-        share
+        let near = (low.x..=high.x)
+            .flat_map(|x| (low.y..=high.y).map(move |y| ChunkCoord::new(x, y)))
+            .filter_map(|chunk| self.light.ground_occlusion.get(&chunk)?.as_ref().as_ref());
+        GroundOcclusion::combined(near.map(|map| map.at(world_m)))
     }
 }
 
-/// The light of chunks: what crowns leave of the sky, and what low plants leave to the ground.
+/// The light of chunks: what crowns leave of the sky, and what is near the ground leaves to it.
 pub(crate) type Light<'a> = (
     Demand<'a, SkyViewFactor>,
     Demand<'a, Option<GroundOcclusion>>,

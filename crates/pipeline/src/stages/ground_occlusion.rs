@@ -78,7 +78,8 @@ impl Stage<Forest> for GroundOcclusionStage {
     }
 }
 
-/// Of low plants. The foot of each lies on the plane of its ground, `buried_m` below the surface.
+/// Of low plants. The foot of each lies on the plane of its ground, `buried_m` below the surface;
+/// that of a climber is level, which is about right near its stem.
 fn of_plants(group: &Group, buried_m: impl Fn(&Instance) -> f32) -> impl Iterator<Item = Occluder> {
     group.instances().iter().flat_map(move |(plant, _)| {
         let linear = plant.linear;
@@ -153,5 +154,91 @@ impl Heights<'_> {
             self.ground.height_m(self.origin_m + place_m) as f32
         };
         *self.known.borrow_mut().entry(node).or_insert_with(height)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use nemoral_raycast::Blas;
+    use nemoral_scene::glam::Mat3;
+    use nemoral_scene::{
+        Card, FlatSurface, InstancePlace, Material, MaterialId, MaterialLibrary, Mesh, ObjectId,
+        Prototype, Semantic,
+    };
+
+    use super::*;
+
+    /// A group of one shape whose occluder is 0.3 m beside its foot and 0.4 m above it.
+    fn group(linear: Mat3, position_m: Vec3) -> Group {
+        let mut library = MaterialLibrary::new();
+        library.add(Material::plain("leaf", Semantic::Leaf, Vec3::ONE));
+        let card = Card {
+            corner: Vec3::ZERO,
+            edge_u: Vec3::X,
+            edge_v: Vec3::Z,
+            material: MaterialId(0),
+        };
+        let occluder = Occluder {
+            position_m: Vec3::new(0.3, 0.0, 0.4),
+            area_m2: 0.02,
+        };
+        let shape = Prototype::new("tuft", Mesh::default(), vec![card], &library);
+        let shape = shape.expect("sound").with_occluders(vec![occluder]);
+        let place = InstancePlace {
+            position_m,
+            linear,
+            object: ObjectId::NONE,
+            variation: 0.5,
+        };
+        Group::build(vec![(
+            place,
+            Arc::new(Blas::build(Arc::new(shape), &library)),
+        )])
+    }
+
+    fn only(mut occluders: impl Iterator<Item = Occluder>) -> (Vec3, f32) {
+        let occluder = occluders.next().expect("one");
+        assert!(occluders.next().is_none());
+        (occluder.position_m, occluder.area_m2)
+    }
+
+    #[test]
+    fn plants_stand_above_the_plane_of_their_foot() {
+        // Twice as large, on a slope that rises to the east as fast as it goes there.
+        let linear = Instance::upright(0.0, 2.0, Vec2::new(1.0, 0.0));
+        let group = group(linear, Vec3::new(10.0, 20.0, 5.0));
+        for (buried_m, up_m) in [(0.0, 0.8), (0.5, 0.3)] {
+            let (at_m, area_m2) = only(of_plants(&group, |_| buried_m));
+            assert!(
+                (at_m - Vec3::new(10.6, 20.0, up_m)).length() < 1e-5,
+                "{at_m}"
+            );
+            assert!((area_m2 - 0.08).abs() < 1e-6, "{area_m2}");
+        }
+    }
+
+    #[test]
+    fn objects_stand_above_the_ground_below_them() {
+        // A slope of a half to the east, 4 m high at the world's origin.
+        let slope = FlatSurface {
+            height_m: 4.0,
+            gradient: DVec2::new(0.5, 0.0),
+        };
+        let heights = Heights {
+            ground: &slope,
+            origin_m: DVec2::new(100.0, 0.0),
+            known: RefCell::default(),
+        };
+        // It lies 0.1 m above the slope, which is 59 m high at 110 m.
+        let at = |up_m: f32| group(Mat3::IDENTITY, Vec3::new(9.7, 20.0, 59.0 - 0.4 + up_m));
+        let low = at(0.1);
+        let (at_m, _) = only(of_objects(&low, &heights));
+        assert!(
+            (at_m - Vec3::new(10.0, 20.0, 0.1)).length() < 1e-4,
+            "{at_m}"
+        );
+        assert!(of_objects(&at(CONTACT_M + 0.01), &heights).next().is_none());
     }
 }

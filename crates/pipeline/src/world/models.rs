@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use nemoral_assets::{
     Library, LogAsset, PlantAsset, SizeClass, TreeAsset, TreeClimbers, TreeSize,
-    with_ambient_occlusion,
+    with_ambient_occlusion, with_occluders,
 };
 use nemoral_import::{self as import, LogMeasures, TreeMeasures};
 use nemoral_placement::Variety;
@@ -91,6 +91,9 @@ impl ModelRecipe {
                 .extend(notes.map(|note| format!("models.{name}: {note}")));
             let shape = model.prototype(&format!("models.{name}"), &mut all.materials);
             let shape = shape.map_err(|e| wrong(&e))?;
+            let scale = (wanted.scale_min * wanted.scale_max).sqrt() as f32;
+            let is_solid = kind != import::ModelKind::Shrub;
+            let shape = with_occluders(shape, &all.materials, is_solid, scale);
             let shape = match kind {
                 import::ModelKind::Rock | import::ModelKind::Log => shape,
                 kind => {

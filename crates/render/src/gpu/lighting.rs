@@ -31,7 +31,7 @@ const OPENNESS_STEPS: usize = 32;
 const GRID_SIDE: usize = 64;
 const GRID_UP: usize = 32;
 /// Nodes along a side of two grids of ground occlusion, and the distances of their nodes, metres.
-const GROUND_SIDES: [usize; 2] = [512, 256];
+const GROUND_SIDES: [usize; 2] = [512, 512];
 const GROUND_STEPS_M: [f32; 2] = [1.0 / 6.0, 0.8];
 
 /// A white surface in the sun gets this value in the target: 1/16 of the largest half float.
@@ -50,6 +50,7 @@ struct LightRecord {
     near_grid: [f32; 4],
     far_grid: [f32; 4],
     up_and_fog: [f32; 4],
+    ground_grids: [f32; 4],
 }
 
 /// The colour pass of a camera.
@@ -384,24 +385,46 @@ impl LightingPass {
                 haze.fog.extinction,
                 haze.fog.height_m,
             ],
+            ground_grids: {
+                let [near, wide] = ground_corners(inputs);
+                let camera = camera.truncate();
+                let [near, wide] = [near, wide].map(|corner| (corner - camera).to_array());
+                [near[0], near[1], wide[0], wide[1]]
+            },
         };
         (record, sky_view_factor)
     }
 }
 
-/// The ground occlusion around the camera: rows from the south of a fine grid, then of a wide one.
-fn ground_occlusion(inputs: &LightingInputs<'_>) -> Vec<f32> {
+/// The corners of the grids of ground occlusion around the camera, in the scene. They are halves of
+/// steps from whole ones, as the middles of the cells of maps are, so that the near grid has the
+/// maps' own values wherever the camera is.
+fn ground_corners(inputs: &LightingInputs<'_>) -> [Vec2; 2] {
     let camera = inputs.view.scene_from_camera.translation_m.as_vec3();
-    let visibility = inputs.scene.sky_visibility;
+    let corner = |(side, step_m): (usize, f32)| {
+        let middle = (camera.truncate() / step_m).floor();
+        (middle - (side / 2) as f32 + 0.5) * step_m
+    };
     let grids = GROUND_SIDES.into_iter().zip(GROUND_STEPS_M);
-    let rows = grids.flat_map(|(side, step_m)| (0..side).map(move |y| (side, step_m, y)));
+    let corners: Vec<Vec2> = grids.map(corner).collect();
+    [corners[0], corners[1]]
+}
+
+/// The ground occlusion around the camera: rows from the south of the near grid, then of the wide
+/// one.
+fn ground_occlusion(inputs: &LightingInputs<'_>) -> Vec<f32> {
+    let visibility = inputs.scene.sky_visibility;
+    let height_m = inputs.view.scene_from_camera.translation_m.z as f32;
+    let grids = (GROUND_SIDES.into_iter().zip(GROUND_STEPS_M)).zip(ground_corners(inputs));
+    let rows = grids.flat_map(|((side, step_m), corner)| {
+        (0..side).map(move |y| (side, step_m, corner + Vec2::Y * (y as f32 * step_m)))
+    });
     let rows: Vec<_> = rows.collect();
     rows.into_par_iter()
-        .flat_map_iter(|(side, step_m, y)| {
-            let middle = 0.5 * (side - 1) as f32;
+        .flat_map_iter(|(side, step_m, first)| {
             (0..side).map(move |x| {
-                let at = Vec3::new(x as f32 - middle, y as f32 - middle, 0.0) * step_m;
-                visibility.ground_occlusion(camera + at)
+                let at = first + Vec2::X * (x as f32 * step_m);
+                visibility.ground_occlusion(at.extend(height_m))
             })
         })
         .collect()

@@ -98,17 +98,21 @@ pub(crate) fn shade(scene: &SceneView<'_>, lighting: &Lighting, seen: &SurfaceVi
     let surface = surface(scene, seen, hit.shading.normal * facing);
 
     let sky_view_factor = scene.sky_visibility.sky_view_factor(point);
-    let mut ambient_occlusion = hit.shading.ambient_occlusion;
-    if scene.materials.get(hit.surface.material).lies_on_ground() {
-        ambient_occlusion *= scene.sky_visibility.ground_occlusion(point);
-    }
+    let lies = scene.materials.get(hit.surface.material).lies_on_ground();
+    let near = Near {
+        own: hit.shading.ambient_occlusion,
+        on_ground: match lies {
+            true => scene.sky_visibility.ground_occlusion(point),
+            false => 1.0,
+        },
+    };
     let (indirect, sheen) = indirect(
         &surface,
         &lighting.ambient(sky_view_factor),
         lighting,
         ray.direction,
         sky_view_factor,
-        ambient_occlusion,
+        near,
     );
 
     let irradiance = lighting.sun_irradiance();
@@ -239,6 +243,19 @@ fn direct(surface: &Surface, cos: f32, from: Vec3, view: Vec3) -> Vec3 {
     (diffuse + Vec3::splat(specular)) * cos
 }
 
+/// The shares of the light from all around that arrive past what is near.
+#[derive(Clone, Copy)]
+struct Near {
+    /// Past parts of the same shape.
+    own: f32,
+    /// On the ground, past what stands there.
+    on_ground: f32,
+}
+
+/// What leaves and wood over the ground scatter of the light; our choice, of green leaves the mean
+/// of all colours is 0.2. (lighting.wgsl has the same.)
+const NEAR_GROUND: Vec3 = Vec3::splat(0.2);
+
 /// Radiance from sky, leaves and ground, and its specular part.
 fn indirect(
     surface: &Surface,
@@ -246,7 +263,7 @@ fn indirect(
     lighting: &Lighting,
     view: Vec3,
     sky_view_factor: f32,
-    ambient_occlusion: f32,
+    near: Near,
 ) -> (Vec3, Vec3) {
     const PER_PI: f32 = std::f32::consts::FRAC_1_PI;
     let n = surface.normal;
@@ -254,7 +271,8 @@ fn indirect(
     if surface.transmittance != Vec3::ZERO {
         diffuse += surface.transmittance * ambient.irradiance(-n);
     }
-    diffuse *= among_near(ambient_occlusion, surface.body + surface.transmittance);
+    diffuse *= among_near(near.own, surface.body + surface.transmittance)
+        * among_near(near.on_ground, NEAR_GROUND);
     let (glancing, entering) = surface.skin(view);
     if glancing == 0.0 {
         return (diffuse * PER_PI, Vec3::ZERO);
@@ -272,17 +290,16 @@ fn indirect(
     } else {
         blurred
     };
-    let sheen = reflected * (glancing * ambient_occlusion);
+    let sheen = reflected * (glancing * near.own * near.on_ground);
     (diffuse * (PER_PI * entering) + sheen, sheen)
 }
 
-/// The factor on light from all around where near parts of the same shape let only a share of it
-/// through. These parts scatter some of their light to the surface; if they get as much light as
-/// the surface, all orders of scattering form a geometric series (Jimenez et al. 2016, "Practical
-/// real-time strategies for accurate indirect occlusion", without their fit to scenes). They are
-/// assumed to be of the surface's own material, which scatters the share `kept`, half of it back to
-/// where it came from: leaves reflect about as much as they transmit, and most light comes from
-/// above.
+/// The factor on light from all around where what is near lets only a share of it through. It
+/// scatters some of its light to the surface; if it gets as much light as the surface, all orders
+/// of scattering form a geometric series (Jimenez et al. 2016, "Practical real-time strategies for
+/// accurate indirect occlusion", without their fit to scenes). It scatters the share `kept`, half
+/// of it back to where it came from: leaves reflect about as much as they transmit, and most light
+/// comes from above. Near parts of the same shape are assumed to be of the surface's own material.
 fn among_near(ambient_occlusion: f32, kept: Vec3) -> Vec3 {
     ambient_occlusion / (Vec3::ONE - kept * (0.5 * (1.0 - ambient_occlusion)))
 }

@@ -151,7 +151,8 @@ section! {
         size_m: f64 = 50.0, Real(20.0, 100.0), "paper, VI";
         /// Trees, rocks and ground are visible in chunks that come this near.
         visible_radius_m: f64 = 300.0, Real(10.0, 600.0), "far enough that haze closes the view";
-        /// Undergrowth is visible in chunks that come this near.
+        /// Undergrowth is visible in chunks that come this near, and all that stands on their
+        /// ground shades it.
         undergrowth_radius_m: f64 = 100.0, Real(0.0, 300.0), "the paper's visible radius, VI";
         /// Litter in relief is visible in chunks that come this near, if undergrowth is.
         litter_radius_m: f64 = 50.0, Real(0.0, 300.0),

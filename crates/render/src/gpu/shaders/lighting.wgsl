@@ -14,8 +14,12 @@ const GRID_UP = 32u;
 // Nodes along a side of the two grids of ground occlusion, and their distances in metres.
 const GROUND_SIDE = 512u;
 const GROUND_STEP = 1.0 / 6.0;
-const WIDE_GROUND_SIDE = 256u;
+const WIDE_GROUND_SIDE = 512u;
 const WIDE_GROUND_STEP = 0.8;
+// Over so many nodes from its rim on, the shade of the wide grid becomes what it is.
+const GROUND_FADE = 16.0;
+// What leaves and wood over the ground scatter of the light.
+const NEAR_GROUND = 0.2;
 
 struct Light {
     // Towards the sun; w: width of a sample at 1 m.
@@ -35,6 +39,8 @@ struct Light {
     far_grid: vec4f,
     // Steps up of both; fog: extinction 1/m, its scale height.
     up_and_fog: vec4f,
+    // Corners of the near and the wide grid of ground occlusion, relative to the camera.
+    ground_grids: vec4f,
 }
 
 @group(2) @binding(0) var<uniform> light: Light;
@@ -113,26 +119,28 @@ fn openness_at(point: vec3f) -> f32 {
         vec2f(far.w, light.up_and_fog.y), point);
 }
 
-// The light that low plants leave to the ground at a point relative to the camera.
+// The light that what stands on the ground leaves to it at a point relative to the camera.
 fn ground_occlusion_at(point: vec3f) -> f32 {
     var side = GROUND_SIDE;
-    var step = GROUND_STEP;
     var first = 2u * GRID_SIDE * GRID_SIDE * GRID_UP;
-    if any(abs(point.xy) > vec2f(0.5 * f32(side - 1u) * step)) {
+    var p = (point.xy - light.ground_grids.xy) / GROUND_STEP;
+    var fade = 1.0;
+    if any(p < vec2f(0.0)) || any(p >= vec2f(f32(side - 1u))) {
         first += side * side;
         side = WIDE_GROUND_SIDE;
-        step = WIDE_GROUND_STEP;
-    }
-    let p = point.xy / step + 0.5 * f32(side - 1u);
-    if any(p < vec2f(0.0)) || any(p >= vec2f(f32(side - 1u))) {
-        return 1.0;
+        p = (point.xy - light.ground_grids.zw) / WIDE_GROUND_STEP;
+        let rim = min(p, f32(side - 1u) - p);
+        fade = clamp(min(rim.x, rim.y) / GROUND_FADE, 0.0, 1.0);
+        if fade == 0.0 {
+            return 1.0;
+        }
     }
     let c = vec2u(p);
     let f = p - vec2f(c);
     let at = first + c.y * side + c.x;
     let low = mix(openness[at], openness[at + 1u], f.x);
     let high = mix(openness[at + side], openness[at + side + 1u], f.x);
-    return mix(low, high, f.y);
+    return mix(1.0, mix(low, high, f.y), fade);
 }
 
 // Half of the sun's angular width; the half width of a penumbra is this times the distance from its
@@ -426,13 +434,15 @@ fn shade(s: Surface, pixel: vec2f) -> vec3f {
     if leaf {
         indirect += transmittance * irradiance(open, -n);
     }
-    // The share of it that near parts of the shape, and low plants over the ground, let through,
-    // and what they reflect.
-    var near = s.ambient_occlusion;
+    // The share of it that near parts of the shape, and what stands on the ground around, let
+    // through, and what they scatter.
+    let own = s.ambient_occlusion;
+    var on_ground = 1.0;
     if (m.flags & 2u) == 2u {
-        near *= ground_occlusion_at(s.point);
+        on_ground = ground_occlusion_at(s.point);
     }
-    indirect *= near / (1.0 - (body + transmittance) * (0.5 * (1.0 - near)));
+    indirect *= own / (1.0 - (body + transmittance) * (0.5 * (1.0 - own)));
+    indirect *= on_ground / (1.0 - NEAR_GROUND * 0.5 * (1.0 - on_ground));
     indirect /= PI;
     if gloss > 0.0 {
         let specular = gloss * fresnel(max(1.0 - roughness, F0), max(-dot(s.ray, n), 0.0));
@@ -444,7 +454,7 @@ fn shade(s: Surface, pixel: vec2f) -> vec3f {
             seen = mix(blurred, mix(blurred, background(mirrored), open), smooth_share);
         }
         indirect = indirect * (1.0 - (specular - gloss * F0))
-            + seen * (specular * near);
+            + seen * (specular * own * on_ground);
     }
 
     // The sun.
