@@ -22,7 +22,8 @@ use nemoral_scene::{
 };
 
 use self::grid::{AreaDensityGrid, SurfacePoint, directions};
-pub(crate) use self::occluders::{Meshes, occluders};
+pub(crate) use self::occluders::{Thickness, occluders};
+use self::pieces::size_of_most;
 
 /// How far occluders are looked for, and how finely.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -70,11 +71,21 @@ impl OcclusionParams {
     };
 }
 
-/// The most cells of a grid, which is coarser for what is larger.
+/// The most cells of a grid and pieces in them, which are coarser for what is larger.
 const MOST_CELLS: f32 = 3e7;
 
 impl OcclusionParams {
-    /// The same with cells so large that a shape has few of them.
+    /// The same with cells so large that a shape has few of them, and few pieces.
+    fn for_shape(self, shape: &Prototype) -> Self {
+        let pieces = size_of_most(shape, f32::INFINITY, MOST_CELLS);
+        let bounds = shape.bounds();
+        Self {
+            cell_m: self.cell_m.max(pieces),
+            ..self
+        }
+        .for_size(bounds.max - bounds.min)
+    }
+
     fn for_size(self, size: Vec3) -> Self {
         let volume = size.max(Vec3::splat(self.cell_m)).element_product();
         let least = libm::cbrtf(volume / MOST_CELLS);
@@ -88,47 +99,44 @@ impl OcclusionParams {
     }
 }
 
-/// A plant of a user with its ambient occlusion, as grown ones have it: the materials are those of
-/// `library`. A tree's leaves are counted in the light of the
-/// place where it stands; a shrub's, all of which may be within reach of each other, are not.
-///
-/// A shape whose vertices have no normals stays as it is, and so does one that blends.
-#[must_use]
-pub fn with_ambient_occlusion(
-    shape: Prototype,
-    library: &MaterialLibrary,
-    is_tree: bool,
-) -> Prototype {
-    let of_kind = if is_tree {
-        OcclusionParams::TREE
-    } else {
-        OcclusionParams::SHRUB
-    };
-    let bounds = shape.bounds();
-    if shape.mesh().normals.is_empty() || !shape.mesh().blends.is_empty() {
-        return shape;
-    }
-    let masks = MaskCoverage::of(library);
-    let occlusion = bake(&shape, &masks, &of_kind.for_size(bounds.max - bounds.min));
-    (shape.with_ambient_occlusion(occlusion)).expect("one share of each vertex and corner")
+/// What a user's shape is, by which light goes through it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ShapeKind {
+    /// Its leaves are counted in the light of the place where it stands.
+    Tree,
+    /// All of its leaves may be within reach of each other.
+    Shrub,
+    /// Wood or stone without leaves.
+    Solid,
 }
 
-/// A shape of a user with what it hides from the ground, as grown ones have it: the materials are
-/// those of `library`, and its copies are about `scale` times as large. Wood and stone of solid
-/// shapes are thick; otherwise they are stalks and twigs.
+/// A user's shape with its ambient occlusion and its [`Occluder`](nemoral_scene::Occluder)s, as
+/// grown ones have them: the materials are those of `library`, and its copies are about `scale`
+/// times as large.
+///
+/// Only plants have ambient occlusion, and of these not those whose vertices have no normals or
+/// that blend.
 #[must_use]
-pub fn with_occluders(
+pub fn with_occlusion(
     shape: Prototype,
     library: &MaterialLibrary,
-    is_solid: bool,
+    kind: ShapeKind,
     scale: f32,
 ) -> Prototype {
-    let meshes = match is_solid {
-        true => Meshes::Thick,
-        false => Meshes::Thin,
+    let (near, thickness) = match kind {
+        ShapeKind::Tree => (Some(OcclusionParams::TREE), Thickness::Thick),
+        ShapeKind::Shrub => (Some(OcclusionParams::SHRUB), Thickness::Thin),
+        ShapeKind::Solid => (None, Thickness::Thick),
     };
-    let occluders = occluders(&shape, &MaskCoverage::of(library), meshes, scale);
-    shape.with_occluders(occluders)
+    let masks = MaskCoverage::of(library);
+    let occluders = occluders(&shape, (library, &masks), thickness, scale);
+    let shape = shape.with_occluders(occluders);
+    let can_be_baked = !shape.mesh().normals.is_empty() && shape.mesh().blends.is_empty();
+    let Some(near) = near.filter(|_| can_be_baked) else {
+        return shape;
+    };
+    let occlusion = bake(&shape, &masks, &near.for_shape(&shape));
+    (shape.with_ambient_occlusion(occlusion)).expect("one share of each vertex and corner")
 }
 
 /// Light from below, which ground and lower leaves reflect, relative to the light from above.
@@ -339,7 +347,7 @@ mod tests {
         }
         let shares = |mesh: Mesh, cards: Vec<Card>| {
             let shape = Prototype::new("leaves", mesh, cards, &library).expect("sound");
-            let shape = with_ambient_occlusion(shape, &library, true);
+            let shape = with_occlusion(shape, &library, ShapeKind::Tree, 1.0);
             shape.ambient_occlusion().cloned().expect("baked")
         };
         let of_cards = bake(

@@ -26,7 +26,7 @@ mod tree;
 #[cfg(doctest)]
 struct ReadmeDoctests;
 
-pub use ambient_occlusion::{with_ambient_occlusion, with_occluders};
+pub use ambient_occlusion::{ShapeKind, with_occlusion};
 pub use library::{
     AssetParams, ClimberParams, Climbers, CommunityTiles, Deadwood, Library, LitterParams,
     LitterPatches, LogAsset, MeasuredTree, PlantAsset, SingleTree, SnowMaterials, SnowParams,

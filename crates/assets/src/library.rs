@@ -23,7 +23,7 @@ pub use self::litter::{LitterParams, LitterPatches};
 use self::plants::PlantGrower;
 pub use self::single_tree::SingleTree;
 pub use self::snow::{SnowMaterials, SnowParams};
-use crate::ambient_occlusion::{self, MaskCoverage, Meshes, OcclusionParams};
+use crate::ambient_occlusion::{self, MaskCoverage, OcclusionParams, Thickness};
 use crate::materials::{self, GroundMaterials, Timing, Wanted, WorldMaterials};
 use crate::plant::shape::Shape;
 use crate::plant::surface_root::LOBE_M;
@@ -497,8 +497,12 @@ fn with_occlusion(shape: Prototype, masks: &MaskCoverage, near: &OcclusionParams
 }
 
 /// Adds what it hides from the ground to a shape.
-fn with_occluders(shape: Prototype, masks: &MaskCoverage, meshes: Meshes) -> Prototype {
-    let occluders = ambient_occlusion::occluders(&shape, masks, meshes, 1.0);
+fn with_occluders(
+    shape: Prototype,
+    of: (&MaterialLibrary, &MaskCoverage),
+    thickness: Thickness,
+) -> Prototype {
+    let occluders = ambient_occlusion::occluders(&shape, of, thickness, 1.0);
     shape.with_occluders(occluders)
 }
 
@@ -621,11 +625,11 @@ impl TreeGrower<'_> {
         let prototype = Prototype::new(name, tree.mesh, tree.cards, &self.materials.library)
             .expect("trees are made of finite points and of this library's materials");
         let prototype = with_occlusion(prototype, self.masks, &OcclusionParams::TREE);
-        let meshes = match species.size_class(tree.size.dbh_m) {
-            SizeClass::Sapling => Meshes::Thin,
-            _ => Meshes::Thick,
+        let thickness = match species.size_class(tree.size.dbh_m) {
+            SizeClass::Sapling => Thickness::Thin,
+            _ => Thickness::Thick,
         };
-        let prototype = with_occluders(prototype, self.masks, meshes);
+        let prototype = with_occluders(prototype, (&self.materials.library, self.masks), thickness);
         Ok(TreeAsset {
             prototype: Arc::new(prototype),
             species: species.name.clone(),

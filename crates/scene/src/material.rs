@@ -161,14 +161,14 @@ impl Material {
     }
 
     /// Whether its surfaces are the ground, or lie on it within a hand's breadth of height: what
-    /// stands around hides light from them as it does from the ground.
+    /// stands around hides light from them as it does from the ground, and they hide none.
     #[must_use]
     pub const fn lies_on_ground(&self) -> bool {
         use Semantic as S;
         self.ground
             || matches!(
                 self.semantic,
-                S::Litter | S::FallenTwig | S::FallenBark | S::SurfaceRoot | S::Stone
+                S::Soil | S::Litter | S::FallenTwig | S::FallenBark | S::SurfaceRoot | S::Stone
             )
     }
 }

@@ -40,6 +40,7 @@ mod layer;
 mod litter;
 mod low_plants;
 mod lying;
+mod occluders;
 mod quantiles;
 mod scene_objects;
 mod seedlings;
@@ -66,6 +67,7 @@ pub use layer::StandLayer;
 pub use litter::{Litter, LitterSite, LitterSurface};
 pub use low_plants::{LOW_PLANT_VARIATION, LowPlant};
 pub use lying::{LyingPose, LyingStem, Rest, roll_rad};
+pub use occluders::{occluders_of_objects, occluders_of_plants};
 pub use scene_objects::{
     Lying, MeasuredSize, OBJECT_VARIATION, ObjectSite, ObjectSize, SceneObject, SceneObjects,
 };

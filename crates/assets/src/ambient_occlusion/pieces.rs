@@ -1,7 +1,7 @@
 //! The surface of a shape in small pieces.
 
 use glam::Vec3;
-use nemoral_scene::{Card, Mesh, Prototype, Triangle};
+use nemoral_scene::{Card, MaterialId, Mesh, Prototype, Triangle};
 
 use super::{MaskCoverage, PARTS};
 
@@ -12,6 +12,7 @@ pub(super) struct Piece {
     pub(super) at: Vec3,
     /// The area of one side of thin leaves, of which half the surface of a closed mesh counts.
     pub(super) area_m2: f32,
+    pub(super) material: MaterialId,
     /// Whether it is of a mesh that no mask cuts out.
     pub(super) is_solid: bool,
 }
@@ -24,15 +25,46 @@ pub(super) fn for_each_piece(
     (size_m, top_m): (f32, f32),
     mut take: impl FnMut(Piece),
 ) {
-    let reaches = |corners: &[Vec3]| corners.iter().any(|corner| corner.z < top_m);
-    for card in shape.cards().iter().filter(|card| reaches(&card.corners())) {
+    let mesh = shape.mesh();
+    for card in shape
+        .cards()
+        .iter()
+        .filter(|card| reaches(&card.corners(), top_m))
+    {
         of_card(card, masks, size_m, &mut take);
     }
-    let mesh = shape.mesh();
-    let corners = |triangle: &Triangle| triangle.corners.map(|i| mesh.positions[i as usize]);
-    for triangle in mesh.triangles.iter().filter(|t| reaches(&corners(t))) {
+    for triangle in mesh
+        .triangles
+        .iter()
+        .filter(|t| reaches(&corners(mesh, t), top_m))
+    {
         of_triangle(mesh, triangle, masks, size_m, &mut take);
     }
+}
+
+/// The size of pieces at which long cards and triangles that reach below `top_m` are about `most`.
+pub(super) fn size_of_most(shape: &Prototype, top_m: f32, most: f32) -> f32 {
+    let mesh = shape.mesh();
+    let cards = shape.cards().iter();
+    let cards = cards
+        .filter(|card| reaches(&card.corners(), top_m))
+        .map(|card| card.edge_u.length() * card.edge_v.length());
+    let triangles = mesh.triangles.iter().map(|t| corners(mesh, t));
+    let triangles = triangles
+        .filter(|corners| reaches(corners, top_m))
+        .map(|[a, b, c]| {
+            let squares = [a - b, b - c, c - a].map(Vec3::length_squared);
+            squares.into_iter().fold(0.0, f32::max)
+        });
+    (cards.chain(triangles).sum::<f32>() / most).sqrt()
+}
+
+fn reaches(corners: &[Vec3], top_m: f32) -> bool {
+    corners.iter().any(|corner| corner.z < top_m)
+}
+
+fn corners(mesh: &Mesh, triangle: &Triangle) -> [Vec3; 3] {
+    triangle.corners.map(|i| mesh.positions[i as usize])
 }
 
 fn of_card(card: &Card, masks: &MaskCoverage, size_m: f32, take: &mut impl FnMut(Piece)) {
@@ -48,6 +80,7 @@ fn of_card(card: &Card, masks: &MaskCoverage, size_m: f32, take: &mut impl FnMut
         take(Piece {
             at: card.corner + card.edge_u * middle(i, nu) + card.edge_v * middle(j, nv),
             area_m2: area_m2 * opaque,
+            material: card.material,
             is_solid: false,
         });
     }
@@ -62,7 +95,7 @@ fn of_triangle(
     size_m: f32,
     take: &mut impl FnMut(Piece),
 ) {
-    let [a, b, c] = triangle.corners.map(|i| mesh.positions[i as usize]);
+    let [a, b, c] = corners(mesh, triangle);
     let (u, v) = (b - a, c - a);
     let longest = u.length().max(v.length()).max((c - b).length());
     let n = ((longest / size_m).ceil() as u32).clamp(1, 64);
@@ -77,6 +110,7 @@ fn of_triangle(
         take(Piece {
             at,
             area_m2,
+            material: triangle.material,
             is_solid,
         });
     };

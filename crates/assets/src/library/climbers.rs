@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::plants::PlantGrower;
 use super::{PlantAsset, TreeAsset, prototype, with_occluders, with_occlusion};
-use crate::ambient_occlusion::{Meshes, OcclusionParams};
+use crate::ambient_occlusion::{OcclusionParams, Thickness};
 use crate::materials::ClimberMaterials;
 use crate::plant::climber::{Bark, WOUNDS_M, carpet, ivy, moss, resin};
 use crate::plant::liana::{clematis, honeysuckle};
@@ -111,7 +111,7 @@ impl PlantGrower<'_> {
         };
         let finish = |(name, shape): (String, Shape)| {
             let shape = prototype(&name, number, shape, library);
-            let shape = with_occluders(shape, self.masks, Meshes::Thin);
+            let shape = with_occluders(shape, (library, self.masks), Thickness::Thin);
             Arc::new(with_occlusion(shape, self.masks, &OcclusionParams::SHRUB))
         };
         let some = |(_, shape): &(String, Shape)| !shape.cards.is_empty();

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::plants::{PlantGrower, asset};
 use super::{PlantAsset, StandSpecies, prototype, with_occluders};
-use crate::ambient_occlusion::Meshes;
+use crate::ambient_occlusion::Thickness;
 use crate::materials::DeadwoodMaterials;
 use crate::plant::branch::{branch, brash};
 use crate::plant::log::{LogPlan, log};
@@ -74,7 +74,7 @@ impl PlantGrower<'_> {
             self.collect(domain, VARIANTS, &|i, key| {
                 let shape = grow(i, key);
                 let radius_m = crate::plant::shape::Shape::reach_m(&shape);
-                self.upright(name, i, shape, (radius_m, Meshes::Thin))
+                self.upright(name, i, shape, (radius_m, Thickness::Thin))
             })
         };
         let mut all = Deadwood {
@@ -113,7 +113,7 @@ impl PlantGrower<'_> {
                 let plate = root_plate(radius_m, &of.root_plate, key.item(2));
                 let library = &self.materials.library;
                 let plate = prototype("root_plate", number as u32, plate, library);
-                let plate = with_occluders(plate, self.masks, Meshes::Thick);
+                let plate = with_occluders(plate, (library, self.masks), Thickness::Thick);
                 let log = self.log(index, of, &plan, key.item(1));
                 (log, asset("root_plate", plate, radius_m))
             })
@@ -127,9 +127,11 @@ impl PlantGrower<'_> {
         let shape = log(plan, &of.logs[species], key);
         let number = u32::from(plan.stage.number());
         let name_of_shape = format!("{name}.log");
-        let prototype = prototype(&name_of_shape, number, shape, &self.materials.library);
+        let library = &self.materials.library;
+        let prototype = prototype(&name_of_shape, number, shape, library);
+        let of = (library, self.masks);
         LogAsset {
-            prototype: Arc::new(with_occluders(prototype, self.masks, Meshes::Thick)),
+            prototype: Arc::new(with_occluders(prototype, of, Thickness::Thick)),
             species: name.clone(),
             stage: plan.stage,
             length_m: f64::from(plan.length_m),

@@ -92,7 +92,8 @@ impl PlantGrower<'_> {
                 };
                 let shape = litter(&plan, key.item(size as u64));
                 let number = i + VARIANTS[0] * size as u32;
-                self.flat(&name, number, shape, &OcclusionParams::LITTER)
+                let (radius_m, occlusion) = (shape.reach_m(), &OcclusionParams::LITTER);
+                self.leafy(&name, number, shape, radius_m, occlusion)
             })
         };
         (0..stand.len())

@@ -7,7 +7,7 @@ use nemoral_seed::{Domain, Draw, Key};
 use rayon::prelude::*;
 
 use super::{Library, PlantAsset, StreamStones, prototype, with_occluders, with_occlusion};
-use crate::ambient_occlusion::{MaskCoverage, Meshes, OcclusionParams};
+use crate::ambient_occlusion::{MaskCoverage, OcclusionParams, Thickness};
 use crate::materials::WorldMaterials;
 use crate::plant::bank::{BankMaterials, bank};
 use crate::plant::rock::{RockPlan, StoneMaterials, cobble_m, rock};
@@ -93,26 +93,16 @@ impl PlantGrower<'_> {
         name: &str,
         number: u32,
         shape: Shape,
-        (radius_m, meshes): (f32, Meshes),
+        (radius_m, thickness): (f32, Thickness),
     ) -> PlantAsset {
-        let shape = prototype(name, number, shape, &self.materials.library);
-        asset(name, with_occluders(shape, self.masks, meshes), radius_m)
+        let library = &self.materials.library;
+        let shape = prototype(name, number, shape, library);
+        let shape = with_occluders(shape, (library, self.masks), thickness);
+        asset(name, shape, radius_m)
     }
 
-    /// What lies flat on the ground: it is as dark as the ground, and hides none of its light.
-    pub(super) fn flat(
-        &self,
-        name: &str,
-        number: u32,
-        shape: Shape,
-        occlusion: &OcclusionParams,
-    ) -> PlantAsset {
-        let radius_m = shape.reach_m();
-        let shape = prototype(name, number, shape, &self.materials.library);
-        asset(name, with_occlusion(shape, self.masks, occlusion), radius_m)
-    }
-
-    /// A plant whose leaves occlude each other and the ground.
+    /// A shape whose parts, such as leaves, occlude each other and, if they do not lie on it, the
+    /// ground.
     pub(super) fn leafy(
         &self,
         name: &str,
@@ -121,8 +111,9 @@ impl PlantGrower<'_> {
         radius_m: f32,
         occlusion: &OcclusionParams,
     ) -> PlantAsset {
-        let shape = prototype(name, number, shape, &self.materials.library);
-        let shape = with_occluders(shape, self.masks, Meshes::Thin);
+        let library = &self.materials.library;
+        let shape = prototype(name, number, shape, library);
+        let shape = with_occluders(shape, (library, self.masks), Thickness::Thin);
         asset(name, with_occlusion(shape, self.masks, occlusion), radius_m)
     }
 
@@ -161,7 +152,7 @@ impl PlantGrower<'_> {
                 key.item(0),
             );
             let foot = foot_radius_m(&shape);
-            self.upright("stump", i, shape, (foot, Meshes::Thick))
+            self.upright("stump", i, shape, (foot, Thickness::Thick))
         })
     }
 
@@ -204,7 +195,7 @@ impl PlantGrower<'_> {
                 let top_m = shape.mesh.positions.iter().fold(0.0_f32, |a, p| a.max(p.z));
                 shape.soak(WATER_LINE * top_m, wet);
             }
-            self.upright("rock", i, shape, (foot, Meshes::Thick))
+            self.upright("rock", i, shape, (foot, Thickness::Thick))
         })
     }
 
@@ -233,12 +224,7 @@ impl PlantGrower<'_> {
     /// Roots that lie across trails.
     pub(super) fn trail_roots(&self, bark: MaterialId) -> Vec<PlantAsset> {
         self.collect(TRAIL_ROOTS, 16, &|i, key| {
-            self.flat(
-                "root",
-                i,
-                wayside::root(bark, &mut key.rng()),
-                &OcclusionParams::LOW,
-            )
+            self.patch("root", i, wayside::root(bark, &mut key.rng()))
         })
     }
 
@@ -248,12 +234,7 @@ impl PlantGrower<'_> {
             return Vec::new();
         };
         self.collect(CULVERTS, 4, &|i, key| {
-            self.flat(
-                "culvert",
-                i,
-                wayside::culvert(of, &mut key.rng()),
-                &OcclusionParams::LOW,
-            )
+            self.patch("culvert", i, wayside::culvert(of, &mut key.rng()))
         })
     }
 
@@ -263,12 +244,7 @@ impl PlantGrower<'_> {
         let count = each * self.materials.steps.len() as u32;
         self.collect(TRAIL_STEPS, count, &|i, key| {
             let of = self.materials.steps[(i / each) as usize];
-            self.flat(
-                "step",
-                i,
-                wayside::step(of, &mut key.rng()),
-                &OcclusionParams::LOW,
-            )
+            self.patch("step", i, wayside::step(of, &mut key.rng()))
         })
     }
 
@@ -281,12 +257,7 @@ impl PlantGrower<'_> {
             let of = Domain::new(&species.name);
             let name = format!("{}_root", species.name);
             self.collect(SURFACE_ROOTS, each, &|i, key| {
-                self.flat(
-                    &name,
-                    i,
-                    surface_root(bark, key.domain(of)),
-                    &OcclusionParams::LOW,
-                )
+                self.patch(&name, i, surface_root(bark, key.domain(of)))
             })
         });
         roots.collect()
@@ -299,12 +270,7 @@ impl PlantGrower<'_> {
 
     fn beds_of(&self, materials: StoneMaterials) -> Vec<PlantAsset> {
         self.collect(STONE_BEDS, 8, &|i, key| {
-            self.flat(
-                "stone_bed",
-                i,
-                wayside::bed(materials, key),
-                &OcclusionParams::LOW,
-            )
+            self.patch("stone_bed", i, wayside::bed(materials, key))
         })
     }
 
@@ -320,12 +286,7 @@ impl PlantGrower<'_> {
             root,
         };
         self.collect(BANKS, PATCHES, &|i, key| {
-            self.flat(
-                "bank",
-                i,
-                bank(i >= PATCHES / 2, &materials, key),
-                &OcclusionParams::LOW,
-            )
+            self.patch("bank", i, bank(i >= PATCHES / 2, &materials, key))
         })
     }
 

@@ -4,8 +4,8 @@ use std::fmt;
 use std::sync::Arc;
 
 use nemoral_assets::{
-    Library, LogAsset, PlantAsset, SizeClass, TreeAsset, TreeClimbers, TreeSize,
-    with_ambient_occlusion, with_occluders,
+    Library, LogAsset, PlantAsset, ShapeKind, SizeClass, TreeAsset, TreeClimbers, TreeSize,
+    with_occlusion,
 };
 use nemoral_import::{self as import, LogMeasures, TreeMeasures};
 use nemoral_placement::Variety;
@@ -92,16 +92,12 @@ impl ModelRecipe {
             let shape = model.prototype(&format!("models.{name}"), &mut all.materials);
             let shape = shape.map_err(|e| wrong(&e))?;
             let scale = (wanted.scale_min * wanted.scale_max).sqrt() as f32;
-            let is_solid = kind != import::ModelKind::Shrub;
-            let shape = with_occluders(shape, &all.materials, is_solid, scale);
-            let shape = match kind {
-                import::ModelKind::Rock | import::ModelKind::Log => shape,
-                kind => {
-                    let is_tree = kind == import::ModelKind::Tree;
-                    with_ambient_occlusion(shape, &all.materials, is_tree)
-                }
+            let of_kind = match kind {
+                import::ModelKind::Tree => ShapeKind::Tree,
+                import::ModelKind::Shrub => ShapeKind::Shrub,
+                import::ModelKind::Rock | import::ModelKind::Log => ShapeKind::Solid,
             };
-            let shape = Arc::new(shape);
+            let shape = Arc::new(with_occlusion(shape, &all.materials, of_kind, scale));
             let species = wanted.species_or(name).to_owned();
             let (kind, asset) = match (kind, model.tree, model.log) {
                 (_, _, Some(measures)) => {

@@ -30,8 +30,9 @@ const AMBIENT_SIDE: usize = 16;
 const OPENNESS_STEPS: usize = 32;
 const GRID_SIDE: usize = 64;
 const GRID_UP: usize = 32;
-/// Nodes along a side of two grids of ground occlusion, and the distances of their nodes, metres.
-const GROUND_SIDES: [usize; 2] = [512, 512];
+/// Nodes along a side of the near and the wide grid of ground occlusion, and their distances,
+/// metres.
+const GROUND_SIDE: usize = 512;
 const GROUND_STEPS_M: [f32; 2] = [1.0 / 6.0, 0.8];
 
 /// A white surface in the sun gets this value in the target: 1/16 of the largest half float.
@@ -263,8 +264,9 @@ impl LightingPass {
         gpu.queue().submit([encoder.finish()]);
 
         let haze = self.backdrop.haze(inputs.lighting, inputs.view);
-        let (light, mut shares) = self.light(&haze, inputs);
-        shares.extend(ground_occlusion(inputs));
+        let ground_corners = ground_corners(inputs);
+        let (light, mut shares) = self.light(&haze, inputs, ground_corners);
+        shares.extend(ground_occlusion(inputs, ground_corners));
         let light = bytemuck::bytes_of(&light);
         let light = buffer(gpu, "light", light, wgpu::BufferUsages::UNIFORM)?;
         let shares = storage(gpu, "shares of light", bytemuck::cast_slice(&shares))?;
@@ -330,7 +332,12 @@ impl LightingPass {
         Ok((readback, submission))
     }
 
-    fn light(&self, haze: &Haze, inputs: &LightingInputs<'_>) -> (LightRecord, Vec<f32>) {
+    fn light(
+        &self,
+        haze: &Haze,
+        inputs: &LightingInputs<'_>,
+        ground_corners: [Vec2; 2],
+    ) -> (LightRecord, Vec<f32>) {
         let lighting = inputs.lighting;
         let camera = inputs.view.scene_from_camera.translation_m.as_vec3();
         let visibility = inputs.scene.sky_visibility;
@@ -386,10 +393,8 @@ impl LightingPass {
                 haze.fog.height_m,
             ],
             ground_grids: {
-                let [near, wide] = ground_corners(inputs);
-                let camera = camera.truncate();
-                let [near, wide] = [near, wide].map(|corner| (corner - camera).to_array());
-                [near[0], near[1], wide[0], wide[1]]
+                let [near, wide] = ground_corners.map(|corner| corner - camera.truncate());
+                [near.x, near.y, wide.x, wide.y]
             },
         };
         (record, sky_view_factor)
@@ -401,31 +406,25 @@ impl LightingPass {
 /// maps' own values wherever the camera is.
 fn ground_corners(inputs: &LightingInputs<'_>) -> [Vec2; 2] {
     let camera = inputs.view.scene_from_camera.translation_m.as_vec3();
-    let corner = |(side, step_m): (usize, f32)| {
+    GROUND_STEPS_M.map(|step_m| {
         let middle = (camera.truncate() / step_m).floor();
-        (middle - (side / 2) as f32 + 0.5) * step_m
-    };
-    let grids = GROUND_SIDES.into_iter().zip(GROUND_STEPS_M);
-    let corners: Vec<Vec2> = grids.map(corner).collect();
-    [corners[0], corners[1]]
+        (middle - (GROUND_SIDE / 2) as f32 + 0.5) * step_m
+    })
 }
 
 /// The ground occlusion around the camera: rows from the south of the near grid, then of the wide
 /// one.
-fn ground_occlusion(inputs: &LightingInputs<'_>) -> Vec<f32> {
+fn ground_occlusion(inputs: &LightingInputs<'_>, corners: [Vec2; 2]) -> Vec<f32> {
     let visibility = inputs.scene.sky_visibility;
     let height_m = inputs.view.scene_from_camera.translation_m.z as f32;
-    let grids = (GROUND_SIDES.into_iter().zip(GROUND_STEPS_M)).zip(ground_corners(inputs));
-    let rows = grids.flat_map(|((side, step_m), corner)| {
-        (0..side).map(move |y| (side, step_m, corner + Vec2::Y * (y as f32 * step_m)))
-    });
-    let rows: Vec<_> = rows.collect();
-    rows.into_par_iter()
-        .flat_map_iter(|(side, step_m, first)| {
-            (0..side).map(move |x| {
-                let at = first + Vec2::X * (x as f32 * step_m);
-                visibility.ground_occlusion(at.extend(height_m))
-            })
+    let nodes = GROUND_SIDE * GROUND_SIDE;
+    (0..2 * nodes)
+        .into_par_iter()
+        .map(|i| {
+            let (grid, node) = (i / nodes, i % nodes);
+            let node = Vec2::new((node % GROUND_SIDE) as f32, (node / GROUND_SIDE) as f32);
+            let at = corners[grid] + node * GROUND_STEPS_M[grid];
+            visibility.ground_occlusion(at.extend(height_m))
         })
         .collect()
 }

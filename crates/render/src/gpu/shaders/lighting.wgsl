@@ -11,10 +11,10 @@ const OPENNESS_STEPS = 32u;
 // Nodes of an openness grid: across, and up.
 const GRID_SIDE = 64u;
 const GRID_UP = 32u;
-// Nodes along a side of the two grids of ground occlusion, and their distances in metres.
+// Nodes along a side of the near and the wide grid of ground occlusion, and their distances in
+// metres.
 const GROUND_SIDE = 512u;
 const GROUND_STEP = 1.0 / 6.0;
-const WIDE_GROUND_SIDE = 512u;
 const WIDE_GROUND_STEP = 0.8;
 // Over so many nodes from its rim on, the shade of the wide grid becomes what it is.
 const GROUND_FADE = 16.0;
@@ -48,7 +48,7 @@ struct Light {
 // Background radiance, then irradiance by openness and normal.
 @group(2) @binding(2) var<storage, read> tables: array<vec4f>;
 // A near and a far grid of openness, then a near and a far one of ground occlusion.
-@group(2) @binding(3) var<storage, read> openness: array<f32>;
+@group(2) @binding(3) var<storage, read> light_shares: array<f32>;
 @group(2) @binding(4) var shadows: texture_depth_2d_array;
 // The same maps for reading, because a comparison sampler cannot return the depth of casters in GL.
 @group(2) @binding(8) var caster_heights: texture_2d_array<f32>;
@@ -98,8 +98,8 @@ fn open_in(first: u32, corner: vec3f, step: vec2f, point: vec3f) -> f32 {
     var layers: vec2f;
     for (var k = 0u; k < 2u; k++) {
         let a = at + k * up;
-        let low = mix(openness[a], openness[a + 1u], f.x);
-        let high = mix(openness[a + GRID_SIDE], openness[a + GRID_SIDE + 1u], f.x);
+        let low = mix(light_shares[a], light_shares[a + 1u], f.x);
+        let high = mix(light_shares[a + GRID_SIDE], light_shares[a + GRID_SIDE + 1u], f.x);
         layers[k] = mix(low, high, f.y);
     }
     return mix(layers.x, layers.y, f.z);
@@ -121,13 +121,12 @@ fn openness_at(point: vec3f) -> f32 {
 
 // The light that what stands on the ground leaves to it at a point relative to the camera.
 fn ground_occlusion_at(point: vec3f) -> f32 {
-    var side = GROUND_SIDE;
+    let side = GROUND_SIDE;
     var first = 2u * GRID_SIDE * GRID_SIDE * GRID_UP;
     var p = (point.xy - light.ground_grids.xy) / GROUND_STEP;
     var fade = 1.0;
     if any(p < vec2f(0.0)) || any(p >= vec2f(f32(side - 1u))) {
         first += side * side;
-        side = WIDE_GROUND_SIDE;
         p = (point.xy - light.ground_grids.zw) / WIDE_GROUND_STEP;
         let rim = min(p, f32(side - 1u) - p);
         fade = clamp(min(rim.x, rim.y) / GROUND_FADE, 0.0, 1.0);
@@ -138,8 +137,8 @@ fn ground_occlusion_at(point: vec3f) -> f32 {
     let c = vec2u(p);
     let f = p - vec2f(c);
     let at = first + c.y * side + c.x;
-    let low = mix(openness[at], openness[at + 1u], f.x);
-    let high = mix(openness[at + side], openness[at + side + 1u], f.x);
+    let low = mix(light_shares[at], light_shares[at + 1u], f.x);
+    let high = mix(light_shares[at + side], light_shares[at + side + 1u], f.x);
     return mix(1.0, mix(low, high, f.y), fade);
 }
 
