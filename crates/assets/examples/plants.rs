@@ -46,7 +46,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let library = Library::grow(&params, Key::world(seed))?;
     let folder = Path::new(&folder);
     let floor = &library.ground.floor;
-    let lists: [(&str, &[PlantAsset], f32, usize); 10] = [
+    let lists: [(&str, &[PlantAsset], f32, usize); 11] = [
         ("grass", &library.grass, 1.7, 4),
         ("herbs", &library.herbs, 1.5, 4),
         ("ferns", &library.ferns, 2.2, 4),
@@ -56,6 +56,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         ("rocks", &library.rocks, 2.6, 4),
         ("stumps", &library.stumps, 1.3, 5),
         ("trail_tufts", &library.trail_tufts, 0.5, 6),
+        ("strip_mats", &library.strip_mats, 0.6, 6),
         ("trail_stones", &library.trail_stones, 0.25, 6),
     ];
     for (i, (name, list, spacing_m, columns)) in lists.into_iter().enumerate() {

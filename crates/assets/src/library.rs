@@ -202,6 +202,8 @@ pub struct Library {
     pub shed: Vec<LitterPatches>,
     /// Tufts for trails: grass, trodden grass, plantain, clover.
     pub trail_tufts: Vec<PlantAsset>,
+    /// Mats of short grass, plantain and clover, half a metre wide, for strips between ruts.
+    pub strip_mats: Vec<PlantAsset>,
     /// Loose stones for trails.
     pub trail_stones: Vec<PlantAsset>,
     /// Roots that lie across trails, along x; none if they were not asked for.
@@ -422,6 +424,7 @@ impl Library {
                 .map(|of| plants.litter_patches(of))
                 .unwrap_or_default(),
             trail_tufts: plants.trail_tufts(),
+            strip_mats: plants.strip_mats(),
             trail_stones: plants.trail_stones(),
             trail_roots: (materials.surface_root)
                 .map(|bark| plants.trail_roots(bark))

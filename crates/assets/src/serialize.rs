@@ -51,7 +51,7 @@ struct StoredLibrary<'a> {
     /// Trees, saplings and snags.
     trees: [Vec<StoredTree<'a>>; 3],
     /// The kinds of plants, in the order of [`Library`]'s fields.
-    plants: [Vec<StoredPlant<'a>>; 23],
+    plants: [Vec<StoredPlant<'a>>; 24],
     /// Logs, and stems of thrown trees.
     logs: [Vec<StoredLog<'a>>; 2],
     /// What grows on each tree, and on each snag, in the order of [`TreeClimbers`]' fields.
@@ -181,6 +181,7 @@ impl Library {
                 &self.seedlings,
                 &self.litter,
                 &self.trail_tufts,
+                &self.strip_mats,
                 &self.trail_stones,
                 &self.trail_roots,
                 &self.culverts,
@@ -259,6 +260,7 @@ impl Library {
             seedlings,
             litter,
             trail_tufts,
+            strip_mats,
             trail_stones,
             trail_roots,
             culverts,
@@ -332,6 +334,7 @@ impl Library {
             litter: litter?,
             shed,
             trail_tufts: trail_tufts?,
+            strip_mats: strip_mats?,
             trail_stones: trail_stones?,
             trail_roots: trail_roots?,
             culverts: culverts?,

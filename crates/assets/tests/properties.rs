@@ -70,6 +70,7 @@ fn all_plants() -> impl Iterator<Item = &'static PlantAsset> {
         &l.ferns,
         &l.litter,
         &l.trail_tufts,
+        &l.strip_mats,
         &l.trail_stones,
     ]
     .into_iter()
@@ -330,6 +331,7 @@ fn every_kind_has_its_semantics_and_its_variants() {
     only(&l.ferns, &[Semantic::Fern]);
     only(&l.litter, &[Semantic::FallenTwig]);
     only(&l.trail_tufts, &[Semantic::Grass, Semantic::Herb]);
+    only(&l.strip_mats, &[Semantic::Grass, Semantic::Herb]);
     only(&l.trail_stones, &[Semantic::Stone]);
     only(&l.rocks, &[Semantic::Rock]);
     only(&l.stumps, &[Semantic::Stump]);
@@ -347,6 +349,7 @@ fn every_kind_has_its_semantics_and_its_variants() {
         &l.herbs,
         &l.litter,
         &l.trail_tufts,
+        &l.strip_mats,
         &l.trail_stones,
     ] {
         assert!(list.len() >= 16);
@@ -553,6 +556,7 @@ fn fingerprint(l: &Library) -> (u64, u64, u64) {
         &l.ferns,
         &l.litter,
         &l.trail_tufts,
+        &l.strip_mats,
         &l.trail_stones,
     ];
     for p in lists.into_iter().flatten() {

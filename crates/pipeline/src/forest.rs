@@ -281,6 +281,7 @@ impl ForestPlan {
                 undergrowth,
                 seedlings,
                 objects,
+                ground_sky_view_factor,
             ),
         );
         let ground_occlusion = plan.add(

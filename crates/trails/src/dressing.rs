@@ -11,6 +11,8 @@ pub enum DressingKind {
     Stone,
     /// A tuft of grass just beside the surface, whose blades hang over the edge.
     Verge,
+    /// A mat of short grass and herbs between the ruts, which wheels and feet keep low.
+    Strip,
     /// A root of a tree at the surface, which lies across the way.
     Root,
     /// A bed of stones, one beside the other, about a metre wide.
@@ -29,8 +31,8 @@ pub struct TrailDressing {
     /// Turn about the vertical; before, a root's and a step's axis lies along x, a step goes down
     /// along y, and a culvert opens along x.
     pub yaw_rad: f64,
-    /// Size relative to the usual one: grass 0.6..1.2, on a verge 0.6..1.6, stones lognormal,
-    /// 0.9..2.5, roots 0.6..1.3, beds 0.8..1.15, steps the width of the way in metres, culverts
+    /// Size relative to the usual one: grass 0.6..1.2, on a verge 0.6..1.6, mats on a strip
+    /// 0.5..1.3, stones lognormal, 0.9..2.5, roots 0.6..1.3, beds 0.8..1.15, steps the width of the way in metres, culverts
     /// 0.85..1.2.
     pub scale: f64,
     /// What it is.

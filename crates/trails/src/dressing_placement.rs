@@ -5,13 +5,14 @@ use glam::DVec2;
 use nemoral_scene::ChunkCoord;
 use nemoral_seed::{Domain, Draw, Key, Rng};
 
-use crate::TrailPath;
+use crate::{TrailPath, TrailSurfaceKind};
 use crate::dressing::{DressingKind, TrailDressing};
 use crate::profile::Wobble;
 
 const STONES: Domain = Domain::new("trails.stones");
 const GRASS: Domain = Domain::new("trails.grass");
 const VERGE: Domain = Domain::new("trails.verge");
+const STRIP: Domain = Domain::new("trails.strip");
 const ROOTS: Domain = Domain::new("trails.roots");
 const STEPS: Domain = Domain::new("trails.steps");
 const CULVERTS: Domain = Domain::new("trails.culverts");
@@ -39,6 +40,13 @@ const BED_M: f64 = 0.7;
 
 /// The wavelength at which stretches with beds and without alternate, metres.
 const BED_WAVE_M: f64 = 14.0;
+
+/// The places for mats on a square metre of strip: with nearly all of them taken, four fifths of the
+/// ground are covered.
+const STRIP_PER_M2: f64 = 11.0;
+
+/// The wavelengths at which strips alternate between overgrown and bare, metres.
+const STRIP_WAVES_M: [f64; 2] = [9.0, 1.3];
 
 /// The greatest distance of the verge's grass from the edge, metres.
 const VERGE_M: f64 = 0.5;
@@ -152,6 +160,61 @@ pub(crate) fn verges(
                 }
             }
         }
+    }
+}
+
+/// The mats of low plants on the strip between a trail's ruts along its passage through a chunk:
+/// smaller and fewer beside the ruts, and growing in patches.
+pub(crate) fn strip(
+    key: Key,
+    path: &TrailPath,
+    chunk: ChunkCoord,
+    mut emit: impl FnMut(TrailDressing),
+) {
+    let way = path.way();
+    let Some(ruts) = way.ruts().filter(|_| way.strip_cover > 0.0) else {
+        return;
+    };
+    let half_m = 0.5 * ruts.gauge_m - 1.2 * ruts.sigma_m;
+    if half_m <= 0.0 {
+        return;
+    }
+    let key = path.id().key(key.domain(STRIP));
+    let [stands, gaps] = [(0, STRIP_WAVES_M[0]), (1, STRIP_WAVES_M[1])]
+        .map(|(i, wave_m)| Wobble::new(key.item(i), path.length_m(), wave_m));
+    for (index, _, knots) in path.transits().filter(|t| t.1 == chunk) {
+        let key = key.item(2).item(index as u64);
+        let last = knots.end.min(path.knots().len() - 1);
+        let (from, to) = (path.knots()[knots.start].arc, path.knots()[last].arc);
+        let count = (STRIP_PER_M2 * 2.0 * half_m * (to - from)).round() as u32;
+        for i in 0..count {
+            let mut rng = key.item(u64::from(i)).rng();
+            let s = rng.range_f64(from, to);
+            let across = rng.range_f64(-1.0, 1.0);
+            let worn = across * across;
+            let growth = 1.0 + 0.9 * stands.at(s) + 0.6 * gaps.at(s);
+            let cover = way.strip_cover * growth * strip_factor(path.kind(s));
+            let mat = TrailDressing {
+                position_m: beside(path, s, path.wander_m(s) + across * half_m),
+                yaw_rad: rng.range_f64(0.0, std::f64::consts::TAU),
+                scale: rng.range_f64(0.8, 1.3) * (1.0 - 0.35 * worn),
+                kind: DressingKind::Strip,
+            };
+            if rng.chance((cover * (1.0 - worn * worn)).clamp(0.0, 1.0)) {
+                emit(mat);
+            }
+        }
+    }
+}
+
+/// How much of a strip of some material plants cover, relative to one of earth: our choice.
+fn strip_factor(kind: TrailSurfaceKind) -> f64 {
+    match kind {
+        TrailSurfaceKind::DryEarth | TrailSurfaceKind::Grassy => 1.0,
+        TrailSurfaceKind::Gravel | TrailSurfaceKind::Mud => 0.8,
+        TrailSurfaceKind::Sand => 0.5,
+        TrailSurfaceKind::LeafLitter | TrailSurfaceKind::Needles => 0.35,
+        TrailSurfaceKind::Rock => 0.2,
     }
 }
 

@@ -321,6 +321,12 @@ impl TrailPath {
         self.lane(i, t).0.ditches
     }
 
+    /// How far left of the middle the ruts' middle is at an arc length, metres.
+    pub(crate) fn wander_m(&self, s_m: f64) -> f64 {
+        let (i, t) = self.locate(s_m);
+        self.lane(i, t).0.wander
+    }
+
     /// Whether a tuft, stone or root with this draw in 0..1 is there at an arc length: on a way
     /// that changes, half of them are, in patches.
     pub(crate) fn has(&self, dressing: DressingKind, s_m: f64, draw: f64) -> bool {

@@ -11,7 +11,7 @@ use nemoral_scene::{ChunkCoord, Surface};
 use nemoral_seed::{Domain, Draw, Key};
 use quick_cache::sync::Cache;
 
-use crate::dressing_placement::{beds, culverts, grass, roots, steps, stones, verges};
+use crate::dressing_placement::{beds, culverts, grass, roots, steps, stones, strip, verges};
 use crate::given::course;
 use crate::layer::Earthworks;
 use crate::layout::{Course, Layout};
@@ -19,7 +19,9 @@ use crate::path::STEP_M;
 use crate::route::{Block, Router};
 use crate::trail_id::TrailId;
 use crate::turning;
-use crate::{DressingKind, ParamError, TrailDressing, TrailGround, TrailParams, TrailPath, Way};
+use crate::{
+    DressingKind, ParamError, TrailDressing, TrailGround, TrailParams, TrailPath, TrailZone, Way,
+};
 
 /// Hands over what lies along a trail's passage through a chunk.
 type Dress<'a> = dyn Fn(&TrailPath, ChunkCoord, &mut dyn FnMut(TrailDressing)) + 'a;
@@ -333,6 +335,11 @@ impl Trails {
                 steps(self.key, path, chunk, emit);
             });
         }
+        if has_any(&|w| w.strip_cover) {
+            self.add(coord, &mut dressing, &|path, chunk, emit| {
+                strip(self.key, path, chunk, emit);
+            });
+        }
         dressing
     }
 
@@ -362,6 +369,7 @@ impl Trails {
             DressingKind::Verge | DressingKind::Bed | DressingKind::Culvert => {
                 ground.edge_m(d.position_m) >= 0.0
             }
+            DressingKind::Strip => ground.zone(d.position_m) == TrailZone::Strip,
             _ => (ground.way_number(d.position_m)).is_none_or(|way| way == own),
         };
         dressing.extend(added.into_iter().filter(stays).map(|(_, d)| d));
@@ -555,6 +563,7 @@ mod tests {
             grass_max_per_chunk: 10,
             rocks_max_per_trail: 0,
             verge_tufts_per_m: 0.0,
+            strip_cover: 0.0,
             ..Way::default()
         };
         let params = TrailParams {

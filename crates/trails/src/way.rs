@@ -30,6 +30,10 @@ pub struct Way {
     /// Tufts of grass that a metre of each edge has room for, 0..=20; 0 for bare verges. About half
     /// of them grow, in patches.
     pub verge_tufts_per_m: f64,
+    /// The share of the strip between the ruts that low plants cover where there is light for
+    /// them, 0..=1: all of it on earth, less on sand, needles and rock, and in patches. Ways
+    /// without ruts have none.
+    pub strip_cover: f64,
     /// The most stones on one way, over its whole length; 0 for none.
     pub rocks_max_per_trail: u32,
     /// Roots that lie across a metre of a way, 0..=5. On a way that changes, there are half as
@@ -63,6 +67,7 @@ impl Default for Way {
             grass_max_per_chunk: 120,
             grass_spread_m: 0.5,
             verge_tufts_per_m: 6.0,
+            strip_cover: 0.6,
             rocks_max_per_trail: 300,
             roots_per_m: 0.0,
             steps_from_grade: 0.0,
@@ -110,6 +115,7 @@ impl Way {
             grass_max_per_chunk: 20,
             grass_spread_m: 0.4,
             verge_tufts_per_m: 7.0,
+            strip_cover: 0.0,
             rocks_max_per_trail: 400,
             roots_per_m: 1.0,
             steps_from_grade: 0.2,
@@ -152,6 +158,7 @@ impl Way {
             grass_max_per_chunk: 60,
             grass_spread_m: 0.35,
             verge_tufts_per_m: 10.0,
+            strip_cover: 0.0,
             rocks_max_per_trail: 500,
             roots_per_m: 0.0,
             steps_from_grade: 0.0,
@@ -189,6 +196,7 @@ impl Way {
             grass_max_per_chunk: 20,
             grass_spread_m: 1.5,
             verge_tufts_per_m: 2.0,
+            strip_cover: 0.25,
             rocks_max_per_trail: 100,
             roots_per_m: 0.0,
             steps_from_grade: 0.0,
@@ -227,6 +235,7 @@ impl Way {
             grass_max_per_chunk: 0,
             grass_spread_m: 0.2,
             verge_tufts_per_m: 4.0,
+            strip_cover: 0.0,
             rocks_max_per_trail: 50,
             roots_per_m: 0.3,
             steps_from_grade: 0.0,
@@ -270,6 +279,7 @@ impl Way {
             grass_max_per_chunk: 350,
             grass_spread_m: 3.8,
             verge_tufts_per_m: 6.0,
+            strip_cover: 0.5,
             rocks_max_per_trail: 600,
             roots_per_m: 0.0,
             steps_from_grade: 0.0,
@@ -322,6 +332,7 @@ impl Way {
             0.0..=20.0,
             "0..=20 per metre",
         )?;
+        ParamError::check_range("strip_cover", self.strip_cover, 0.0..=1.0, "0..=1")?;
         ParamError::check_range(
             "rocks_max_per_trail",
             f64::from(self.rocks_max_per_trail),

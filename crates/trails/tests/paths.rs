@@ -9,7 +9,9 @@ use common::{SIZE_M, around, flat, hills, trails};
 use nemoral_scene::ChunkCoord;
 use nemoral_scene::glam::DVec2;
 use nemoral_seed::Key;
-use nemoral_trails::{DressingKind, TrailParams, TrailPath, TrailSurfaceKind, Trails, Way};
+use nemoral_trails::{
+    DressingKind, TrailDressing, TrailParams, TrailPath, TrailSurfaceKind, TrailZone, Trails, Way,
+};
 use proptest::prelude::*;
 
 fn dense(seed: u64) -> Trails {
@@ -236,6 +238,7 @@ fn dressed(grass: u32, spread: f64, rocks: u32) -> Trails {
             grass_spread_m: spread,
             rocks_max_per_trail: rocks,
             verge_tufts_per_m: 0.0,
+            strip_cover: 0.0,
             ..Way::default()
         })
     };
@@ -300,6 +303,7 @@ fn verges_grow_at_edges_and_on_no_trail() {
                 grass_max_per_chunk: 0,
                 rocks_max_per_trail: 0,
                 verge_tufts_per_m: tufts_per_m,
+                strip_cover: 0.0,
                 ..Way::default()
             })
         };
@@ -335,6 +339,60 @@ fn verges_grow_at_edges_and_on_no_trail() {
             .sum::<usize>() as f64
     };
     assert!((count(&twice) / count(&trails) - 2.0).abs() < 0.1);
+}
+
+#[test]
+fn strips_are_covered_as_asked_for() {
+    let with = |strip_cover, kind| {
+        let params = TrailParams {
+            spawn_probability: 0.1,
+            max_length_chunks: 12,
+            ..TrailParams::of(
+                Way {
+                    grass_max_per_chunk: 0,
+                    rocks_max_per_trail: 0,
+                    verge_tufts_per_m: 0.0,
+                    strip_cover,
+                    ..Way::default()
+                }
+                .surfaced(kind),
+            )
+        };
+        trails(params, 13, flat(DVec2::ZERO))
+    };
+    // The covered share of the strips, by discs of the mats' size.
+    let covered = |trails: &Trails| {
+        let (mut strip, mut under) = (0, 0);
+        for chunk in around(ChunkCoord::new(0, 0), 2) {
+            let ground = trails.ground_near(chunk, 1.0);
+            let mats = trails.dressing(chunk);
+            for mat in &mats {
+                assert_eq!(mat.kind, DressingKind::Strip);
+                assert_eq!(ChunkCoord::containing(mat.position_m, SIZE_M), chunk);
+                assert_eq!(ground.zone(mat.position_m), TrailZone::Strip);
+                assert!((0.5..=1.3).contains(&mat.scale));
+            }
+            for k in 0..40_000 {
+                let cell = DVec2::new(f64::from(k % 200), f64::from(k / 200)) + 0.5;
+                let p = chunk.origin_m(SIZE_M) + cell * (SIZE_M / 200.0);
+                if ground.zone(p) == TrailZone::Strip {
+                    strip += 1;
+                    let is_under = |m: &TrailDressing| m.position_m.distance(p) < 0.2 * m.scale;
+                    under += u32::from(mats.iter().any(is_under));
+                }
+            }
+        }
+        assert!(strip > 2000, "{strip}");
+        f64::from(under) / f64::from(strip)
+    };
+    let earth = TrailSurfaceKind::DryEarth;
+    let shares = [0.0, 0.3, 0.6, 1.0].map(|cover| covered(&with(cover, earth)));
+    assert_eq!(shares[0], 0.0);
+    assert!((0.2..0.36).contains(&shares[1]), "{shares:?}");
+    assert!((0.4..0.6).contains(&shares[2]), "{shares:?}");
+    assert!((0.55..0.8).contains(&shares[3]), "{shares:?}");
+    let sand = covered(&with(0.6, TrailSurfaceKind::Sand));
+    assert!(sand < 0.75 * shares[2], "{sand}");
 }
 
 #[test]

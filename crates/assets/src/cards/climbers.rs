@@ -62,26 +62,30 @@ pub(crate) fn ivy(rng: &mut impl Rng) -> CardDrawing {
     drawing
 }
 
-/// A cushion of moss some 0.12 m wide, of shoots of a centimetre, ragged at its border.
+/// Moss some 0.14 m wide: small cushions of shoots of half a centimetre, which merge in the middle
+/// and stand apart at the border, and are longer up and down the stem than across.
 pub(crate) fn moss(rng: &mut impl Rng) -> CardDrawing {
     let mut drawing = CardDrawing::default();
-    let centre = Vec2::new(0.0, 0.062);
-    let lobes = [rng.unit_f32(), rng.unit_f32(), rng.unit_f32()];
-    for _ in 0..620 {
-        let angle = rng.range_f32(0.0, TAU);
-        let wave: f32 = (1..=3)
-            .map(|k| libm::cosf(k as f32 * angle + TAU * lobes[k - 1]) / (1.4 * k as f32))
-            .sum();
-        let r = 0.052 * (0.75 + 0.3 * wave) * rng.unit_f32().sqrt();
-        let from = centre + r * Vec2::new(libm::cosf(angle), libm::sinf(angle));
-        let way = heading(rng.range_f32(-2.2, 2.2));
-        let colour = varied(MOSS, rng) * rng.range_f32(0.55, 1.25);
-        drawing.stroke(Stroke::straight(
-            from,
-            from + way * rng.range_f32(0.005, 0.011),
-            [0.0042, 0.0018],
-            colour,
-        ));
+    let centre = Vec2::new(0.0, 0.07);
+    for _ in 0..24 {
+        let off = rng.unit_f32();
+        let way = rng.range_f32(0.0, TAU);
+        let middle = centre + 0.060 * off * Vec2::new(libm::cosf(way), libm::sinf(way));
+        let size = rng.range_f32(0.006, 0.019) * (1.0 - 0.6 * off);
+        let tone = rng.range_f32(0.75, 1.2);
+        for _ in 0..(2.2e5 * size * size) as u32 + 5 {
+            let r = size * rng.unit_f32().sqrt();
+            let angle = rng.range_f32(0.0, TAU);
+            let from = middle + r * Vec2::new(0.8 * libm::cosf(angle), 1.3 * libm::sinf(angle));
+            let way = heading(rng.range_f32(-2.2, 2.2));
+            let colour = varied(MOSS, rng) * (tone * rng.range_f32(0.6, 1.3));
+            drawing.stroke(Stroke::straight(
+                from,
+                from + way * rng.range_f32(0.003, 0.007),
+                [0.0034, 0.0014],
+                colour,
+            ));
+        }
     }
     drawing
 }

@@ -109,9 +109,16 @@ impl PlantGrower<'_> {
         let key = |domain: Domain, item: u64| -> Key {
             self.key.domain(domain).domain(own).item(2 * item + part)
         };
-        let finish = |(name, shape): (String, Shape)| {
+        let flat = |(name, shape): (String, Shape)| {
             let shape = prototype(&name, number, shape, library);
-            let shape = with_occluders(shape, (library, self.masks), Thickness::Thin);
+            Arc::new(with_occluders(
+                shape,
+                (library, self.masks),
+                Thickness::Thin,
+            ))
+        };
+        let leafy = |of: (String, Shape)| {
+            let shape = Arc::unwrap_or_clone(flat(of));
             Arc::new(with_occlusion(shape, self.masks, &OcclusionParams::SHRUB))
         };
         let some = |(_, shape): &(String, Shape)| !shape.cards.is_empty();
@@ -129,10 +136,12 @@ impl PlantGrower<'_> {
         });
         let top_m = growth.height_m.min(0.6 * tree.size.height_m) as f32;
         let bark = Bark::of(&tree.prototype, library, 1.3 * top_m);
+        let species = self.species.iter().find(|s| s.name == tree.species);
+        let bark_suits = species.map_or(1.0, |s| s.bark.moss);
         let moss = (0..4).map(|i| {
             let side = 0.25 * std::f32::consts::TAU * i as f32;
             let mut rng = key(MOSS, i as u64).rng();
-            let how = (side, top_m, growth.amount as f32);
+            let how = (side, top_m, (growth.amount * bark_suits) as f32);
             let shape = moss(&bark, how, &of.moss, &mut rng);
             (format!("{name}.moss.{i}"), shape)
         });
@@ -153,23 +162,21 @@ impl PlantGrower<'_> {
             (format!("{name}.clematis"), shape)
         });
         let runs = &self.materials.resin;
-        let resin = (tree.alive && self.is_conifer(tree) && !runs.is_empty()).then(|| {
+        let is_conifer = species.is_some_and(|s| s.leaves.kind.is_needle());
+        let resin = (tree.alive && is_conifer && !runs.is_empty()).then(|| {
             let bark = Bark::of(&tree.prototype, library, WOUNDS_M[1]);
             let shape = resin(&bark, runs, &mut key(RESIN, 0).rng());
             (format!("{name}.resin"), shape)
         });
         TreeClimbers {
-            honeysuckle: honeysuckle.filter(some).map(finish),
-            clematis: clematis.filter(some).map(finish),
-            resin: resin.filter(some).map(finish),
-            ivy: ivy.filter(some).map(finish).collect(),
+            honeysuckle: honeysuckle.filter(some).map(leafy),
+            clematis: clematis.filter(some).map(leafy),
+            // What is flat on the bark sees as much of the sky as the bark.
+            resin: resin.filter(some).map(flat),
+            ivy: ivy.filter(some).map(leafy).collect(),
             moss: (moss.into_iter().filter(|_| has_moss))
-                .map(finish)
+                .map(flat)
                 .collect(),
         }
-    }
-    fn is_conifer(&self, tree: &TreeAsset) -> bool {
-        let species = self.species.iter().find(|s| s.name == tree.species);
-        species.is_some_and(|s| s.leaves.kind.is_needle())
     }
 }

@@ -27,6 +27,7 @@ const HERBS: Domain = Domain::new("assets.herbs");
 const FERNS: Domain = Domain::new("assets.ferns");
 const SEEDLINGS: Domain = Domain::new("assets.seedlings");
 const LITTER: Domain = Domain::new("assets.litter");
+const STRIP_MATS: Domain = Domain::new("assets.strip_mats");
 const TRAIL_TUFTS: Domain = Domain::new("assets.trail_tufts");
 const TRAIL_STONES: Domain = Domain::new("assets.trail_stones");
 const TRAIL_ROOTS: Domain = Domain::new("assets.trail_roots");
@@ -355,6 +356,14 @@ impl PlantGrower<'_> {
             let shape = floor::litter(i, self.materials, &mut key.rng());
             let radius_m = shape.reach_m();
             self.finish("litter", i, shape, radius_m)
+        })
+    }
+
+    /// Mats for the strips between ruts.
+    pub(super) fn strip_mats(&self) -> Vec<PlantAsset> {
+        self.collect(STRIP_MATS, PATCHES, &|i, key| {
+            let shape = undergrowth::strip_mat(i, self.materials, &mut key.rng());
+            self.patch("strip_mat", i, shape)
         })
     }
 

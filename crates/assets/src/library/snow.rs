@@ -304,6 +304,7 @@ impl Library {
             &mut self.herbs,
             &mut self.ferns,
             &mut self.trail_tufts,
+            &mut self.strip_mats,
         ];
         patches.into_iter().chain(swards)
     }

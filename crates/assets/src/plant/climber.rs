@@ -205,25 +205,28 @@ pub(crate) fn moss(
         let height = top_m * (0.35 + 0.65 * facing);
         let turn = (libm::atan2f(at.y, at.x) / TAU).rem_euclid(1.0);
         let p = Vec2::new(turn, (0.21 * at.z).rem_euclid(1.0));
-        let patch = 0.6 * fbm(p, IVec2::new(5, 7), 3, 0.55, seed);
-        let share = smoothstep(0.0, 0.4, 1.0 - at.z / height.max(0.05) + patch);
+        let patch = 0.9 * fbm(p, IVec2::new(6, 9), 4, 0.6, seed);
+        let drier = 0.35 * (1.0 - facing);
+        let share = smoothstep(0.0, 0.3, 0.8 - at.z / height.max(0.05) + patch - drier);
         if !rng.chance(f64::from(share * (0.25 + 0.75 * facing))) {
             continue;
         }
         let image = rng.choose(cushions);
         let any = around(rng.range_f32(0.0, TAU)) + Vec3::Z * rng.range_f32(-1.0, 1.0);
-        // Flat on the bark, however turned.
+        // Flat on the bark, mostly upright.
+        let any = any + Vec3::Z * 1.5 * any.z.signum();
         let along = (any - out * any.dot(out)).normalize_or(Vec3::Z);
         let across = out.cross(along);
         // Cushions on thin stems are small, as they are flat.
         let thick = (at.truncate().length() / 0.14).clamp(0.35, 1.0);
-        let scale = rng.range_f32(0.5, 1.2) * thick;
-        let foot = at + out * rng.range_f32(0.004, 0.012);
+        // Only flecks of it grow at the border of a patch.
+        let scale = rng.range_f32(0.6, 1.2) * thick * (0.4 + 0.6 * share);
+        let foot = at + out * rng.range_f32(0.003, 0.008);
         let foot = foot - along * (0.5 * image.height_m * scale);
         shape.card(
             image,
             foot,
-            along + out * rng.range_f32(-0.06, 0.10),
+            along + out * rng.range_f32(-0.04, 0.06),
             across,
             scale,
         );

@@ -1,4 +1,4 @@
-//! Patches of grass, herbs and ferns, and the tufts that grow on trails.
+//! Patches of grass, herbs and ferns, and the tufts and mats that grow on trails.
 
 use std::f32::consts::TAU;
 
@@ -297,6 +297,30 @@ pub(crate) fn trail_tuft(variant: u32, materials: &WorldMaterials, rng: &mut imp
                 tuft(&mut shape, foot, cards, [0.1, 0.8], scale, materials, rng);
             }
         }
+    }
+    shape
+}
+
+/// Radius of a mat of what wheels and feet keep low, metres.
+const MAT_M: f32 = 0.24;
+
+/// A mat between the ruts of a trail: short, leaning grass, among it plantain or clover, and a few
+/// blades that were missed. Blades are shorter towards its rim.
+pub(crate) fn strip_mat(variant: u32, materials: &WorldMaterials, rng: &mut impl Rng) -> Shape {
+    let mut shape = Shape::default();
+    let [rosettes, clover] = [[0, 0], [2, 0], [0, 2], [1, 1]][variant as usize % 4];
+    for foot in scatter(rosettes + rng.below(2), 0.8 * MAT_M, 0.09, rng) {
+        rosette(&mut shape, foot, [0.22, 0.5], materials, rng);
+    }
+    for foot in scatter(clover, 0.7 * MAT_M, 0.10, rng) {
+        trefoils(&mut shape, foot, [0.6, 0.95], materials, rng);
+    }
+    for foot in scatter(20 + rng.below(10), MAT_M, 0.03, rng) {
+        let cards = 3 + rng.below(3);
+        let rim = 1.0 - 0.4 * foot.length() / MAT_M;
+        let is_missed = rng.chance(0.07);
+        let height = if is_missed { 0.7 } else { rng.range_f32(0.26, 0.50) };
+        tuft(&mut shape, foot, cards, [0.3, 1.15], height * rim, materials, rng);
     }
     shape
 }

@@ -1,10 +1,11 @@
 //! Trail surfaces, on tiles of 2 m: each has a surface, a rut and a strip between ruts.
 
-use glam::{IVec2, Vec3};
+use glam::{IVec2, Vec2, Vec3};
 use nemoral_scene::{Optics, TrailSurfaceKind as Kind};
-use nemoral_seed::Key;
+use nemoral_seed::{Draw, Key};
 
-use super::ground::{Debris, strew};
+use super::canvas::{Canvas, Stroke};
+use super::ground::{Debris, direction, strew};
 use super::noise::{fbm, gradient, ridged, scramble, smoothstep, unit, value, warp, worley};
 use super::tile::{Texels, Tile};
 use crate::lanes::{F32x16, U32x16, Vec2x16, Vec3x16, rgb};
@@ -128,12 +129,36 @@ pub(crate) fn bake(kind: Kind, key: Key) -> TrailTiles {
         t.height *= 0.4;
     }
     let rut = rut.with_luminance_of(rut_albedo(kind));
+    TrailTiles {
+        strip: strip(kind, &surface, seed, key.item(1)),
+        surface,
+        rut,
+    }
+}
+
+/// The strip between ruts: nobody drives there, so fallen leaves rot to humus, and seedlings of
+/// grass stand between the mats that are plants in relief.
+fn strip(kind: Kind, surface: &Tile, seed: u32, key: Key) -> Tile {
+    let green = match kind {
+        Kind::Grassy => 1.0,
+        Kind::Gravel | Kind::DryEarth | Kind::Mud => 0.8,
+        Kind::Sand => 0.5,
+        Kind::LeafLitter | Kind::Needles | Kind::Rock => 0.25,
+    };
+    let ground = surface.recolour(|p, t| {
+        let rotten = smoothstep(-0.5, 0.4, fbm(p, IVec2::splat(5), 4, 0.55, seed ^ 0x401));
+        let overgrown = smoothstep(-0.1, 0.45, fbm(p, IVec2::splat(4), 4, 0.6, seed ^ 0x402));
+        let humus = t.albedo * rgb(0.70, 0.66, 0.62);
+        let sprouts = rgb(0.078, 0.096, 0.036) * (0.8 + 0.4 * value(p, SPROUTS, seed ^ 0x403));
+        let soil = t.albedo.lerp(humus, 0.5 + 0.5 * rotten);
+        soil.lerp(sprouts, 0.55 * green * overgrown)
+    });
     let litter = Debris {
-        leaves: 40.0,
-        leaf_scale: 0.85,
+        leaves: 24.0,
+        leaf_scale: 0.7,
         needles: 60.0,
         twigs: 4.0,
-        grass: 900.0,
+        grass: 0.0,
     };
     let litter = match kind {
         Kind::Grassy => Debris {
@@ -143,24 +168,53 @@ pub(crate) fn bake(kind: Kind, key: Key) -> TrailTiles {
         },
         Kind::LeafLitter => Debris {
             leaves: 260.0,
-            grass: 120.0,
             ..litter
         },
         Kind::Needles => Debris {
             needles: 900.0,
-            grass: 120.0,
             ..litter
         },
         _ => litter,
     };
-    let mut strip = strew(surface.clone(), TRAIL_M, litter, key.item(1));
+    let ground = strew(ground, TRAIL_M, litter, key.item(0));
+    let mut strip = seedlings_of_grass(ground, 260.0 * green, key.item(1));
     strip.darken_hollows(4, 0.02, 0.6);
-    TrailTiles {
-        surface,
-        rut,
-        strip,
-    }
+    strip
 }
+
+/// The grain of what sprouts, cells along a side.
+const SPROUTS: IVec2 = IVec2::splat(170);
+
+/// Small tufts of fine blades, seen from above: some `per_m2`, in groups.
+fn seedlings_of_grass(tile: Tile, per_m2: f32, key: Key) -> Tile {
+    let mut rng = key.rng();
+    let mut canvas = Canvas::over(tile, Vec2::splat(TRAIL_M));
+    let mut middle = Vec2::ZERO;
+    for _ in 0..(per_m2 * TRAIL_M * TRAIL_M) as u32 {
+        if rng.chance(0.15) {
+            middle = Vec2::new(rng.range_f32(0.0, TRAIL_M), rng.range_f32(0.0, TRAIL_M));
+        }
+        let apart = 0.14 * rng.unit_f32().sqrt();
+        let foot = middle + apart * direction(&mut rng);
+        let dry = rng.unit_f32();
+        let colour = GRASS.lerp(CURED_GRASS, dry * dry * dry) * rng.range_f32(0.65, 1.1);
+        for _ in 0..5 + rng.below(6) {
+            let along = direction(&mut rng) * rng.range_f32(0.008, 0.034);
+            let bend = along.perp() * rng.range_f32(-0.3, 0.3);
+            canvas.stroke(&Stroke {
+                points: [foot, foot + 0.5 * along + bend, foot + along],
+                width_m: [0.003, 0.001],
+                colour: [colour * 0.5, colour],
+                level: 0.015,
+            });
+        }
+    }
+    canvas.into_tile().0
+}
+
+/// Colours of living blades, and of dead ones.
+const GRASS: Vec3 = Vec3::new(0.085, 0.125, 0.036);
+const CURED_GRASS: Vec3 = Vec3::new(0.22, 0.17, 0.085);
 
 /// Rounded stones of one size: (height of the dome, hash), 0 between them.
 fn stones(p: Vec2x16, per_side: i32, share: f32, seed: u32) -> (F32x16, U32x16) {

@@ -85,6 +85,7 @@ fn track(t: &config::Trails) -> Way {
         grass_max_per_chunk: t.grass_max,
         grass_spread_m: t.grass_spread_m,
         verge_tufts_per_m: t.verge_per_m,
+        strip_cover: t.strip_cover,
         rocks_max_per_trail: t.rocks_max,
         ..Way::default()
     };
@@ -188,6 +189,7 @@ fn dressed(t: &config::Trails, width_m: f64, way: Way) -> Way {
         width_m,
         change: t.change,
         grass_max_per_chunk: times(way.grass_max_per_chunk, t.grass_max, usual.grass_max),
+        strip_cover: (way.strip_cover * t.strip_cover / usual.strip_cover).min(1.0),
         verge_tufts_per_m: (way.verge_tufts_per_m * t.verge_per_m / usual.verge_per_m).min(20.0),
         rocks_max_per_trail: times(way.rocks_max_per_trail, t.rocks_max, usual.rocks_max)
             .min(STONES_MAX.max(t.rocks_max)),

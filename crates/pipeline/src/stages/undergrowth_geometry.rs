@@ -3,7 +3,7 @@
 use nemoral_placement::CoverPoint;
 use nemoral_scene::ChunkCoord;
 use nemoral_seed::Key;
-use nemoral_stand::SceneObjects;
+use nemoral_stand::{SceneObjects, SkyViewFactor};
 
 use crate::config;
 use crate::plan::{Encode, Encoder, Forest, Hasher, Node, OfWorld, Stage, Values};
@@ -51,10 +51,11 @@ impl Stage<Forest> for UndergrowthGeometryStage {
         Node<ChunkCoord, Vec<Patch>>,
         Node<ChunkCoord, Vec<CoverPoint>>,
         Node<ChunkCoord, SceneObjects>,
+        Node<ChunkCoord, SkyViewFactor>,
     );
     type Output = UndergrowthGeometry;
     const ID: &'static str = "chunk.undergrowth_geometry";
-    const VERSION: u32 = 11;
+    const VERSION: u32 = 12;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         InputFiles::default().encode(hasher, self);
@@ -64,7 +65,7 @@ impl Stage<Forest> for UndergrowthGeometryStage {
         &self,
         at: ChunkCoord,
         world: Key,
-        (assets, model, ground, patches, seedlings, objects): Values<'_, Self>,
+        (assets, model, ground, patches, seedlings, objects, sky): Values<'_, Self>,
     ) -> Result<UndergrowthGeometry, Error> {
         let dressing = model.trails().map(|t| t.dressing(at)).unwrap_or_default();
         let plants = LowPlants {
@@ -72,6 +73,7 @@ impl Stage<Forest> for UndergrowthGeometryStage {
             seedlings: &seedlings,
             dressing: &dressing,
             banks: self.banks,
+            sky: &sky,
         };
         let place = (at, self.chunk_size_m);
         let mut instances = plants.instances(place, world, &assets, &ground)?;

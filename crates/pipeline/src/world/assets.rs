@@ -71,6 +71,8 @@ pub struct WorldAssets {
     pub shed: Vec<[Vec<Arc<Blas>>; 2]>,
     /// Of `library.trail_tufts`.
     pub trail_tufts: Vec<Arc<Blas>>,
+    /// Of `library.strip_mats`.
+    pub strip_mats: Vec<Arc<Blas>>,
     /// Of `library.trail_stones`.
     pub trail_stones: Vec<Arc<Blas>>,
     /// Of `library.trail_roots`.
@@ -299,6 +301,7 @@ impl WorldAssets {
                 .map(|of| [plants(&of.wide), plants(&of.narrow)])
                 .collect(),
             trail_tufts: plants(&library.trail_tufts),
+            strip_mats: plants(&library.strip_mats),
             trail_stones: plants(&library.trail_stones),
             trail_roots: plants(&library.trail_roots),
             stone_beds: plants(&library.stone_beds),

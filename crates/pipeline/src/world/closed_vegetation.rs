@@ -157,9 +157,7 @@ impl ClosedVegetation {
         if ground.trail_kind(p) != Some(TrailSurfaceKind::Grassy) {
             return None;
         }
-        let [dark, light] = TRAIL_LIGHT;
-        let sky_view = site(p, ground, sky).sky_view;
-        let chance = ((sky_view - dark) / (light - dark)).clamp(0.0, 1.0);
+        let chance = trodden_chance(site(p, ground, sky).sky_view);
         let mut rng = point.key.domain(TRODDEN).rng();
         rng.chance(chance).then(|| Closed {
             community: PlantCommunity::GrazedGrass,
@@ -191,6 +189,12 @@ impl ClosedVegetation {
             variant,
         }
     }
+}
+
+/// The chance that there is grass at a place of a trail that would have it, by its light.
+pub(crate) fn trodden_chance(sky_view: f64) -> f64 {
+    let [dark, light] = TRAIL_LIGHT;
+    ((sky_view - dark) / (light - dark)).clamp(0.0, 1.0)
 }
 
 /// The conditions at a place: water gathers in the nearest hollows and runs off slopes, and over

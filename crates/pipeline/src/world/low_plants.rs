@@ -5,18 +5,21 @@ use std::sync::Arc;
 use nemoral_assets::Library;
 use nemoral_placement::CoverPoint;
 use nemoral_raycast::Blas;
-use nemoral_scene::{ChunkCoord, InstancePlace};
-use nemoral_seed::Key;
-use nemoral_stand::{LOW_PLANT_VARIATION, LowPlant, PatchKind};
+use nemoral_scene::{ChunkCoord, InstancePlace, Surface};
+use nemoral_seed::{Domain, Draw, Key};
+use nemoral_stand::{LOW_PLANT_VARIATION, LowPlant, PatchKind, SkyViewFactor};
 use nemoral_trails::{DressingKind, TrailDressing};
 
 use super::assets::WorldAssets;
 use super::banks::banks;
+use super::closed_vegetation::trodden_chance;
 use super::culverts::culverts;
 use super::ground::ChunkGround;
 use super::patch::Patch;
 use super::stream_stones::StreamStones;
 use crate::Error;
+
+const STRIP: Domain = Domain::new("pipeline.strip");
 
 /// How far the variants of neighbouring tiles differ, as a share of all.
 const VARIANT_SPREAD: f64 = 0.16;
@@ -29,6 +32,7 @@ pub(crate) struct LowPlants<'a> {
     pub(crate) dressing: &'a [TrailDressing],
     /// `trails.banks`.
     pub(crate) banks: f64,
+    pub(crate) sky: &'a SkyViewFactor,
 }
 
 impl LowPlants<'_> {
@@ -83,8 +87,11 @@ impl LowPlants<'_> {
             d.kind == DressingKind::Root && ground.litterfall(d.position_m) <= 0.0
         };
         let tufts = self.dressing.iter().filter(|d| {
-            let is_other = matches!(d.kind, DressingKind::Stone | DressingKind::Culvert);
-            !is_other && is_dry(d) && !is_rootless(d)
+            let is_elsewhere = matches!(
+                d.kind,
+                DressingKind::Stone | DressingKind::Culvert | DressingKind::Strip
+            );
+            !is_elsewhere && is_dry(d) && !is_rootless(d)
         });
         let of_kind: Vec<_> = assets.trail_steps.chunks(Library::TRAIL_STEPS).collect();
         for (i, d) in tufts.enumerate() {
@@ -107,6 +114,21 @@ impl LowPlants<'_> {
                 _ => &assets.trail_tufts,
             };
             plant(shapes, None, tuft);
+        }
+        let mats = self.dressing.iter().filter(|d| d.kind == DressingKind::Strip);
+        for (i, d) in mats.enumerate() {
+            let key = world.domain(STRIP).chunk(at).item(i as u64);
+            let eye_m = d.position_m.extend(ground.height_m(d.position_m) + 0.3);
+            let light = trodden_chance(f64::from(self.sky.at(eye_m)));
+            if is_dry(d) && key.rng().chance(light) {
+                let mat = LowPlant {
+                    position_m: d.position_m,
+                    yaw_rad: d.yaw_rad,
+                    scale: d.scale,
+                    key,
+                };
+                plant(&assets.strip_mats, None, mat);
+            }
         }
         let along = StreamStones::new(at, world, ground);
         for bed in along.cobbles {

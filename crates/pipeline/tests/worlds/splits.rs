@@ -80,7 +80,7 @@ fn trees(library: &Library) -> Digests {
 /// it.
 fn other_shapes(library: &Library) -> Digests {
     let of = library;
-    let plants: [&[PlantAsset]; 15] = [
+    let plants: [&[PlantAsset]; 16] = [
         &of.shrubs,
         &of.stumps,
         &of.rocks,
@@ -90,6 +90,7 @@ fn other_shapes(library: &Library) -> Digests {
         &of.seedlings,
         &of.litter,
         &of.trail_tufts,
+        &of.strip_mats,
         &of.trail_stones,
         &of.trail_roots,
         &of.surface_roots,

@@ -96,6 +96,9 @@ section! {
         /// Room for tufts of grass on a metre of each edge, of which about half grow; 0 for bare
         /// verges.
         verge_per_m: f64 = 6.0, Real(0.0, 20.0), "grassed verges, which get light and water";
+        /// Share of the strip between the ruts that short grass, plantain and clover cover where
+        /// there is light for them; less on sand and needles.
+        strip_cover: f64 = 0.6, Real(0.0, 1.0), "our choice: a track that is driven now and then";
         /// Stones, lumps of earth and ends of roots in the slopes that trails cut, relative to the
         /// usual; 0 for smooth slopes.
         banks: f64 = 1.0, Real(0.0, 2.0), "our choice: a cut of some years";
