@@ -13,7 +13,7 @@ use crate::textures::canvas::{Leaf, Outline, Stroke};
 /// Reflectance of ivy's leaves, whose wax makes them dark.
 pub(crate) const IVY: Vec3 = Vec3::new(0.050, 0.088, 0.034);
 /// Reflectance of moss on bark.
-pub(crate) const MOSS: Vec3 = Vec3::new(0.058, 0.082, 0.024);
+pub(crate) const MOSS: Vec3 = Vec3::new(0.060, 0.095, 0.028);
 
 /// A shoot of ivy some 0.22 m long: leaves of five lobes at both sides, the lowest first, one over
 /// the other.

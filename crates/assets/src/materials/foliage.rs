@@ -25,7 +25,6 @@ pub(super) struct CardKind {
     optics: LeafOptics,
     /// Evergreen without one.
     year: Option<PlantYear>,
-    roughness: f32,
     draw: fn(&mut PhiloxRng, u32) -> CardDrawing,
 }
 
@@ -45,7 +44,6 @@ impl CardKind {
             support: None,
             optics,
             year: None,
-            roughness: 0.6,
             draw,
         }
     }
@@ -100,18 +98,18 @@ impl KindImages {
     };
 }
 
-/// The standard deviation of the slopes of an image's leaves against the image, about 15 degrees
-/// (our choice).
-const LEAF_SPREAD: f32 = 0.26;
+/// The standard deviation of the slopes within an image of leaves: about 15 degrees of its leaves
+/// against the image, and as much of a leaf's parts, as it is folded along its veins and curved,
+/// against the leaf (our choice).
+const LEAF_SPREAD: f32 = 0.37;
 
-/// The roughness of an image of leaves: as they do not face the same way, they do not gleam at the
-/// same time. Variances of slopes add (Toksvig 2005, "Mipmapping normal maps"); that of a
-/// microfacet distribution of roughness r is r⁴ / 2. The roughness of needles includes it.
-fn of_spray(leaves: &LeafLook) -> f32 {
-    let leaf = leaves.roughness as f32;
-    if leaves.kind.is_needle() {
-        return leaf;
-    }
+/// The roughness of the leaves of low plants: that of trees without a thick wax.
+const HERB_ROUGHNESS: f32 = 0.5;
+
+/// The roughness of an image of leaves of this roughness: as they do not face the same way, they
+/// do not gleam at the same time. Variances of slopes add (Toksvig 2005, "Mipmapping normal maps");
+/// that of a microfacet distribution of roughness r is r⁴ / 2.
+fn of_spray(leaf: f32) -> f32 {
     let fourth = leaf.powi(4) + 2.0 * LEAF_SPREAD * LEAF_SPREAD;
     fourth.sqrt().sqrt().min(1.0)
 }
@@ -276,7 +274,11 @@ pub(super) fn register_leaves(
 ) -> FoliageCard {
     let whole = picture.whole_mask.as_ref().unwrap_or(&picture.mask);
     let opaque_fraction = whole.opaque_fraction() as f32;
-    let roughness = of_spray(leaves);
+    // That of needles includes how they spread.
+    let roughness = match leaves.roughness as f32 {
+        needles if leaves.kind.is_needle() => needles,
+        leaf => of_spray(leaf),
+    };
     let optics = laser(leaves.nm905, leaves.nm1550);
     let material = library.add(Material {
         transmittance: linear(leaves.transmittance),
@@ -330,7 +332,7 @@ pub(super) fn register_cards(
                         support: kind.support,
                         albedo: Arc::new(picture.texture),
                         transmittance: optics.transmittance,
-                        roughness: kind.roughness,
+                        roughness: of_spray(HERB_ROUGHNESS),
                         mask: Some(Arc::new(picture.mask)),
                         ground: false,
                         tile_m: 1.0,
