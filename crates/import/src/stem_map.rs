@@ -51,7 +51,8 @@ pub struct Stem {
 ///
 /// # Errors
 /// A column is missing or has no unit, a row is malformed, a value is out of its range, two trees
-/// stand at one place, there are none, or more than [`MAX_STEMS`].
+/// stand at one place, all are within centimetres as if in degrees, there are none, or more than
+/// [`MAX_STEMS`].
 pub fn read_stem_map(bytes: &[u8]) -> Result<Vec<Stem>, ImportError> {
     let mut table = Table::new(bytes)?;
     let x = table.needed(&["x_m", "x", "easting"])?;
@@ -139,7 +140,22 @@ pub fn read_stem_map(bytes: &[u8]) -> Result<Vec<Stem>, ImportError> {
     if stems.is_empty() {
         return Err(ImportError::file("has no trees below its header"));
     }
+    if stems.len() > 1 && seems_in_degrees(&stems) {
+        let message = "seems to be in degrees: project it to metres first, such as UTM";
+        return Err(ImportError::file(message));
+    }
     Ok(stems)
+}
+
+/// Whether all places could be degrees, and would be a few centimetres apart if they were metres.
+fn seems_in_degrees(stems: &[Stem]) -> bool {
+    let range = |of: fn(&Stem) -> f64| {
+        let least = stems.iter().map(of).fold(f64::INFINITY, f64::min);
+        let most = stems.iter().map(of).fold(f64::NEG_INFINITY, f64::max);
+        (least.abs().max(most.abs()), most - least)
+    };
+    let [(x, width), (y, height)] = [range(|s| s.x_m), range(|s| s.y_m)];
+    x <= 180.0 && y <= 90.0 && width.max(height) < 0.05
 }
 
 #[cfg(test)]
@@ -148,6 +164,15 @@ mod tests {
 
     fn refused(text: &str) -> String {
         read_stem_map(text.as_bytes()).expect_err(text).to_string()
+    }
+
+    #[test]
+    fn degrees_are_refused() {
+        let degrees = "x,y,dbh_cm\n8.1,49.2,30\n8.1003,49.2002,40\n8.1001,49.2001,30\n";
+        assert!(refused(degrees).contains("in degrees"));
+        let metres = "x,y\n8.1,49.2\n8.1003,49.3\n";
+        assert_eq!(read_stem_map(metres.as_bytes()).expect("metres").len(), 2);
+        assert!(read_stem_map(b"x,y\n8.1,49.2\n").is_ok());
     }
 
     #[test]

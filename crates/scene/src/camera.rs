@@ -96,7 +96,7 @@ impl Intrinsics {
     ///
     /// # Errors
     /// If a coefficient is beyond ±100, or the lens folds inside the picture, so that two rays are
-    /// projected to the same place, or no ray within 89° of the axis to some place.
+    /// projected to the same place, or a place shows no ray within 89° of the axis.
     pub fn with_distortion(self, distortion: Distortion) -> Result<Self, ParamError> {
         let lens = Self { distortion, ..self };
         lens.check_distortion()?;
@@ -126,11 +126,21 @@ impl Intrinsics {
                 let ray = self
                     .distortion
                     .ray(self.at_unit_focal(part * DVec2::new(w, h)));
-                let sound = ray.filter(|r| r.z > least_z && self.distortion.unfolds(*r));
-                sound.ok_or_else(|| folded(&self.distortion))?;
+                let sound = ray.filter(|r| self.distortion.unfolds(*r));
+                let ray = sound.ok_or_else(|| folded(&self.distortion))?;
+                if ray.z <= least_z {
+                    return Err(self.too_wide());
+                }
             }
         }
         Ok(())
+    }
+
+    fn too_wide(&self) -> ParamError {
+        let fov_deg = self.horizontal_fov_rad().to_degrees();
+        let allowed = "so small that with this lens all of the picture, its corners too, looks \
+                       within 89° of the axis";
+        ParamError::new("horizontal_fov_deg", fov_deg, allowed)
     }
 
     /// A pixel's place in the image of a camera of focal length 1.
@@ -231,8 +241,8 @@ fn folded(distortion: &Distortion) -> ParamError {
         .into_iter()
         .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
     let (field, value) = strongest.unwrap_or(("distortion", 0.0));
-    let allowed = "such that, with the others, each place of the picture shows one ray, within 89° \
-                   of the axis: the lens folds inside the picture";
+    let allowed = "such that, with the others, each place of the picture shows one ray: the lens \
+                   folds inside the picture";
     ParamError::new(field, value, allowed)
 }
 

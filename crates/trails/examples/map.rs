@@ -87,7 +87,9 @@ fn draw(trails: &Trails, corner: ChunkCoord, side: u32, pixels: u32, contour_m: 
             let at = (thing.position_m - chunk.origin_m(SIZE_M)) / step;
             let (x, y) = (at.x as u32, at.y as u32);
             let colour = match thing.kind {
-                DressingKind::Grass | DressingKind::Verge | DressingKind::Strip => Rgb([20, 110, 20]),
+                DressingKind::Grass | DressingKind::Verge | DressingKind::Strip => {
+                    Rgb([20, 110, 20])
+                }
                 DressingKind::Stone | DressingKind::Bed => Rgb([240, 240, 240]),
                 DressingKind::Root | DressingKind::Step | DressingKind::Culvert => {
                     Rgb([120, 70, 30])

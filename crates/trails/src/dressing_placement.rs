@@ -5,9 +5,9 @@ use glam::DVec2;
 use nemoral_scene::ChunkCoord;
 use nemoral_seed::{Domain, Draw, Key, Rng};
 
-use crate::{TrailPath, TrailSurfaceKind};
 use crate::dressing::{DressingKind, TrailDressing};
 use crate::profile::Wobble;
+use crate::{TrailPath, TrailSurfaceKind};
 
 const STONES: Domain = Domain::new("trails.stones");
 const GRASS: Domain = Domain::new("trails.grass");

@@ -8,8 +8,8 @@ use common::{SIZE_M, around, flat, hills, plain, trails};
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, Surface};
 use nemoral_trails::{
-    DressingKind, Ruts, Section, TrailDressing, TrailGround, TrailParams, TrailPath, TrailSurfaceKind,
-    TrailZone, Trails, Way,
+    DressingKind, Ruts, Section, TrailDressing, TrailGround, TrailParams, TrailPath,
+    TrailSurfaceKind, TrailZone, Trails, Way,
 };
 use proptest::prelude::*;
 

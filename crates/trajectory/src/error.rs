@@ -22,6 +22,15 @@ pub enum Error {
         /// The file.
         origin: String,
     },
+    /// The poses are those of a camera.
+    #[error(
+        "{origin}: moves along its poses' z axes, as a camera does: poses must be the body's, whose \
+         x axis points forward and z axis up"
+    )]
+    CameraAxes {
+        /// The file.
+        origin: String,
+    },
     /// Times do not increase.
     #[error("{origin}: time {time_s} of pose {pose} is not after {before_s}: times must increase")]
     Times {

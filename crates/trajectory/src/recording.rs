@@ -1,6 +1,7 @@
 //! Recorded poses with times.
 
 use nemoral_scene::RigidTransform;
+use nemoral_scene::glam::DVec3;
 
 use crate::Error;
 
@@ -19,7 +20,8 @@ impl Recording {
     /// used; height, pitch and roll come from the ground. Errors call the poses `origin`.
     ///
     /// # Errors
-    /// If there is no pose, or times do not increase.
+    /// If there is no pose, times do not increase, or with `on_ground`, if the poses are those of a
+    /// camera, whose z axis points forward.
     pub fn new(
         poses: Vec<(Option<f64>, RigidTransform)>,
         step_s: f64,
@@ -43,9 +45,13 @@ impl Recording {
                 before_s: times_s[i],
             });
         }
+        let poses: Vec<RigidTransform> = poses.into_iter().map(|(_, pose)| pose).collect();
+        if on_ground && moves_along_z(&poses) {
+            return Err(Error::CameraAxes { origin: origin() });
+        }
         Ok(Self {
             times_s,
-            poses: poses.into_iter().map(|(_, pose)| pose).collect(),
+            poses,
             on_ground,
         })
     }
@@ -92,10 +98,20 @@ impl Recording {
     }
 }
 
+/// Whether poses move along their own z axes: on nine tenths of at least a metre.
+fn moves_along_z(poses: &[RigidTransform]) -> bool {
+    let (mut way_m, mut along_z_m) = (0.0, 0.0);
+    for pair in poses.windows(2) {
+        let step = pair[1].translation_m - pair[0].translation_m;
+        way_m += step.length();
+        along_z_m += step.dot(pair[0].rotation * DVec3::Z);
+    }
+    way_m >= 1.0 && along_z_m > 0.9 * way_m
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nemoral_scene::glam::DVec3;
 
     fn at(x_m: f64) -> RigidTransform {
         RigidTransform::from_xyz_rpy(DVec3::new(x_m, 0.0, 0.0), 0.0, 0.0, x_m)
@@ -110,6 +126,26 @@ mod tests {
             let (is, expected) = (recording.at(time_s), at(x_m));
             assert!(is.translation_m.distance(expected.translation_m) < 1e-12);
             assert!(is.rotation.angle_between(expected.rotation) < 1e-7);
+        }
+    }
+
+    #[test]
+    fn poses_of_a_camera_are_refused_on_the_ground() {
+        // A camera's poses relative to its first one, and absolute ones.
+        let mount = RigidTransform::body_from_optical();
+        let relative = |x_m: f64| RigidTransform {
+            translation_m: DVec3::Z * x_m,
+            ..RigidTransform::IDENTITY
+        };
+        let absolute = |x_m: f64| RigidTransform {
+            translation_m: DVec3::X * x_m,
+            ..mount
+        };
+        for pose in [&relative as &dyn Fn(f64) -> _, &absolute] {
+            let poses = || (0..20).map(|i| (None, pose(0.1 * f64::from(i)))).collect();
+            let refused = Recording::new(poses(), 1.0, true, "poses.txt").expect_err("a camera's");
+            assert!(refused.to_string().contains("z axis up"), "{refused}");
+            assert!(Recording::new(poses(), 1.0, false, "poses.txt").is_ok());
         }
     }
 

@@ -126,7 +126,7 @@ pub(crate) fn this_view(config: &Config, place: &Place, size_px: (u32, u32)) -> 
     camera.enabled = true;
     (camera.mount_x_m, camera.mount_y_m, camera.mount_yaw_deg) = (0.0, 0.0, 0.0);
     camera.mount_z_m = place.eye_m;
-    camera.mount_pitch_deg = place.pitch_deg;
+    (camera.mount_pitch_deg, camera.mount_roll_deg) = (place.pitch_deg, 0.0);
     resize(camera, size_px);
     seen
 }

@@ -12,6 +12,7 @@ from typing import Any, Iterable, Iterator, Literal, Mapping
 import numpy as np
 import numpy.typing as npt
 
+from . import _arguments as arguments
 from . import _native
 from ._errors import ConfigError
 
@@ -471,7 +472,16 @@ class Frame:
         return np.concatenate([self.image, table[self.semantic]], axis=1)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write what :meth:`show` shows as a PNG."""
+        """Write what :meth:`show` shows, picture and classes side by side, as a PNG.
+
+        Args:
+            path: a name that ends with ``.png``.
+
+        Raises:
+            ValueError: if it does not.
+        """
+        if not os.fsdecode(path).lower().endswith(".png"):
+            raise arguments.refuse("path", os.fsdecode(path), "a name that ends with .png")
         data = png(self.show())
         with open(path, "wb") as file:
             file.write(data)

@@ -71,8 +71,8 @@ class Scan(np.ndarray[Any, np.dtype[Any]]):
     """The points of a :class:`Scanner`: an (N,) structured array, in the order of firing.
 
     All fields are there by name, as in ``scan["return_no"]``. The most used ones are attributes,
-    too, named as those of :class:`nemoral.Points`. Positions are in the LiDAR's frame (x forward,
-    y left, z up), metres.
+    too, named as those of :class:`nemoral.Points`, but ``scan["flags"]``: ``scan.flags`` is
+    NumPy's, of the array. Positions are in the LiDAR's frame (x forward, y left, z up), metres.
     """
 
     def __getitem__(self, key: Any) -> Any:

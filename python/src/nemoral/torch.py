@@ -8,7 +8,15 @@ import threading
 from typing import Any, Callable, Iterator, Mapping, Sequence, SupportsIndex
 
 import numpy as np
-import torch
+
+try:
+    import torch
+except ModuleNotFoundError as error:
+    if error.name != "torch":
+        raise
+    raise ModuleNotFoundError(
+        "nemoral.torch needs PyTorch, which is not installed: pip install torch", name="torch"
+    ) from None
 from torch.utils.data import Dataset as TorchDataset
 from torch.utils.data import IterableDataset, get_worker_info
 

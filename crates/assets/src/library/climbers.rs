@@ -174,9 +174,7 @@ impl PlantGrower<'_> {
             // What is flat on the bark sees as much of the sky as the bark.
             resin: resin.filter(some).map(flat),
             ivy: ivy.filter(some).map(leafy).collect(),
-            moss: (moss.into_iter().filter(|_| has_moss))
-                .map(flat)
-                .collect(),
+            moss: (moss.into_iter().filter(|_| has_moss)).map(flat).collect(),
         }
     }
 }

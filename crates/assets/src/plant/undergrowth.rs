@@ -319,8 +319,20 @@ pub(crate) fn strip_mat(variant: u32, materials: &WorldMaterials, rng: &mut impl
         let cards = 3 + rng.below(3);
         let rim = 1.0 - 0.4 * foot.length() / MAT_M;
         let is_missed = rng.chance(0.07);
-        let height = if is_missed { 0.7 } else { rng.range_f32(0.26, 0.50) };
-        tuft(&mut shape, foot, cards, [0.3, 1.15], height * rim, materials, rng);
+        let height = if is_missed {
+            0.7
+        } else {
+            rng.range_f32(0.26, 0.50)
+        };
+        tuft(
+            &mut shape,
+            foot,
+            cards,
+            [0.3, 1.15],
+            height * rim,
+            materials,
+            rng,
+        );
     }
     shape
 }

@@ -81,8 +81,11 @@ impl Camera {
     pub fn body_from_camera(&self) -> RigidTransform {
         mount(
             [self.mount_x_m, self.mount_y_m, self.mount_z_m],
-            self.mount_pitch_deg,
-            self.mount_yaw_deg,
+            [
+                self.mount_roll_deg,
+                self.mount_pitch_deg,
+                self.mount_yaw_deg,
+            ],
         ) * RigidTransform::body_from_optical()
     }
 

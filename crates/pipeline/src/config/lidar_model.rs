@@ -34,8 +34,11 @@ impl Lidar {
     pub fn body_from_lidar(&self) -> RigidTransform {
         mount(
             [self.mount_x_m, self.mount_y_m, self.mount_z_m],
-            self.mount_pitch_deg,
-            self.mount_yaw_deg,
+            [
+                self.mount_roll_deg,
+                self.mount_pitch_deg,
+                self.mount_yaw_deg,
+            ],
         )
     }
 

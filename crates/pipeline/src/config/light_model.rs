@@ -77,8 +77,7 @@ impl Lamp {
     pub(crate) fn body_from_lamp(&self) -> RigidTransform {
         mount(
             [self.mount_x_m, self.mount_y_m, self.mount_z_m],
-            self.mount_pitch_deg,
-            self.mount_yaw_deg,
+            [0.0, self.mount_pitch_deg, self.mount_yaw_deg],
         )
     }
 }

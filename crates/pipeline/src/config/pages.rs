@@ -4,9 +4,9 @@ use std::fmt::Write;
 
 use serde_json::{Map, Value, json};
 
-use super::dotted_keys::to_table;
 use super::load::merge;
-use super::{Config, Model, Preset, SECTIONS, devices};
+use super::schema::SectionSpec;
+use super::{CameraCalibration, Config, Model, Preset, SECTIONS, devices};
 
 /// A config as commented TOML: every key with its purpose, its allowed values and the source of its
 /// default.
@@ -207,7 +207,7 @@ fn object(path: &str) -> Value {
     for key in section.keys {
         let mut schema = key.allowed.json_schema();
         schema["description"] = json!(format!("{} Default: {}.", key.doc.trim(), key.source));
-        if let Some(value) = default_of(&defaults, path, key.name) {
+        if let Some(value) = default_of(&defaults, section, key.name) {
             schema["default"] = json!(value);
         }
         properties.insert(key.name.to_owned(), schema);
@@ -285,7 +285,7 @@ pub fn reference_page() -> String {
             "\n| key | default | allowed | what | source |\n|---|---|---|---|---|"
         );
         for key in section.keys {
-            let default = default_of(&defaults, section.path, key.name);
+            let default = default_of(&defaults, section, key.name);
             let default = default.map_or_else(|| "–".to_owned(), |v| format!("`{v}`"));
             let allowed = key.allowed.describe();
             let _ = writeln!(
@@ -335,11 +335,16 @@ fn wrapped(text: &str, indent: &str) -> String {
 const MODEL: &str = Model::SPEC.path;
 
 /// The default of a key.
-fn default_of(defaults: &toml::Table, path: &str, key: &str) -> Option<toml::Value> {
-    if path == MODEL {
-        return to_table(&Model::default()).remove(key);
+/// The value of a key that a config leaves out, though it has its table; `None` if that follows from
+/// other keys.
+fn default_of(defaults: &toml::Table, section: &SectionSpec, key: &str) -> Option<toml::Value> {
+    if section.path == CameraCalibration::SPEC.path {
+        return None;
     }
-    lookup(defaults, path)?.get(key).cloned()
+    match lookup(defaults, section.path) {
+        Some(table) => table.get(key).cloned(),
+        None => (section.defaults)().remove(key),
+    }
 }
 
 fn lookup<'a>(table: &'a toml::Table, path: &str) -> Option<&'a toml::Table> {

@@ -144,6 +144,8 @@ pub struct SectionSpec {
     pub keys: &'static [KeySpec],
     /// The values of keys whose names users choose; `None` if it has no such keys.
     pub named: Option<Allowed>,
+    /// The values of its keys where a config has the table but not the keys.
+    pub defaults: fn() -> toml::Table,
 }
 
 impl SectionSpec {
@@ -212,6 +214,7 @@ macro_rules! section {
                     source: $source,
                 }, )*],
                 named: None,
+                defaults: || $crate::config::dotted_keys::to_table(&Self::default()),
             };
         }
     };

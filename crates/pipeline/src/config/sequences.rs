@@ -14,7 +14,7 @@ use super::errors::{ConfigError, ConfigErrors};
 use super::file_paths::for_each_file;
 use super::load::{base, merge, merged, resolve};
 use super::source::Source;
-use super::spread::spread;
+use super::spread::even;
 use super::vary::{self, Variation};
 use super::{Config, Preset, Splits};
 use crate::{Error, InputFiles};
@@ -298,7 +298,7 @@ impl Sequences {
                 .unwrap_or(0);
             let position = members.entry(stratum).or_default();
             let key = Key::world(self.seed).domain(SPLITS).item(stratum as u64);
-            let u = spread(key, *position);
+            let u = even(key, *position);
             *position += 1;
             if u < splits.train {
                 Split::Train

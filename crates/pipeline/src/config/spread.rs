@@ -1,17 +1,48 @@
 //! Draws that are spread evenly over the sequences of a data set.
 
-use nemoral_seed::Key;
+use nemoral_seed::{Draw, Key};
+
+/// So many sequences, from the first on, have one number each of as many equal parts of the
+/// interval.
+const BLOCK: u32 = 8;
 
 /// A number in 0..1 for the `index`-th sequence; different keys give independent numbers.
 ///
-/// The numbers of the first 2, 4, 8, … sequences are stratified: each half, quarter, eighth, … of
-/// the interval has one. So few sequences cover a range better than independent draws, and a data
-/// set can be continued with further sequences without changing those before.
+/// Each [`BLOCK`] of sequences has a number in each of as many parts of the interval, in random
+/// order, and over the blocks the numbers of a part fill it evenly. So some sequences cover a range
+/// better than independent draws, and a data set can be continued with further sequences without
+/// changing those before.
+///
+/// Within a block this is Latin hypercube sampling (McKay, Beckman and Conover 1979). To be even
+/// for the first 2 and 4 sequences, too, neighbours would have to be in opposite halves with all
+/// keys, and so a few sequences would have keys that go together.
+///
+/// Over the blocks it is [`even`].
+pub(super) fn spread(key: Key, index: u32) -> f64 {
+    let (block, place) = (index / BLOCK, (index % BLOCK) as usize);
+    let part = order(key.item(0).item(u64::from(block)))[place];
+    let within = even(key.item(1).item(u64::from(part)), block);
+    (f64::from(part) + within) / f64::from(BLOCK)
+}
+
+/// A random order of a block's parts (Fisher and Yates).
+fn order(key: Key) -> [u32; BLOCK as usize] {
+    let mut rng = key.rng();
+    let mut parts = std::array::from_fn(|i| i as u32);
+    for last in (1..BLOCK).rev() {
+        parts.swap(last as usize, rng.below(last + 1) as usize);
+    }
+    parts
+}
+
+/// A number in 0..1 for the `index`-th sequence, the numbers of the first 2, 4, 8, … of which are
+/// stratified: each half, quarter, eighth, … of the interval has one. With many keys, these numbers
+/// go together more than by chance.
 ///
 /// This is the first dimension of Sobol's sequence, its order shuffled and its values scrambled by
 /// Owen's nested uniform scrambling, as B. Burley, "Practical Hash-based Owen Scrambling", Journal
 /// of Computer Graphics Techniques 9(4), 2020, computes it.
-pub(super) fn spread(key: Key, index: u32) -> f64 {
+pub(super) fn even(key: Key, index: u32) -> f64 {
     let (order, value) = (key.item(0).to_u64() as u32, key.item(1).to_u64() as u32);
     // The dimension's values are its indices with their bits reversed.
     let sobol = scrambled(index, order).reverse_bits();
@@ -42,17 +73,56 @@ mod tests {
     }
 
     #[test]
-    fn every_power_of_two_is_stratified() {
+    fn every_block_is_stratified_and_so_are_all_blocks() {
         for seed in 0..50 {
-            for bits in 0..8 {
-                let count = 1_u32 << bits;
-                let mut strata: Vec<u32> = (0..count)
-                    .map(|i| (spread(key(seed), i) * f64::from(count)) as u32)
-                    .collect();
-                strata.sort_unstable();
-                assert_eq!(strata, (0..count).collect::<Vec<_>>(), "seed {seed}");
+            for count in [BLOCK, 2 * BLOCK, 4 * BLOCK, 8 * BLOCK] {
+                let parts = |range: std::ops::Range<u32>, of: u32| {
+                    let part = |i| (spread(key(seed), i) * f64::from(of)) as u32;
+                    let mut parts: Vec<u32> = range.map(part).collect();
+                    parts.sort_unstable();
+                    parts
+                };
+                assert_eq!(parts(0..count, count), (0..count).collect::<Vec<_>>());
+                let last = parts(count - BLOCK..count, BLOCK);
+                assert_eq!(last, (0..BLOCK).collect::<Vec<_>>(), "seed {seed}");
             }
         }
+    }
+
+    #[test]
+    fn keys_go_together_no_more_than_by_chance() {
+        // The root mean square of the correlation of two keys: 1 / sqrt(n - 1) by chance.
+        for count in [4_u32, 8, 16, 64] {
+            let mut squares = 0.0;
+            let pairs = 2000;
+            for pair in 0..pairs {
+                let column = |k: u64| -> Vec<f64> {
+                    let all: Vec<f64> = (0..count).map(|i| spread(key(k), i)).collect();
+                    let mean = all.iter().sum::<f64>() / f64::from(count);
+                    all.iter().map(|x| x - mean).collect()
+                };
+                let (x, y) = (column(2 * pair), column(2 * pair + 1));
+                let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+                let r = dot(&x, &y) / (dot(&x, &x) * dot(&y, &y)).sqrt();
+                squares += r * r;
+            }
+            let relative = (squares / pairs as f64 * f64::from(count - 1)).sqrt();
+            assert!((0.9..1.1).contains(&relative), "{count}: {relative}");
+        }
+    }
+
+    #[test]
+    fn halves_of_two_keys_rarely_coincide() {
+        // Of 8 sequences, 4 are in the same half with both keys, or none is: by chance, of the 70
+        // ways to halve them, 2.
+        let half = |k: u64| (0..8).map(|i| spread(key(k), i) < 0.5).collect::<Vec<_>>();
+        let mut same = 0;
+        for pair in 0..4000 {
+            let (x, y) = (half(2 * pair), half(2 * pair + 1));
+            let equal = x.iter().zip(&y).filter(|(x, y)| x == y).count();
+            same += u32::from(equal == 0 || equal == 8);
+        }
+        assert!(same < 4000 * 2 / 70 + 40, "{same}");
     }
 
     #[test]
@@ -76,15 +146,33 @@ mod tests {
     }
 
     #[test]
+    fn even_numbers_are_stratified_from_the_first_on() {
+        for seed in 0..50 {
+            for bits in 0..8 {
+                let count = 1_u32 << bits;
+                let mut strata: Vec<u32> = (0..count)
+                    .map(|i| (even(key(seed), i) * f64::from(count)) as u32)
+                    .collect();
+                strata.sort_unstable();
+                assert_eq!(strata, (0..count).collect::<Vec<_>>(), "seed {seed}");
+            }
+        }
+    }
+
+    #[test]
     fn values_are_stable() {
-        let values: Vec<f64> = (0..3).map(|i| spread(key(7), i)).collect();
-        assert_eq!(
-            values,
-            [
-                0.503_415_488_987_229_8,
-                0.489_422_101_643_867_8,
-                0.802_700_792_788_527_9
-            ]
-        );
+        let of = |number: fn(Key, u32) -> f64| [0, 1, 2].map(|i| number(key(7), i));
+        let spread_ones = [
+            0.221_427_897_442_481_48,
+            0.618_810_853_120_521_6,
+            0.019_427_729_348_535_65,
+        ];
+        assert_eq!(of(spread), spread_ones);
+        let even_ones = [
+            0.503_415_488_987_229_8,
+            0.489_422_101_643_867_8,
+            0.802_700_792_788_527_9,
+        ];
+        assert_eq!(of(even), even_ones);
     }
 }

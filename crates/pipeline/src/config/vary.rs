@@ -31,6 +31,7 @@ pub(super) const VARY: SectionSpec = SectionSpec {
     choice: None,
     keys: &[],
     named: None,
+    defaults: toml::Table::new,
 };
 
 /// The other name.
@@ -40,6 +41,7 @@ pub(super) const RANGES: SectionSpec = SectionSpec {
     choice: None,
     keys: &[],
     named: None,
+    defaults: toml::Table::new,
 };
 
 /// One draw, of a key or of a group.

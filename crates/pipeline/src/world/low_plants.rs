@@ -115,7 +115,10 @@ impl LowPlants<'_> {
             };
             plant(shapes, None, tuft);
         }
-        let mats = self.dressing.iter().filter(|d| d.kind == DressingKind::Strip);
+        let mats = self
+            .dressing
+            .iter()
+            .filter(|d| d.kind == DressingKind::Strip);
         for (i, d) in mats.enumerate() {
             let key = world.domain(STRIP).chunk(at).item(i as u64);
             let eye_m = d.position_m.extend(ground.height_m(d.position_m) + 0.3);

@@ -88,7 +88,11 @@ impl TrajectoryRecipe {
                 distance_m: grid.distance_m,
                 clearance_m: r.clearance_m,
             }),
-            RobotPath::File(file) => Path::Recording(self.recording(file)?),
+            RobotPath::File(file) => {
+                let recording = self.recording(file)?;
+                note = below_ground(&recording, ground);
+                Path::Recording(recording)
+            }
         };
         Ok(RobotTrajectory {
             trajectory: Trajectory {
@@ -127,6 +131,28 @@ impl TrajectoryRecipe {
             .and_then(|poses| Recording::new(poses, self.pace().step_s(), file.on_ground, origin))
             .map_err(|e| Error::request(e.to_string()))
     }
+}
+
+/// What a user should know about poses that are deep in the ground.
+fn below_ground(recording: &Recording, ground: &GroundModel) -> Option<String> {
+    if recording.is_on_ground() {
+        return None;
+    }
+    // Ways may be cut into the ground.
+    const DEEP_M: f64 = 3.0;
+    let depth_m = |pose: u64| {
+        let at = recording.at(recording.time_s(pose)).translation_m;
+        ground.natural_height_m(at.truncate()) - at.z
+    };
+    let mut below = (0..recording.count()).filter(|&pose| depth_m(pose) > DEEP_M);
+    let first = below.next()?;
+    Some(format!(
+        "{} of {} poses are below the ground, pose {first} by {:.0} m: heights in robot.file are \
+         those of this world, unless robot.file.on_ground is true",
+        1 + below.count(),
+        recording.count(),
+        depth_m(first),
+    ))
 }
 
 /// The direction on the map that is this far clockwise from north.

@@ -1,5 +1,5 @@
 use super::*;
-use crate::config::{RangeNoiseModel, SunPosition, TerrainNoise};
+use crate::config::{CameraOptics, RangeNoiseModel, SunPosition, TerrainNoise};
 
 fn load(preset: &str, file: &str, settings: &[&str]) -> Result<Config, Error> {
     let dir = tempfile::tempdir().expect("a temporary folder");
@@ -482,7 +482,32 @@ fn ranges_are_drawn_from_the_seed_and_recorded() {
         Config::from_toml(&drawn[7].to_toml()).expect("fine"),
         drawn[7]
     );
-    assert_eq!(drawn[7].placement.trees.to_string(), "103.87581498362124");
+    assert_eq!(drawn[7].placement.trees.to_string(), "137.1144486812409");
+}
+
+#[test]
+fn a_calibration_that_leaves_numbers_out_is_that_of_its_picture() {
+    let calibration = |file: &str| match load("", file, &[]).expect("fine").camera.optics {
+        CameraOptics::Calibration(c) => [c.fx_px, c.fy_px, c.cx_px, c.cy_px],
+        other => panic!("{other:?}"),
+    };
+    let camera = "[camera]\nwidth_px = 640\nheight_px = 400\n[camera.calibration]\n";
+    let with = |numbers: &str| calibration(&format!("{camera}{numbers}"));
+    assert_eq!(with("fx_px = 402.4"), [402.4, 402.4, 320.0, 200.0]);
+    assert_eq!(with("fy_px = 402"), [402.0, 402.0, 320.0, 200.0]);
+    assert_eq!(with(""), [380.0, 380.0, 320.0, 200.0]);
+    let all = "fx_px = 400.0\nfy_px = 410.0\ncx_px = 300\ncy_px = 190";
+    assert_eq!(with(all), [400.0, 410.0, 300.0, 190.0]);
+    // A further camera has the numbers that were said of the first, and its own picture.
+    let file = format!("{camera}fx_px = 402.4\n[cameras.small]\nwidth_px = 320\nheight_px = 200");
+    let config = load("", &file, &[]).expect("fine");
+    let CameraOptics::Calibration(c) = &config.cameras["small"].optics else {
+        panic!("a calibration");
+    };
+    assert_eq!(
+        [c.fx_px, c.fy_px, c.cx_px, c.cy_px],
+        [402.4, 402.4, 160.0, 100.0]
+    );
 }
 
 #[test]

@@ -41,6 +41,7 @@ pub(super) const TARGETS: SectionSpec = SectionSpec {
     choice: None,
     keys: &[],
     named: Some(Real(0.0, 1.0)),
+    defaults: toml::Table::new,
 };
 
 impl Balance {

@@ -52,15 +52,16 @@ section! {
 
 section! {
     /// The camera by the numbers of its calibration, in pixels; the first pixel's centre is at
-    /// (0.5, 0.5).
+    /// (0.5, 0.5). Without `fy_px` pixels are square, and without a principal point it is the
+    /// picture's middle.
     CameraCalibration at "camera.calibration", one of "the camera's optics" {
-        /// Focal length along rows.
+        /// Focal length along rows; without it, as `fy_px`.
         fx_px: f64 = 760.0, Real(1.0, 1e6), "80 degrees on 1280 pixels";
-        /// Focal length along columns.
+        /// Focal length along columns; without it, as `fx_px`.
         fy_px: f64 = 760.0, Real(1.0, 1e6), "square pixels";
-        /// Principal point from the left edge; OpenCV's plus 0.5.
+        /// Principal point from the left edge, OpenCV's plus 0.5; without it, the middle.
         cx_px: f64 = 640.0, Real(-8192.0, 16384.0), "the middle of 1280 pixels";
-        /// Principal point from the top edge; OpenCV's plus 0.5.
+        /// Principal point from the top edge, OpenCV's plus 0.5; without it, the middle.
         cy_px: f64 = 360.0, Real(-8192.0, 16384.0), "the middle of 720 pixels";
     }
 }

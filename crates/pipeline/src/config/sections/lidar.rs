@@ -42,6 +42,8 @@ section! {
         mount_yaw_deg: f64 = 0.0, Real(-180.0, 180.0), "forward";
         /// Pitch, downwards.
         mount_pitch_deg: f64 = 0.0, Real(-90.0, 90.0), "level";
+        /// Roll, about its own forward axis after yaw and pitch: the right side goes down.
+        mount_roll_deg: f64 = 0.0, Real(-180.0, 180.0), "upright";
     }
     plus {
         /// The LiDAR's pattern.
@@ -67,6 +69,7 @@ pub(super) const FURTHER_LIDARS: SectionSpec = SectionSpec {
     choice: None,
     keys: &[],
     named: None,
+    defaults: toml::Table::new,
 };
 
 section! {

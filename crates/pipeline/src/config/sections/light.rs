@@ -120,6 +120,7 @@ pub(super) const FURTHER_LAMPS: SectionSpec = SectionSpec {
     choice: None,
     keys: &[],
     named: None,
+    defaults: toml::Table::new,
 };
 
 section! {

@@ -15,6 +15,7 @@ pub(super) const MODELS: SectionSpec = SectionSpec {
     choice: None,
     keys: &[],
     named: None,
+    defaults: toml::Table::new,
 };
 
 section! {

@@ -348,12 +348,14 @@ fn what_cannot_be_drawn_is_named() {
     has(by, &["splits.by = \"preset\"", "there are: none"]);
     // What is impossible together is found in the sequence that it was drawn for.
     let some = "sequences = 8\n[vary]\nchunks.visible_radius_m = [100, 600]";
-    let sequences = of(some).expect("the first is fine");
+    // Of some seeds the first sequence is fine, and of all seeds one has too wide a view.
+    let sequences = (0..20).find_map(|seed| of(&format!("seed = {seed}\n{some}")).ok());
+    let sequences = sequences.expect("the first is fine");
     let found = (0..8)
         .find_map(|k| sequences.get(k).err())
         .expect("one has too wide a view");
     assert!(found.to_string().starts_with("sequence "), "{found}");
-    assert!(found.to_string().contains("c.toml:3"), "{found}");
+    assert!(found.to_string().contains("c.toml:4"), "{found}");
 }
 
 #[test]

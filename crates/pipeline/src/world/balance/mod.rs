@@ -337,6 +337,7 @@ impl Encode for BalanceRecipe {
             camera.mount_z_m,
             camera.mount_yaw_deg,
             camera.mount_pitch_deg,
+            camera.mount_roll_deg,
         ];
         encoder.field("mount", &mount);
     }
