@@ -153,12 +153,13 @@ fn paper(config: &mut Config, trees: f64) {
     one_kind_of_way(config);
 }
 
-/// All trails are tracks with smooth banks that change along their run in stretches.
+/// All trails are tracks with smooth banks and bare strips that change along their run in stretches.
 fn one_kind_of_way(config: &mut Config) {
     config.trails.kinds = TrailKinds::tracks_only();
     config.trails.change = 0.0;
     config.trails.forks = 0.0;
     config.trails.banks = 0.0;
+    config.trails.strip_cover = 0.0;
 }
 
 fn demo(config: &mut Config) {
