@@ -63,6 +63,10 @@ pub(crate) enum Command {
     Tree(Tree),
     /// Writes a part of a forest for other programs.
     Export(Export),
+    /// Writes what an inertial measurement unit on the robot measures along its drive.
+    ///
+    /// The layout is that of the EuRoC MAV data set: samples, the unit's errors, true states.
+    Imu(Imu),
     /// Prints a script by which a shell completes commands and options.
     Completions {
         /// The shell.
@@ -229,6 +233,20 @@ pub(crate) struct Export {
     pub(crate) spacing: Option<f64>,
     /// The file, or the folder, which must be empty.
     #[arg(long, short, value_name = "PATH")]
+    pub(crate) out: PathBuf,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Imu {
+    #[command(flatten)]
+    pub(crate) world: World,
+    #[command(flatten)]
+    pub(crate) keeping: Keeping,
+    /// Which sequence.
+    #[arg(long, value_name = "K", default_value_t = 0)]
+    pub(crate) sequence: u32,
+    /// The folder, which must be empty.
+    #[arg(long, short, value_name = "DIR")]
     pub(crate) out: PathBuf,
 }
 

@@ -12,14 +12,14 @@ use nemoral_pipeline::config::{
 };
 use nemoral_pipeline::plan::{GraphFormat, Store};
 use nemoral_pipeline::{
-    Backend, ForestPlan, FrameSelection, Request, SequenceFrames, check, check_png_name, estimate,
-    generate, merge, preview, write_png,
+    Backend, ForestPlan, FrameSelection, Recorder, Request, SequenceFrames, check, check_png_name,
+    estimate, generate, merge, preview, write_png,
 };
 use serde_json::json;
 
 use crate::arguments::{
-    Arguments, Cloud, Command, ConfigCommand, Convert, Folder, Generate, Graph, Merge, Plan, Plot,
-    Preview,
+    Arguments, Cloud, Command, ConfigCommand, Convert, Folder, Generate, Graph, Imu, Merge, Plan,
+    Plot, Preview,
 };
 use crate::failure::{Failure, wrong};
 use crate::frames::Frames;
@@ -71,6 +71,7 @@ pub(crate) fn run(arguments: Arguments, program: Option<&Path>) -> Result<bool, 
         Command::Merge(a) => run_merge(&a),
         Command::Tree(a) => export::run_tree(&a),
         Command::Export(a) => export::run(&a, program),
+        Command::Imu(a) => run_imu(&a, program),
         Command::Completions { shell } => {
             let mut script = Vec::new();
             let mut program = Arguments::command();
@@ -83,6 +84,26 @@ pub(crate) fn run(arguments: Arguments, program: Option<&Path>) -> Result<bool, 
             Ok(true)
         }
     }
+}
+
+fn run_imu(a: &Imu, program: Option<&Path>) -> Result<bool, Failure> {
+    nemoral_export::check_folder(&a.out)?;
+    let sequence = load(&a.world)?.get(a.sequence)?;
+    let (cache, no_cache) = cache(&a.keeping, program);
+    let recorder = Recorder::new(sequence, Backend::Cpu, cache, threads(&a.world)?)?;
+    let count = recorder.write_imu(&a.out)?;
+    say(&format!("{} samples in {}", count.samples, a.out.display()))?;
+    if count.out_of_range > 0 {
+        note(&format!(
+            "{} samples are beyond 2000 degrees a second or 16 g, where the robot turns at the \
+             end of its trail",
+            count.out_of_range
+        ));
+    }
+    if let Some(no_cache) = no_cache {
+        note(&no_cache);
+    }
+    Ok(true)
 }
 
 fn run_cloud(a: Cloud) -> Result<bool, Failure> {

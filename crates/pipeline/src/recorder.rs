@@ -427,6 +427,11 @@ impl Recorder {
         self.manager.evict(&self.store, position_m, &[]);
     }
 
+    /// Drops what is out of reach of a place, for whom nothing else is recorded.
+    pub(crate) fn leave_behind(&self, place_m: DVec2) {
+        self.manager.evict(&self.store, place_m, &[]);
+    }
+
     /// Drops what is out of reach of the body, wherever it recorded last, or of another place if it
     /// has not recorded yet.
     pub(crate) fn stay_near(&self, place_m: DVec2) {

@@ -13,11 +13,12 @@ use std::process::Command;
 use serde_json::Value;
 
 /// The stage crates, each of which has one task and depends only on the vocabulary and the keys.
-const STAGES: [&str; 14] = [
+const STAGES: [&str; 15] = [
     "nemoral-assets",
     "nemoral-dataset",
     "nemoral-export",
     "nemoral-import",
+    "nemoral-imu",
     "nemoral-lidar",
     "nemoral-lidar-noise",
     "nemoral-placement",

@@ -7,6 +7,7 @@ mod devices;
 mod dotted_keys;
 mod errors;
 mod file_paths;
+mod imu_model;
 mod input_path;
 mod lidar_model;
 mod light_model;

@@ -9,6 +9,7 @@ mod deadwood;
 mod edge_trees;
 mod export;
 mod ground_shade;
+mod imu;
 mod litter;
 mod meadows;
 mod seasons;

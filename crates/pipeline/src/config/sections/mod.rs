@@ -7,6 +7,7 @@ mod camera_effects;
 mod camera_optics;
 mod floor;
 mod ground;
+mod imu;
 mod lidar;
 mod lidar_pattern;
 mod light;
@@ -37,6 +38,7 @@ pub use camera_effects::*;
 pub use camera_optics::*;
 pub use floor::*;
 pub use ground::*;
+pub use imu::*;
 pub use lidar::*;
 pub use lidar_pattern::*;
 pub use light::*;
@@ -119,6 +121,8 @@ section! {
         lidars: BTreeMap<String, Lidar>;
         /// Robot.
         robot: Robot;
+        /// Inertial measurement unit.
+        imu: Imu;
         /// Balance.
         balance: Balance;
         /// Files.
@@ -258,6 +262,7 @@ pub const SECTIONS: &[SectionSpec] = &[
     PathStraight::SPEC,
     PathStations::SPEC,
     PathFile::SPEC,
+    Imu::SPEC,
     Balance::SPEC,
     TARGETS,
     Output::SPEC,

@@ -1,0 +1,157 @@
+//! What the robot's inertial measurement unit measures along its drive.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use nemoral_files::{Folder, InnerPath, PendingFile};
+use nemoral_imu::{ImuMotion, ImuNoise, ImuSample, euroc, motions};
+use nemoral_scene::RigidTransform;
+use nemoral_seed::{Domain, Key};
+
+use crate::config::RobotPath;
+use crate::prove::prove;
+use crate::world::trajectory::Surroundings;
+use crate::{Error, Recorder};
+
+const IMU: Domain = Domain::new("pipeline.imu");
+
+/// Samples between which chunks that were left are freed.
+const ROUND: u64 = 2048;
+
+/// Rates and forces beyond these, 2000 °/s and 16 g, are beyond a unit's range.
+const MOST_RAD_S: f64 = 34.9;
+const MOST_M_S2: f64 = 157.0;
+
+/// How many samples were made, and how many of them no unit could have measured.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ImuCount {
+    /// All samples.
+    pub samples: u64,
+    /// Those beyond 2000 °/s or 16 g: a drive along a trail turns at its end in no time.
+    pub out_of_range: u64,
+}
+
+impl Recorder {
+    /// Hands over what the unit measures, in the order of time, from the first frame's time to the
+    /// last's, with its true motion.
+    ///
+    /// # Errors
+    /// If the robot does not drive: at stations, or at poses of a file, between which nothing says
+    /// how it moves; if the ground cannot be made; and the first error of `each`.
+    pub fn measure_motion(
+        &self,
+        mut each: impl FnMut(&ImuMotion, &ImuSample) -> Result<(), Error>,
+    ) -> Result<ImuCount, Error> {
+        let config = &self.sequence().config;
+        let refused = |path: &str, why: &str| {
+            Err(Error::request(format!(
+                "{path}: has no motion to measure: {why}; a drive along a trail, a wander or a \
+                 straight line has"
+            )))
+        };
+        match &config.robot.path {
+            RobotPath::Stations(_) => return refused("robot.stations", "the robot stands still"),
+            RobotPath::File(_) => {
+                return refused("robot.file", "between its poses nothing says how it moves");
+            }
+            _ if self.forest().balance_choice.is_some() => {
+                return refused("balance.targets", "frames are chosen beside the path");
+            }
+            _ => {}
+        }
+        let (runner, forest) = (self.runner(), self.forest());
+        prove(config, forest, &runner)?;
+        let trajectory = runner.get(forest.trajectory, ())?;
+        let body_from_imu = config.imu.body_from_imu();
+        let pose = |time_s: f64| -> Result<RigidTransform, Error> {
+            let surroundings = Surroundings {
+                ground: runner.demand(forest.ground),
+                objects: runner.demand(forest.objects),
+            };
+            Ok(trajectory.pose(0, time_s, surroundings)? * body_from_imu)
+        };
+        let params = config.imu.params();
+        let key = Key::world(config.seed).domain(IMU);
+        let mut noise = ImuNoise::new(&params, key).map_err(|e| Error::request(e.to_string()))?;
+        let last_s = trajectory.time_s(config.frames - 1);
+        let samples = (last_s * params.rate_hz + 1e-6).floor() as u64 + 1;
+        let mut count = ImuCount::default();
+        for motion in motions(params.rate_hz, samples, pose) {
+            let motion = motion?;
+            let sample = noise.measure(&motion);
+            each(&motion, &sample)?;
+            count.samples += 1;
+            let is_beyond = motion.angular_rate_rad_s.abs().max_element() > MOST_RAD_S
+                || motion.specific_force_m_s2.abs().max_element() > MOST_M_S2;
+            count.out_of_range += u64::from(is_beyond);
+            if count.samples % ROUND == 0 {
+                self.leave_behind(motion.world_from_imu.translation_m.truncate());
+            }
+        }
+        Ok(count)
+    }
+
+    /// Writes what the unit measures into a folder in the layout of the EuRoC MAV data set
+    /// ([`nemoral_imu::euroc`]).
+    ///
+    /// # Errors
+    /// As [`Recorder::measure_motion`], and if a file cannot be written; then none is there.
+    pub fn write_imu(&self, folder: &Path) -> Result<ImuCount, Error> {
+        let imu = &self.sequence().config.imu;
+        let folder = Folder::new(folder);
+        folder.create_root()?;
+        let mut samples = TextFile::begin(&folder, euroc::SAMPLES, euroc::SAMPLES_HEADER)?;
+        let mut states = TextFile::begin(&folder, euroc::STATES, euroc::STATES_HEADER)?;
+        let count = self.measure_motion(|motion, sample| {
+            euroc::push_sample(&mut samples.text, sample);
+            euroc::push_state(&mut states.text, motion, sample);
+            samples.flush(BUFFER)?;
+            states.flush(BUFFER)
+        })?;
+        let yaml = euroc::sensor_yaml(&imu.params(), &imu.body_from_imu());
+        let sensor = TextFile::begin(&folder, euroc::SENSOR, &yaml)?;
+        for file in [samples, states, sensor] {
+            file.commit()?;
+        }
+        Ok(count)
+    }
+}
+
+/// So much text is written at once, bytes.
+const BUFFER: usize = 1 << 16;
+
+/// A text that is written in parts.
+struct TextFile {
+    path: PathBuf,
+    file: PendingFile,
+    text: String,
+}
+
+impl TextFile {
+    fn begin(folder: &Folder, name: &str, text: &str) -> Result<Self, Error> {
+        let name = InnerPath::new(name).expect("the layout's names are inside of a folder");
+        if let Some(parent) = name.parent() {
+            folder.create_folders(&parent)?;
+        }
+        Ok(Self {
+            path: name.below(folder.root()),
+            file: folder.begin(&name)?,
+            text: text.to_owned(),
+        })
+    }
+
+    /// Writes the text if it is at least so long.
+    fn flush(&mut self, at_least: usize) -> Result<(), Error> {
+        if self.text.len() >= at_least {
+            let written = self.file.write_all(self.text.as_bytes());
+            written.map_err(nemoral_files::Error::io(&self.path))?;
+            self.text.clear();
+        }
+        Ok(())
+    }
+
+    fn commit(mut self) -> Result<(), Error> {
+        self.flush(0)?;
+        Ok(self.file.commit()?)
+    }
+}

@@ -1,0 +1,146 @@
+//! An inertial unit measures the drive that the frames are of.
+
+use nemoral_imu::{GRAVITY_M_S2, ImuMotion, ImuSample};
+use nemoral_pipeline::config::Layers;
+use nemoral_pipeline::{Backend, Error, ImuCount, Recorder};
+use nemoral_realism::grown;
+use nemoral_scene::glam::{DQuat, DVec3};
+
+fn recorder(preset: &str, settings: &[&str]) -> Recorder {
+    let layers = Layers {
+        preset: Some(preset.to_owned()),
+        settings: settings.iter().map(|&s| s.to_owned()).collect(),
+        ..Layers::default()
+    };
+    let sequence = layers.sequences().expect("sound").get(0).expect("one");
+    Recorder::new(sequence, Backend::Cpu, grown(), 2).expect("sound")
+}
+
+fn measured(recorder: &Recorder) -> Result<(Vec<(ImuMotion, ImuSample)>, ImuCount), Error> {
+    let mut all = Vec::new();
+    let count = recorder.measure_motion(|motion, sample| {
+        all.push((*motion, *sample));
+        Ok(())
+    })?;
+    Ok((all, count))
+}
+
+const UNIT: [&str; 5] = [
+    "frames=9",
+    "robot.spacing_s=0.5",
+    "imu.rate_hz=100",
+    "imu.mount_x_m=-0.2",
+    "imu.mount_yaw_deg=90",
+];
+
+#[test]
+fn integrated_it_leads_from_frame_to_frame() {
+    // Along a trail, and winding between the trees.
+    for path in ["robot.speed_m_s=1.2", "robot.wander.amplitude_m=6"] {
+        let settings = [&UNIT[..], &[path]].concat();
+        let recorder = recorder("demo", &settings);
+        let (all, count) = measured(&recorder).expect("a drive");
+        assert_eq!((all.len(), count.samples), (401, 401));
+        let step_s = 0.01;
+        // From the first sample on, by what was truly felt.
+        let (first, _) = all[0];
+        let (mut rotation, mut at) = (
+            first.world_from_imu.rotation,
+            first.world_from_imu.translation_m,
+        );
+        let mut velocity = first.velocity_m_s;
+        for (i, (motion, _)) in all.iter().enumerate() {
+            if i % 50 == 0 {
+                let pose = recorder.pose(i as u64 / 50).expect("a frame");
+                let imu = recorder.sequence().config.imu.body_from_imu();
+                let wanted = pose.world_from_body() * imu;
+                assert!((pose.time_s - motion.time_s).abs() < 1e-9);
+                let truth = motion.world_from_imu;
+                assert!(truth.translation_m.distance(wanted.translation_m) < 1e-9);
+                assert!(truth.rotation.angle_between(wanted.rotation) < 1e-7);
+                let drift_m = at.distance(wanted.translation_m);
+                assert!(drift_m < 0.01, "{path}, sample {i}: {drift_m} m");
+                assert!(rotation.angle_between(wanted.rotation) < 2e-3);
+            }
+            // A sample's interval is around its time: half of it is before the next.
+            let next = all.get(i + 1).map_or(*motion, |(next, _)| *next);
+            let rate = 0.5 * (motion.angular_rate_rad_s + next.angular_rate_rad_s);
+            let force = |m: &ImuMotion, r: DQuat| r * m.specific_force_m_s2;
+            let turned = rotation * DQuat::from_scaled_axis(step_s * rate);
+            let felt = 0.5 * (force(motion, rotation) + force(&next, turned));
+            let acceleration = felt - DVec3::Z * GRAVITY_M_S2;
+            at += step_s * velocity + 0.5 * step_s * step_s * acceleration;
+            velocity += step_s * acceleration;
+            rotation = turned;
+        }
+    }
+}
+
+#[test]
+fn a_unit_has_the_errors_that_were_asked_for_and_the_same_ones_each_time() {
+    let (all, count) = measured(&recorder("demo", &UNIT)).expect("a drive");
+    assert_eq!(count.out_of_range, 0);
+    let again = measured(&recorder("demo", &UNIT)).expect("a drive");
+    assert_eq!(all, again.0);
+    let noise = |(motion, sample): &(ImuMotion, ImuSample)| {
+        sample.specific_force_m_s2 - sample.accelerometer_bias_m_s2 - motion.specific_force_m_s2
+    };
+    let squares: f64 = all.iter().map(|s| noise(s).length_squared()).sum();
+    let deviation = (squares / (3 * all.len()) as f64).sqrt();
+    // 0.002 m/s² a root of hertz, at 100 Hz.
+    assert!((deviation / 0.02 - 1.0).abs() < 0.1, "{deviation}");
+    let other = [&UNIT[..], &["seed=8"]].concat();
+    let other = measured(&recorder("demo", &other)).expect("a drive").0;
+    assert_ne!(
+        other[0].1.gyroscope_bias_rad_s,
+        all[0].1.gyroscope_bias_rad_s
+    );
+    let exact = [
+        "imu.gyroscope_noise_density=0",
+        "imu.gyroscope_random_walk=0",
+        "imu.gyroscope_bias_rad_s=0",
+    ];
+    let exact = measured(&recorder("demo", &[&UNIT[..], &exact].concat())).expect("a drive");
+    for (motion, sample) in exact.0 {
+        assert_eq!(sample.angular_rate_rad_s, motion.angular_rate_rad_s);
+    }
+}
+
+#[test]
+fn the_folder_is_that_of_euroc() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let count = recorder("demo", &UNIT)
+        .write_imu(dir.path())
+        .expect("written");
+    let read = |name: &str| {
+        let path = dir.path().join(name);
+        nemoral_files::read_text(&path, 1 << 20).expect("a text")
+    };
+    let samples = read("imu0/data.csv");
+    let states = read("state_groundtruth_estimate0/data.csv");
+    for text in [&samples, &states] {
+        assert_eq!(text.lines().count() as u64, count.samples + 1);
+        assert!(text.starts_with("#timestamp"));
+        let last = text.lines().last().and_then(|line| line.split_once(','));
+        assert_eq!(last.map(|(time, _)| time), Some("4000000000"));
+    }
+    let sensor = read("imu0/sensor.yaml");
+    assert!(
+        sensor.contains("rate_hz: 100.0") && sensor.contains("T_BS:"),
+        "{sensor}"
+    );
+}
+
+#[test]
+fn a_robot_that_does_not_drive_is_refused() {
+    for (settings, why) in [
+        (&["robot.stations.rows=2"][..], "stands still"),
+        (
+            &["balance.targets.Trunks=0.2", "frames=2"],
+            "beside the path",
+        ),
+    ] {
+        let refused = measured(&recorder("demo", settings)).expect_err("no drive");
+        assert!(refused.to_string().contains(why), "{refused}");
+    }
+}
