@@ -132,7 +132,7 @@ fn they_are_made_of_their_species_under_their_own_semantic() {
                 let rough = leaf.roughness as f32;
                 let want = match leaf.kind {
                     LeafKind::NeedleTuft | LeafKind::NeedleSpray => rough,
-                    _ => (rough.powi(4) + 0.1352).powf(0.25),
+                    _ => (rough.powi(4) + 2.0 * 0.37 * 0.37).powf(0.25),
                 };
                 assert!((m.roughness - want).abs() < 1e-5, "{}: {want}", m.roughness);
                 let (young, old) = (light(m), leaf.reflectance().dot(LUMINANCE));

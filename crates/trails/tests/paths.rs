@@ -517,11 +517,18 @@ fn value_stability() {
                 .iter()
                 .rfind(|d| d.kind == DressingKind::Stone)
         ),
+        format!(
+            "{:?}",
+            trails
+                .dressing(chunk)
+                .iter()
+                .rfind(|d| d.kind == DressingKind::Verge)
+        ),
         format!("{:?}", trails.dressing(chunk).last()),
     ];
     assert_eq!(got, VALUES);
 }
-const VALUES: [&str; 5] = [
+const VALUES: [&str; 6] = [
     "3 ChunkCoord { x: -9, y: 0 } LeafLitter",
     "1815.6317408020088 DVec2(-412.52622576885483, -71.0004321911224)",
     "TrailDressing { position_m: DVec2(120.51844378147157, -47.369021413471074), yaw_rad: \
@@ -530,6 +537,8 @@ const VALUES: [&str; 5] = [
      0.4125438364883822, scale: 0.9, kind: Stone })",
     "Some(TrailDressing { position_m: DVec2(149.8107142412161, -12.778436750346291), yaw_rad: \
      0.5573484738590785, scale: 1.3742250095982231, kind: Verge })",
+    "Some(TrailDressing { position_m: DVec2(116.02647474273905, -7.057548883499383), yaw_rad: \
+     4.899359469878036, scale: 1.0412154456416638, kind: Strip })",
 ];
 
 #[test]

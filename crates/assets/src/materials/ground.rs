@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::solid::solid;
 use super::{TextureBaker, optics};
-use crate::textures::ground;
+use crate::textures::ground::{self, FallenNeedles};
 use crate::textures::tile::Tile;
 use crate::textures::trail::{self, TRAIL_M};
 
@@ -52,10 +52,11 @@ pub struct TrailMaterials {
 pub(super) fn bake_trails(
     baker: &TextureBaker,
     wanted: &[TrailSurfaceKind],
+    fallen: &FallenNeedles,
     key: Key,
 ) -> Vec<[Arc<Texture>; 3]> {
     let bake = |kind: TrailSurfaceKind| {
-        let tiles = LazyCell::new(|| trail::bake(kind, key.item(kind.index() as u64)));
+        let tiles = LazyCell::new(|| trail::bake(kind, fallen, key.item(kind.index() as u64)));
         [
             baker.bake(|| tiles.surface.clone()),
             baker.bake(|| tiles.rut.clone()),
@@ -74,8 +75,12 @@ pub(super) fn bake_trails(
 }
 
 /// Leaf litter, needle litter, moss and soil, bare soil.
-pub(super) fn bake_floors(baker: &TextureBaker, key: Key) -> Vec<Arc<Texture>> {
-    let recipes: [fn(Key) -> Tile; 4] = [
+pub(super) fn bake_floors(
+    baker: &TextureBaker,
+    fallen: &FallenNeedles,
+    key: Key,
+) -> Vec<Arc<Texture>> {
+    let recipes: [fn(&FallenNeedles, Key) -> Tile; 4] = [
         ground::leaf_litter,
         ground::needle_litter,
         ground::moss_and_soil,
@@ -84,7 +89,7 @@ pub(super) fn bake_floors(baker: &TextureBaker, key: Key) -> Vec<Arc<Texture>> {
     recipes
         .par_iter()
         .enumerate()
-        .map(|(i, recipe)| baker.bake(|| recipe(key.item(i as u64))))
+        .map(|(i, recipe)| baker.bake(|| recipe(fallen, key.item(i as u64))))
         .collect()
 }
 

@@ -31,6 +31,7 @@ use self::solid::{SolidTextures, register_stump, solid};
 use self::trees::{register_foliage, register_tree};
 use crate::plant::rock::StoneMaterials;
 use crate::plant::wayside::StepMaterials;
+use crate::textures::ground::FallenNeedles;
 use crate::textures::mineral;
 use crate::textures::tile::Tile;
 use crate::tree::{FoliageCard, Season, SeasonalLeaves, Species, TreeMaterials};
@@ -196,10 +197,11 @@ impl WorldMaterials {
         let baker = &TextureBaker::new(is_textured);
         let textures = key.domain(TEXTURES);
         let cards = key.domain(CARDS);
+        let fallen = &FallenNeedles::of(species);
         let ground = || {
             rayon::join(
-                || bake_trails(baker, trail_surfaces, textures.item(100)),
-                || bake_floors(baker, textures.item(200)),
+                || bake_trails(baker, trail_surfaces, fallen, textures.item(100)),
+                || bake_floors(baker, fallen, textures.item(200)),
             )
         };
         let of_species: Vec<SpeciesLeaves> = (species.iter())

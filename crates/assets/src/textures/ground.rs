@@ -9,6 +9,7 @@ use super::canvas::{Canvas, Leaf, Outline, Stroke};
 use super::noise::{fbm, gradient, ridged, smoothstep, unit, value, warp, worley};
 use super::tile::{Texels, Tile};
 use crate::lanes::{Vec2x16, rgb};
+use crate::tree::Species;
 
 /// Texels along a side of the floor's tiles.
 pub(crate) const FLOOR_TEXELS: usize = 1024;
@@ -41,6 +42,68 @@ pub(crate) struct Debris {
     pub(crate) grass: f32,
 }
 
+/// The fallen needles of a stand's conifers.
+#[derive(Clone, Debug)]
+pub(crate) struct FallenNeedles {
+    /// The least and the greatest length of each species' needles, and their width, metres.
+    kinds: Vec<([f32; 2], f32)>,
+}
+
+impl FallenNeedles {
+    /// Those of the species that have any; bits of twigs and stalks of leaves if none has.
+    pub(crate) fn of(species: &[Species]) -> Self {
+        let conifers = species.iter().filter(|s| s.leaves.kind.is_needle());
+        let mut kinds: Vec<_> = conifers
+            .map(|s| {
+                let length_m = s.leaves.length_m.map(|m| m as f32);
+                let ratio = s.leaves.width_ratio.map(|r| r as f32);
+                (
+                    length_m,
+                    0.25 * (length_m[0] + length_m[1]) * (ratio[0] + ratio[1]),
+                )
+            })
+            .collect();
+        if kinds.is_empty() {
+            kinds.push(([0.015, 0.05], 0.0015));
+        }
+        Self { kinds }
+    }
+
+    /// How many more of them cover the ground than of the long needles of maritime pine.
+    fn crowd(&self) -> f32 {
+        const LONG_M: f32 = 0.12;
+        let means = self.kinds.iter().map(|(m, _)| 0.5 * (m[0] + m[1]));
+        let mean_m = means.sum::<f32>() / self.kinds.len() as f32;
+        (LONG_M / mean_m).clamp(1.0, 6.0)
+    }
+
+    fn scatter(&self, canvas: &mut Canvas, size_m: f32, count: u32, rng: &mut impl Rng) {
+        for i in 0..count {
+            let (lengths_m, width_m) = *rng.choose(&self.kinds);
+            let from = anywhere(rng, size_m);
+            let along = direction(rng);
+            let length = rng.range_f32(lengths_m[0], lengths_m[1]);
+            let side = along.perp() * length * rng.range_f32(-0.1, 0.1);
+            let age = 1.0 - i as f32 / count as f32;
+            let fresh =
+                Vec3::new(0.225, 0.120, 0.062).lerp(Vec3::new(0.24, 0.165, 0.105), rng.unit_f32());
+            let colour =
+                fresh.lerp(Vec3::new(0.085, 0.055, 0.037), 0.75 * age) * rng.range_f32(0.7, 1.2);
+            let width_m = width_m.clamp(0.0012, 0.0025);
+            canvas.stroke(&Stroke {
+                points: [
+                    from,
+                    from + 0.5 * length * along + side,
+                    from + length * along,
+                ],
+                width_m: [width_m, 0.6 * width_m],
+                colour: [colour; 2],
+                level: 0.012 * (1.0 - age),
+            });
+        }
+    }
+}
+
 /// Fallen leaf colours, from just fallen to rotten.
 const LEAVES: [Vec3; 6] = [
     Vec3::new(0.235, 0.150, 0.090),
@@ -52,7 +115,13 @@ const LEAVES: [Vec3; 6] = [
 ];
 
 /// Strews a tile with leaves, needles, twigs and grass.
-pub(crate) fn strew(tile: Tile, size_m: f32, debris: Debris, key: Key) -> Tile {
+pub(crate) fn strew(
+    tile: Tile,
+    size_m: f32,
+    debris: Debris,
+    fallen: &FallenNeedles,
+    key: Key,
+) -> Tile {
     let mut rng = key.rng();
     let count = |per_m2: f32| (per_m2 * size_m * size_m) as u32;
     let outlines = [
@@ -64,8 +133,8 @@ pub(crate) fn strew(tile: Tile, size_m: f32, debris: Debris, key: Key) -> Tile {
     .map(Arc::new);
     let mut canvas = Canvas::over(tile, Vec2::splat(size_m));
     // Needles lie under, between and over the leaves.
-    let needles = count(debris.needles);
-    scatter_needles(&mut canvas, size_m, needles / 2, &mut rng);
+    let needles = count(debris.needles * fallen.crowd());
+    fallen.scatter(&mut canvas, size_m, needles / 2, &mut rng);
     let leaves = count(debris.leaves);
     for i in 0..leaves {
         let kind = rng.below(4) as usize;
@@ -110,7 +179,7 @@ pub(crate) fn strew(tile: Tile, size_m: f32, debris: Debris, key: Key) -> Tile {
             level: 0.02,
         });
     }
-    scatter_needles(&mut canvas, size_m, needles - needles / 2, &mut rng);
+    fallen.scatter(&mut canvas, size_m, needles - needles / 2, &mut rng);
     for _ in 0..count(debris.grass) {
         let from = anywhere(&mut rng, size_m);
         let along = direction(&mut rng);
@@ -131,30 +200,6 @@ pub(crate) fn strew(tile: Tile, size_m: f32, debris: Debris, key: Key) -> Tile {
     canvas.into_tile().0
 }
 
-fn scatter_needles(canvas: &mut Canvas, size_m: f32, count: u32, rng: &mut impl Rng) {
-    for i in 0..count {
-        let from = anywhere(rng, size_m);
-        let along = direction(rng);
-        let length = rng.range_f32(0.07, 0.17);
-        let side = along.perp() * length * rng.range_f32(-0.1, 0.1);
-        let age = 1.0 - i as f32 / count as f32;
-        let fresh =
-            Vec3::new(0.225, 0.120, 0.062).lerp(Vec3::new(0.24, 0.165, 0.105), rng.unit_f32());
-        let colour =
-            fresh.lerp(Vec3::new(0.085, 0.055, 0.037), 0.75 * age) * rng.range_f32(0.7, 1.2);
-        canvas.stroke(&Stroke {
-            points: [
-                from,
-                from + 0.5 * length * along + side,
-                from + length * along,
-            ],
-            width_m: [0.0025, 0.0015],
-            colour: [colour; 2],
-            level: 0.012 * (1.0 - age),
-        });
-    }
-}
-
 /// Dark forest soil: crumbs, fragments, damp patches.
 fn humus(p: Vec2x16, seed: u32) -> Texels {
     let broad = fbm(p, IVec2::splat(5), 4, 0.55, seed);
@@ -167,7 +212,7 @@ fn humus(p: Vec2x16, seed: u32) -> Texels {
 }
 
 /// Leaf litter of a mixed forest.
-pub(crate) fn leaf_litter(key: Key) -> Tile {
+pub(crate) fn leaf_litter(fallen: &FallenNeedles, key: Key) -> Tile {
     let seed = key.to_u64() as u32;
     let soil = Tile::bake(FLOOR_TEXELS, FLOOR_TEXELS, |p| humus(p, seed));
     let debris = Debris {
@@ -177,13 +222,13 @@ pub(crate) fn leaf_litter(key: Key) -> Tile {
         twigs: 16.0,
         grass: 4.0,
     };
-    let mut tile = strew(soil, FLOOR_M, debris, key);
+    let mut tile = strew(soil, FLOOR_M, debris, fallen, key);
     tile.darken_hollows(5, 0.010, 1.2);
     tile.with_luminance_of(Vec3::new(0.132, 0.085, 0.058))
 }
 
-/// Needle litter under pines.
-pub(crate) fn needle_litter(key: Key) -> Tile {
+/// Needle litter under conifers.
+pub(crate) fn needle_litter(fallen: &FallenNeedles, key: Key) -> Tile {
     let seed = key.to_u64() as u32;
     let soil = Tile::bake(FLOOR_TEXELS, FLOOR_TEXELS, |p| humus(p, seed));
     let debris = Debris {
@@ -193,7 +238,7 @@ pub(crate) fn needle_litter(key: Key) -> Tile {
         twigs: 22.0,
         grass: 3.0,
     };
-    let mut tile = strew(soil, FLOOR_M, debris, key);
+    let mut tile = strew(soil, FLOOR_M, debris, fallen, key);
     tile.darken_hollows(5, 0.007, 0.9);
     let tile = tile.recolour(|p, t| {
         // Drifts of older, darker needles.
@@ -204,7 +249,7 @@ pub(crate) fn needle_litter(key: Key) -> Tile {
 }
 
 /// Moss cushions, bare humus and scattered litter.
-pub(crate) fn moss_and_soil(key: Key) -> Tile {
+pub(crate) fn moss_and_soil(fallen: &FallenNeedles, key: Key) -> Tile {
     let seed = key.to_u64() as u32;
     let ground = Tile::bake(FLOOR_TEXELS, FLOOR_TEXELS, |p| {
         let soil = humus(p, seed);
@@ -230,13 +275,13 @@ pub(crate) fn moss_and_soil(key: Key) -> Tile {
         twigs: 18.0,
         grass: 60.0,
     };
-    let mut tile = strew(ground, FLOOR_M, debris, key);
+    let mut tile = strew(ground, FLOOR_M, debris, fallen, key);
     tile.darken_hollows(6, 0.010, 0.8);
     tile.with_luminance_of(Vec3::new(0.082, 0.076, 0.042))
 }
 
 /// A freshly cut or filled slope: mineral soil, stones, root ends, wash lines.
-pub(crate) fn bare_soil(key: Key) -> Tile {
+pub(crate) fn bare_soil(fallen: &FallenNeedles, key: Key) -> Tile {
     let seed = key.to_u64() as u32;
     let mut tile = Tile::bake(FLOOR_TEXELS, FLOOR_TEXELS, |p| {
         let q = warp(p, IVec2::splat(7), (0.03, 0.03), seed);
@@ -265,7 +310,7 @@ pub(crate) fn bare_soil(key: Key) -> Tile {
         grass: 5.0,
     };
     tile.darken_hollows(7, 0.010, 0.9);
-    let rooted = strew(tile, FLOOR_M, debris, key);
+    let rooted = strew(tile, FLOOR_M, debris, fallen, key);
     rooted
         .recolour(|p, t| t.albedo * (1.0 + 0.06 * gradient(p, IVec2::splat(220), seed ^ 0x91)))
         .with_luminance_of(Vec3::new(0.165, 0.120, 0.083))

@@ -5,7 +5,7 @@ use nemoral_scene::{Optics, TrailSurfaceKind as Kind};
 use nemoral_seed::{Draw, Key};
 
 use super::canvas::{Canvas, Stroke};
-use super::ground::{Debris, direction, strew};
+use super::ground::{Debris, FallenNeedles, direction, strew};
 use super::noise::{fbm, gradient, ridged, scramble, smoothstep, unit, value, warp, worley};
 use super::tile::{Texels, Tile};
 use crate::lanes::{F32x16, U32x16, Vec2x16, Vec3x16, rgb};
@@ -110,10 +110,10 @@ fn base(kind: Kind, p: Vec2x16, seed: u32) -> Texels {
 }
 
 /// Bakes surface, rut and strip.
-pub(crate) fn bake(kind: Kind, key: Key) -> TrailTiles {
+pub(crate) fn bake(kind: Kind, fallen: &FallenNeedles, key: Key) -> TrailTiles {
     let seed = key.to_u64() as u32;
     let base = Tile::bake(TRAIL_TEXELS, TRAIL_TEXELS, |p| base(kind, p, seed));
-    let mut surface = strew(base.clone(), TRAIL_M, debris(kind), key.item(0));
+    let mut surface = strew(base.clone(), TRAIL_M, debris(kind), fallen, key.item(0));
     surface.darken_hollows(4, 0.010, 0.9);
     let surface = surface.with_luminance_of(mean_albedo(kind));
     // Ruts: what lay on top is pressed into fine soil.
@@ -130,7 +130,7 @@ pub(crate) fn bake(kind: Kind, key: Key) -> TrailTiles {
     }
     let rut = rut.with_luminance_of(rut_albedo(kind));
     TrailTiles {
-        strip: strip(kind, &surface, seed, key.item(1)),
+        strip: strip(kind, &surface, fallen, (seed, key.item(1))),
         surface,
         rut,
     }
@@ -138,7 +138,7 @@ pub(crate) fn bake(kind: Kind, key: Key) -> TrailTiles {
 
 /// The strip between ruts: nobody drives there, so fallen leaves rot to humus, and seedlings of
 /// grass stand between the mats that are plants in relief.
-fn strip(kind: Kind, surface: &Tile, seed: u32, key: Key) -> Tile {
+fn strip(kind: Kind, surface: &Tile, fallen: &FallenNeedles, (seed, key): (u32, Key)) -> Tile {
     let green = match kind {
         Kind::Grassy => 1.0,
         Kind::Gravel | Kind::DryEarth | Kind::Mud => 0.8,
@@ -176,7 +176,7 @@ fn strip(kind: Kind, surface: &Tile, seed: u32, key: Key) -> Tile {
         },
         _ => litter,
     };
-    let ground = strew(ground, TRAIL_M, litter, key.item(0));
+    let ground = strew(ground, TRAIL_M, litter, fallen, key.item(0));
     let mut strip = seedlings_of_grass(ground, 260.0 * green, key.item(1));
     strip.darken_hollows(4, 0.02, 0.6);
     strip

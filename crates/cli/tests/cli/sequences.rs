@@ -157,14 +157,14 @@ fn sequences_are_listed_and_the_last_one_is_checked_before_the_first_frame() {
     let config = folder.join("varied.toml");
     fs::write(&config, VARIED).expect("a writable folder");
     let config = config.to_string_lossy();
-    let listed = run(&["plan", &config, "--list"]);
+    let listed = run(&["plan", &config, "--list", "--sequences", "8"]);
     assert_eq!(listed.code, Some(0), "{}", listed.stderr);
     let lines: Vec<&str> = listed.stdout.lines().collect();
-    assert_eq!(lines.len(), 4);
+    assert_eq!(lines.len(), 8);
     let with = |word: &str| lines.iter().filter(|l| l.contains(word)).count();
     assert_eq!(
         (with("mid70"), with("vlp16"), with("train"), with("test")),
-        (2, 2, 2, 2)
+        (4, 4, 4, 4)
     );
     let shown = run(&["config", "show", &config, "--sequence", "3"]);
     assert_eq!(shown.code, Some(0), "{}", shown.stderr);

@@ -21,6 +21,9 @@ use crate::plan::{Encode, Encoder};
 
 const FLOOR: Domain = Domain::new("pipeline.floor");
 
+/// By how much wetter than in the open the ground of a wood is where it is bare mud.
+const LITTER_OVER_MUD: f64 = 0.25;
+
 /// The mesh of the ground, as a config describes it.
 #[derive(Clone, Debug)]
 pub(crate) struct GroundMeshRecipe {
@@ -207,7 +210,10 @@ fn ground_material<F: Field>(
         TrailZone::Off if ground.is_rock_face(p) => materials.rock_face.unwrap_or(mud),
         TrailZone::Off => {
             let wetness = ground.conditions(p).wetness;
-            if ground.is_mud(wetness, || wave(p)) {
+            // What falls from trees covers mud, but where water washes it away.
+            let washed = (1.25 - 0.5 * ground.bank_m(p)).clamp(0.0, 1.0);
+            let covered = LITTER_OVER_MUD * ground.litterfall(p) * (1.0 - washed);
+            if ground.is_mud(wetness - covered, || wave(p)) {
                 mud
             } else {
                 materials.floor[floor.cover(p, wetness).index()]

@@ -50,12 +50,16 @@ pub(super) fn flakes(seed: u32) -> Tile {
 /// Spruce: rounded scales of 1 to 3 cm that lift at their edges, red-brown below grey.
 pub(super) fn scales(seed: u32) -> Tile {
     let mut tile = Tile::bake(WIDTH, HEIGHT, |p| {
-        let q = warp(p, IVec2::new(20, 34), (0.012, 0.008), seed);
-        let big = worley(q, IVec2::new(34, 52), 0.9, seed ^ 0x22);
+        let q = warp(p, IVec2::new(20, 34), (0.016, 0.010), seed);
+        let q = warp(q, IVec2::new(70, 110), (0.004, 0.003), seed ^ 0x11);
+        let big = worley(q, IVec2::new(42, 58), 1.0, seed ^ 0x22);
         let small = worley(q, IVec2::new(78, 120), 1.0, seed ^ 0x33);
         // A scale is a shallow dome, highest towards its lower edge.
         let tilt = (0.5 - big.offset.y).clamp(0.0, 1.0);
-        let dome = smoothstep(0.0, 0.22, big.border()) * (0.55 + 0.45 * tilt);
+        let dome = smoothstep(0.0, 0.13, big.border()) * (0.6 + 0.4 * tilt);
+        // Some scales lie close, and no gap is seen between them.
+        let lifted = 0.25 + 0.75 * unit(big.id ^ 0x91);
+        let dome = 1.0 - lifted * (1.0 - dome);
         let fine = smoothstep(0.0, 0.2, small.border());
         let grain = fbm(p, IVec2::new(110, 160), 2, 0.6, seed ^ 0x44);
         let cloud = fbm(p, IVec2::new(4, 5), 4, 0.55, seed ^ 0x55);
@@ -64,13 +68,13 @@ pub(super) fn scales(seed: u32) -> Tile {
         let red = rgb(0.165, 0.105, 0.075);
         let top = grey.lerp(red, 0.35 + 0.55 * shed) * (1.0 + 0.28 * grain + 0.25 * cloud);
         let top = with_lichen(p, top, 0.06, seed ^ 0x77) * (0.85 + 0.3 * (unit(small.id) - 0.5));
-        let gap = rgb(0.055, 0.038, 0.028);
+        let gap = rgb(0.070, 0.048, 0.036);
         Texels {
             albedo: gap.lerp(top, dome * (0.8 + 0.2 * fine)),
             height: dome * (0.7 + 0.15 * fine) + 0.04 * grain,
         }
     });
-    tile.darken_hollows(5, 0.5, 0.8);
+    tile.darken_hollows(5, 0.5, 0.6);
     tile
 }
 
