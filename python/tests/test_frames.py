@@ -109,6 +109,8 @@ def test_shapes_and_types(forest: nemoral.Forest) -> None:
     assert np.allclose(frame.world_from_body @ frame.camera.body_from_sensor,
                        frame.camera.world_from_sensor)
     assert "points" in frame._repr_html_() and frame._repr_png_() is not None
+    with pytest.raises(ValueError, match="path"):
+        frame.save("frame.jpg")
     assert np.array_equal(np.asarray(points), points.array)
 
 

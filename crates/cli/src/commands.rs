@@ -87,17 +87,20 @@ pub(crate) fn run(arguments: Arguments, program: Option<&Path>) -> Result<bool, 
 }
 
 fn run_imu(a: &Imu, program: Option<&Path>) -> Result<bool, Failure> {
-    nemoral_export::check_folder(&a.out)?;
     let sequence = load(&a.world)?.get(a.sequence)?;
     let (cache, no_cache) = cache(&a.keeping, program);
     let recorder = Recorder::new(sequence, Backend::Cpu, cache, threads(&a.world)?)?;
-    let count = recorder.write_imu(&a.out)?;
-    say(&format!("{} samples in {}", count.samples, a.out.display()))?;
-    if count.out_of_range > 0 {
+    let measured = recorder.write_imu(&a.out)?;
+    let (samples, out) = (measured.samples, a.out.display());
+    say(&format!("{samples} samples in {out}"))?;
+    if let Some(about_drive) = measured.note {
+        note(&about_drive);
+    }
+    if measured.out_of_range > 0 {
         note(&format!(
-            "{} samples are beyond 2000 degrees a second or 16 g, where the robot turns at the \
-             end of its trail",
-            count.out_of_range
+            "{} samples are beyond 2000 degrees a second or 16 g, as where a robot turns back in \
+             no time",
+            measured.out_of_range
         ));
     }
     if let Some(no_cache) = no_cache {

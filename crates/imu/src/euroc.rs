@@ -60,13 +60,28 @@ pub fn sensor_yaml(params: &ImuParams, body_from_imu: &RigidTransform) -> String
          # The unit's frame on the body: x forward, y to the left, z up.\n\
          T_BS:\n  cols: 4\n  rows: 4\n  data: [{x},\n         {y},\n         {z},\n         \
          0.0, 0.0, 0.0, 1.0]\n\
-         rate_hz: {:?}\n\
-         gyroscope_noise_density: {:?} # rad / s / sqrt(Hz)\n\
-         gyroscope_random_walk: {:?} # rad / s^2 / sqrt(Hz)\n\
-         accelerometer_noise_density: {:?} # m / s^2 / sqrt(Hz)\n\
-         accelerometer_random_walk: {:?} # m / s^3 / sqrt(Hz)\n",
-        params.rate_hz, g.noise_density, g.random_walk, a.noise_density, a.random_walk
+         rate_hz: {}\n\
+         gyroscope_noise_density: {} # rad / s / sqrt(Hz)\n\
+         gyroscope_random_walk: {} # rad / s^2 / sqrt(Hz)\n\
+         accelerometer_noise_density: {} # m / s^2 / sqrt(Hz)\n\
+         accelerometer_random_walk: {} # m / s^3 / sqrt(Hz)\n",
+        decimal(params.rate_hz),
+        decimal(g.noise_density),
+        decimal(g.random_walk),
+        decimal(a.noise_density),
+        decimal(a.random_walk)
     )
+}
+
+/// A number without an exponent, which not every reader of YAML takes for a number.
+fn decimal(v: f64) -> String {
+    let text = format!("{v:.12}");
+    let short = text.trim_end_matches('0');
+    if short.ends_with('.') {
+        format!("{short}0")
+    } else {
+        short.to_owned()
+    }
 }
 
 fn nanoseconds(time_s: f64) -> i64 {
@@ -121,5 +136,11 @@ mod tests {
         assert!(yaml.contains("rate_hz: 200.0\n"));
         assert!(yaml.contains("gyroscope_noise_density: 0.00016968 #"));
         assert!(yaml.contains("accelerometer_random_walk: 0.003 #"));
+        assert!(yaml.contains("data: [1.0, 0.0, 0.0, 0.0,\n"), "{yaml}");
+        let numbers = [1e-5, 1.9393e-5, 200.0, -0.5, 0.0, 1e-16].map(decimal);
+        assert_eq!(
+            numbers,
+            ["0.00001", "0.000019393", "200.0", "-0.5", "0.0", "0.0"]
+        );
     }
 }

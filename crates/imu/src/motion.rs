@@ -25,14 +25,18 @@ pub struct ImuMotion {
 /// time 0. `world_from_imu` gives its pose at any time, also an interval before the first and after
 /// the last.
 ///
-/// Rates are rotations over intervals, and accelerations changes of the mean velocity from middle to
-/// middle. So nothing is lost between samples, as in a unit that integrates while it waits for the
-/// next one: with an interval T, the mean velocity up to a middle plus T times the acceleration there
-/// is exactly the mean velocity after it.
+/// Rates are rotations over intervals, and accelerations changes of the mean velocity from middle
+/// to middle. So nothing is lost between samples, as in a unit that integrates while it waits for
+/// the next one: with an interval T, the mean velocity up to a middle plus T times the acceleration
+/// there is exactly the mean velocity after it.
+///
+/// # Panics
+/// If `rate_hz` is not above 0 and finite.
 pub fn motions<E, F>(rate_hz: f64, count: u64, world_from_imu: F) -> Motions<F>
 where
     F: FnMut(f64) -> Result<RigidTransform, E>,
 {
+    assert!(rate_hz > 0.0 && rate_hz.is_finite(), "{rate_hz} Hz");
     Motions {
         rate_hz,
         next: 0,
@@ -71,7 +75,7 @@ impl<E, F: FnMut(f64) -> Result<RigidTransform, E>> Motions<F> {
             before,
             edge,
             middle,
-        } = match self.last {
+        } = match self.last.take() {
             Some(last) => last,
             None => Last {
                 before: (self.pose)(at(-1.0))?,

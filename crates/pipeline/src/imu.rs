@@ -15,25 +15,25 @@ use crate::{Error, Recorder};
 
 const IMU: Domain = Domain::new("pipeline.imu");
 
-/// Samples between which chunks that were left are freed.
-const ROUND: u64 = 2048;
-
 /// Rates and forces beyond these, 2000 °/s and 16 g, are beyond a unit's range.
 const MOST_RAD_S: f64 = 34.9;
 const MOST_M_S2: f64 = 157.0;
 
-/// How many samples were made, and how many of them no unit could have measured.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct ImuCount {
-    /// All samples.
+/// What was measured of a drive.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct MeasuredMotion {
+    /// The number of samples.
     pub samples: u64,
-    /// Those beyond 2000 °/s or 16 g: a drive along a trail turns at its end in no time.
+    /// How many of them are beyond 2000 °/s or 16 g, as where a robot turns back in no time.
     pub out_of_range: u64,
+    /// What a user should know about the drive.
+    pub note: Option<String>,
 }
 
 impl Recorder {
     /// Hands over what the unit measures, in the order of time, from the first frame's time to the
-    /// last's, with its true motion.
+    /// last's, with its true motion. Chunks that are left behind are freed, for other uses of this
+    /// recorder, too.
     ///
     /// # Errors
     /// If the robot does not drive: at stations, or at poses of a file, between which nothing says
@@ -41,26 +41,13 @@ impl Recorder {
     pub fn measure_motion(
         &self,
         mut each: impl FnMut(&ImuMotion, &ImuSample) -> Result<(), Error>,
-    ) -> Result<ImuCount, Error> {
-        let config = &self.sequence().config;
-        let refused = |path: &str, why: &str| {
-            Err(Error::request(format!(
-                "{path}: has no motion to measure: {why}; a drive along a trail, a wander or a \
-                 straight line has"
-            )))
+    ) -> Result<MeasuredMotion, Error> {
+        let mut measured = MeasuredMotion {
+            note: self.prove_drive()?,
+            ..MeasuredMotion::default()
         };
-        match &config.robot.path {
-            RobotPath::Stations(_) => return refused("robot.stations", "the robot stands still"),
-            RobotPath::File(_) => {
-                return refused("robot.file", "between its poses nothing says how it moves");
-            }
-            _ if self.forest().balance_choice.is_some() => {
-                return refused("balance.targets", "frames are chosen beside the path");
-            }
-            _ => {}
-        }
+        let config = &self.sequence().config;
         let (runner, forest) = (self.runner(), self.forest());
-        prove(config, forest, &runner)?;
         let trajectory = runner.get(forest.trajectory, ())?;
         let body_from_imu = config.imu.body_from_imu();
         let pose = |time_s: f64| -> Result<RigidTransform, Error> {
@@ -75,34 +62,60 @@ impl Recorder {
         let mut noise = ImuNoise::new(&params, key).map_err(|e| Error::request(e.to_string()))?;
         let last_s = trajectory.time_s(config.frames - 1);
         let samples = (last_s * params.rate_hz + 1e-6).floor() as u64 + 1;
-        let mut count = ImuCount::default();
+        let mut left_m = None;
         for motion in motions(params.rate_hz, samples, pose) {
             let motion = motion?;
             let sample = noise.measure(&motion);
             each(&motion, &sample)?;
-            count.samples += 1;
+            measured.samples += 1;
             let is_beyond = motion.angular_rate_rad_s.abs().max_element() > MOST_RAD_S
                 || motion.specific_force_m_s2.abs().max_element() > MOST_M_S2;
-            count.out_of_range += u64::from(is_beyond);
-            if count.samples % ROUND == 0 {
-                self.leave_behind(motion.world_from_imu.translation_m.truncate());
+            measured.out_of_range += u64::from(is_beyond);
+            let place_m = motion.world_from_imu.translation_m.truncate();
+            let moved_m = place_m.distance(*left_m.get_or_insert(place_m));
+            if moved_m > config.chunks.size_m {
+                self.free_around(place_m);
+                left_m = Some(place_m);
             }
         }
-        Ok(count)
+        Ok(measured)
+    }
+
+    /// Refuses robots that do not drive, and says what a user should know about a drive.
+    fn prove_drive(&self) -> Result<Option<String>, Error> {
+        let refused = |path: &str, why: &str| {
+            Err(Error::request(format!(
+                "{path}: has no motion to measure: {why}; a drive along a trail, a wander or a \
+                 straight line has"
+            )))
+        };
+        match &self.sequence().config.robot.path {
+            RobotPath::Stations(_) => refused("robot.stations", "the robot stands still"),
+            RobotPath::File(_) => {
+                refused("robot.file", "between its poses nothing says how it moves")
+            }
+            _ if self.forest().balance_choice.is_some() => {
+                refused("balance.targets", "frames are chosen beside the path")
+            }
+            _ => prove(&self.sequence().config, self.forest(), &self.runner()),
+        }
     }
 
     /// Writes what the unit measures into a folder in the layout of the EuRoC MAV data set
-    /// ([`nemoral_imu::euroc`]).
+    /// ([`nemoral_imu::euroc`]). Each file appears when it is whole.
     ///
     /// # Errors
-    /// As [`Recorder::measure_motion`], and if a file cannot be written; then none is there.
-    pub fn write_imu(&self, folder: &Path) -> Result<ImuCount, Error> {
+    /// As [`Recorder::measure_motion`], if the folder is not empty, and if a file cannot be
+    /// written.
+    pub fn write_imu(&self, folder: &Path) -> Result<MeasuredMotion, Error> {
+        self.prove_drive()?;
+        nemoral_export::check_folder(folder).map_err(|e| Error::request(e.to_string()))?;
         let imu = &self.sequence().config.imu;
         let folder = Folder::new(folder);
         folder.create_root()?;
         let mut samples = TextFile::begin(&folder, euroc::SAMPLES, euroc::SAMPLES_HEADER)?;
         let mut states = TextFile::begin(&folder, euroc::STATES, euroc::STATES_HEADER)?;
-        let count = self.measure_motion(|motion, sample| {
+        let measured = self.measure_motion(|motion, sample| {
             euroc::push_sample(&mut samples.text, sample);
             euroc::push_state(&mut states.text, motion, sample);
             samples.flush(BUFFER)?;
@@ -113,7 +126,7 @@ impl Recorder {
         for file in [samples, states, sensor] {
             file.commit()?;
         }
-        Ok(count)
+        Ok(measured)
     }
 }
 

@@ -82,7 +82,7 @@ pub use formats::{format_folder, merge};
 pub use frames::{FrameSelection, SequenceFrames};
 pub use generate::{Done, Observer, Request, Spent, generate};
 pub use header::header;
-pub use imu::ImuCount;
+pub use imu::MeasuredMotion;
 pub use inputs::{InputFile, InputFiles};
 pub use pictures::{
     picture_of_classes, picture_of_depth, picture_of_instances, picture_of_normals, picture_of_scan,

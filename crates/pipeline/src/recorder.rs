@@ -427,8 +427,8 @@ impl Recorder {
         self.manager.evict(&self.store, position_m, &[]);
     }
 
-    /// Drops what is out of reach of a place, for whom nothing else is recorded.
-    pub(crate) fn leave_behind(&self, place_m: DVec2) {
+    /// Drops what is out of reach of a place, wherever the body recorded last.
+    pub(crate) fn free_around(&self, place_m: DVec2) {
         self.manager.evict(&self.store, place_m, &[]);
     }
 

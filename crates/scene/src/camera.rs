@@ -107,7 +107,8 @@ impl Intrinsics {
     /// requires.
     ///
     /// # Errors
-    /// If it is not; the error names the strongest coefficient.
+    /// If it is not; the error names the strongest coefficient of a lens that folds, or the field
+    /// of view.
     pub fn check_distortion(&self) -> Result<(), ParamError> {
         /// Number of places tested along a side. They are on the border, because a fold is a curve
         /// that comes in from there.
@@ -119,17 +120,19 @@ impl Intrinsics {
             return Ok(());
         }
         let (w, h) = (f64::from(self.width), f64::from(self.height));
-        let least_z = libm::cos(89.0_f64.to_radians());
+        let (widest, least_z) = libm::sincos(89.0_f64.to_radians());
+        // A lens without a fold up to there cannot fold nearer to the axis.
+        let folds = !self.distortion.unfolds(DVec3::new(widest, 0.0, least_z));
         for i in 0..=PLACES {
             for j in 0..=PLACES {
                 let part = DVec2::new(f64::from(i), f64::from(j)) / f64::from(PLACES);
                 let ray = self
                     .distortion
                     .ray(self.at_unit_focal(part * DVec2::new(w, h)));
-                let sound = ray.filter(|r| self.distortion.unfolds(*r));
-                let ray = sound.ok_or_else(|| folded(&self.distortion))?;
-                if ray.z <= least_z {
-                    return Err(self.too_wide());
+                match ray {
+                    Some(r) if r.z > least_z && self.distortion.unfolds(r) => {}
+                    _ if folds => return Err(folded(&self.distortion)),
+                    _ => return Err(self.too_wide()),
                 }
             }
         }
@@ -367,7 +370,9 @@ mod tests {
         assert_eq!(e.expect_err("folds").field, "fisheye.k1");
         // The corners would see rays beyond 89° from the axis.
         let e = Intrinsics::through_lens(640, 480, 3.0, fisheye([0.0; 4]));
-        assert!(e.is_err());
+        let e = e.expect_err("too wide");
+        assert_eq!(e.field, "horizontal_fov_deg");
+        assert!(e.to_string().contains("within 89°"), "{e}");
         assert!(
             plain
                 .with_distortion(brown([f64::NAN, 0.0, 0.0], [0.0; 2]))

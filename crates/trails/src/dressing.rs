@@ -32,8 +32,8 @@ pub struct TrailDressing {
     /// along y, and a culvert opens along x.
     pub yaw_rad: f64,
     /// Size relative to the usual one: grass 0.6..1.2, on a verge 0.6..1.6, mats on a strip
-    /// 0.5..1.3, stones lognormal, 0.9..2.5, roots 0.6..1.3, beds 0.8..1.15, steps the width of the way in metres, culverts
-    /// 0.85..1.2.
+    /// 0.5..1.3, stones lognormal, 0.9..2.5, roots 0.6..1.3, beds 0.8..1.15, steps the width of the
+    /// way in metres, culverts 0.85..1.2.
     pub scale: f64,
     /// What it is.
     pub kind: DressingKind,

@@ -41,8 +41,8 @@ const BED_M: f64 = 0.7;
 /// The wavelength at which stretches with beds and without alternate, metres.
 const BED_WAVE_M: f64 = 14.0;
 
-/// The places for mats on a square metre of strip: with nearly all of them taken, four fifths of the
-/// ground are covered.
+/// The places for mats on a square metre of strip: with nearly all of them taken, four fifths of
+/// the ground are covered.
 const STRIP_PER_M2: f64 = 11.0;
 
 /// The wavelengths at which strips alternate between overgrown and bare, metres.

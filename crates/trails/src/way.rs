@@ -168,7 +168,7 @@ impl Way {
         }
     }
 
-    /// A trail on which timber is skidded, 4 m wide: deep ruts, often in mud, and no grass.
+    /// A trail on which timber is skidded, 4 m wide: deep ruts, often in mud, and little grass.
     #[must_use]
     pub fn skid_trail() -> Self {
         Self {

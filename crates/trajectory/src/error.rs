@@ -24,8 +24,8 @@ pub enum Error {
     },
     /// The poses are those of a camera.
     #[error(
-        "{origin}: moves along its poses' z axes, as a camera does: poses must be the body's, whose \
-         x axis points forward and z axis up"
+        "{origin}: moves along its poses' z axes, as a camera does: poses must be the body's, \
+         whose x axis points forward and z axis up"
     )]
     CameraAxes {
         /// The file.

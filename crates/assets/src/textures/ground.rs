@@ -315,3 +315,20 @@ pub(crate) fn bare_soil(fallen: &FallenNeedles, key: Key) -> Tile {
         .recolour(|p, t| t.albedo * (1.0 + 0.06 * gradient(p, IVec2::splat(220), seed ^ 0x91)))
         .with_luminance_of(Vec3::new(0.165, 0.120, 0.083))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn needles_are_as_long_as_the_stands() {
+        let named = |name: &str| Species::built_in(name).expect("is built in");
+        let spruce = FallenNeedles::of(&[named("norway_spruce"), named("beech")]);
+        assert_eq!(spruce.kinds.len(), 1);
+        assert!(spruce.kinds[0].0[1] < 0.03 && spruce.crowd() > 5.0);
+        let pine = FallenNeedles::of(&[named("maritime_pine")]);
+        assert!(pine.kinds[0].0[0] > 0.1 && pine.crowd() < 1.2);
+        let none = FallenNeedles::of(&[named("beech")]);
+        assert!(none.kinds[0].0[1] <= 0.05);
+    }
+}

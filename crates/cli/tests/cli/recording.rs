@@ -385,3 +385,43 @@ fn a_plot_is_recorded_from_its_stem_map() {
     assert!(refused.stderr.contains("none.tif"), "{}", refused.stderr);
     assert!(!here.join("other").exists());
 }
+
+#[test]
+fn an_inertial_unit_is_written_once() {
+    let out = folder("imu").join("unit");
+    let imu = |settings: &[&str]| {
+        let mut command = nemoral();
+        command.args([
+            "imu",
+            "--preset",
+            "demo",
+            "--set",
+            "frames=3",
+            "--sequences",
+            "2",
+        ]);
+        for setting in settings {
+            command.args(["--set", setting]);
+        }
+        outcome(command.args(["--sequence", "1", "--out"]).arg(&out))
+    };
+    let refused = imu(&["robot.stations.rows=2"]);
+    assert_eq!(refused.code, Some(2), "{}", refused.stderr);
+    assert!(
+        refused.stderr.contains("robot.stations"),
+        "{}",
+        refused.stderr
+    );
+    assert!(!out.exists());
+    let written = imu(&["imu.rate_hz=50"]);
+    assert_eq!(written.code, Some(0), "{}", written.stderr);
+    assert!(
+        written.stdout.contains("101 samples in"),
+        "{}",
+        written.stdout
+    );
+    assert!(out.join("imu0/sensor.yaml").is_file());
+    let again = imu(&[]);
+    assert_eq!(again.code, Some(2), "{}", again.stderr);
+    assert!(again.stderr.contains("empty"), "{}", again.stderr);
+}

@@ -37,22 +37,39 @@ impl Camera {
                 k4: f.k4,
             },
         };
-        match &self.optics {
+        let made = match &self.optics {
             CameraOptics::Fov(fov) => {
                 let fov_rad = fov.horizontal_deg.to_radians();
                 Intrinsics::through_lens(width, height, fov_rad, distortion)
             }
             CameraOptics::Sensor(s) => {
                 let size = DVec2::new(s.width_mm, s.height_mm);
-                Intrinsics::from_sensor(width, height, size, s.focal_length_mm)?
-                    .with_distortion(distortion)
+                Intrinsics::from_sensor(width, height, size, s.focal_length_mm)
+                    .and_then(|k| k.with_distortion(distortion))
             }
             CameraOptics::Calibration(c) => {
                 let (focal, centre) = (DVec2::new(c.fx_px, c.fy_px), DVec2::new(c.cx_px, c.cy_px));
-                Intrinsics::from_calibration(width, height, focal, centre)?
-                    .with_distortion(distortion)
+                Intrinsics::from_calibration(width, height, focal, centre)
+                    .and_then(|k| k.with_distortion(distortion))
             }
-        }
+        };
+        made.map_err(|e| {
+            if e.field != "horizontal_fov_deg" {
+                return e;
+            }
+            // The key that says how wide the picture is.
+            match &self.optics {
+                CameraOptics::Fov(_) => ParamError::new("fov.horizontal_deg", e.value, e.allowed),
+                CameraOptics::Sensor(s) => {
+                    let allowed = format!("so long that the field of view is {}", e.allowed);
+                    ParamError::new("sensor.focal_length_mm", s.focal_length_mm, allowed)
+                }
+                CameraOptics::Calibration(c) => {
+                    let allowed = format!("so long that the field of view is {}", e.allowed);
+                    ParamError::new("calibration.fx_px", c.fx_px, allowed)
+                }
+            }
+        })
     }
 
     /// The annotations that the camera writes besides its pictures and their labels.

@@ -334,16 +334,18 @@ fn wrapped(text: &str, indent: &str) -> String {
 /// The table that stands for that of each model.
 const MODEL: &str = Model::SPEC.path;
 
-/// The default of a key.
-/// The value of a key that a config leaves out, though it has its table; `None` if that follows from
-/// other keys.
+/// The value of a key that a config leaves out, though it has its table; `None` if it follows
+/// from other keys, or has to be given.
 fn default_of(defaults: &toml::Table, section: &SectionSpec, key: &str) -> Option<toml::Value> {
     if section.path == CameraCalibration::SPEC.path {
         return None;
     }
     match lookup(defaults, section.path) {
         Some(table) => table.get(key).cloned(),
-        None => (section.defaults)().remove(key),
+        None => {
+            let value = (section.defaults)().remove(key);
+            value.filter(|v| v.as_str() != Some(""))
+        }
     }
 }
 

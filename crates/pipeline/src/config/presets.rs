@@ -153,7 +153,8 @@ fn paper(config: &mut Config, trees: f64) {
     one_kind_of_way(config);
 }
 
-/// All trails are tracks with smooth banks and bare strips that change along their run in stretches.
+/// All trails are tracks that change along their run in stretches, with smooth banks and with
+/// nothing but tufts on their strips.
 fn one_kind_of_way(config: &mut Config) {
     config.trails.kinds = TrailKinds::tracks_only();
     config.trails.change = 0.0;

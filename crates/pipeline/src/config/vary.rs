@@ -25,7 +25,7 @@ pub(super) const VARY: SectionSpec = SectionSpec {
         \"vlp16\"]` draws one of these, and `preset = { beech = 2, spruce = 1 }` does so by \
         weight. What belongs together is a group, of which one alternative is drawn, with its \
         `weight` if it has one: `[[vary.group.season]]`, then keys with values or with draws, once \
-        for each alternative. The draws of few sequences cover ranges and alternatives evenly. \
+        for each alternative. The draws of each 8 sequences cover a range or alternatives evenly. \
         What was drawn is in the sequence's config.toml and in dataset.json. A value that is set \
         later, by `--set` over a file, overrides the draw.",
     choice: None,

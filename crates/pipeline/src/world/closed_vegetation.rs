@@ -219,3 +219,18 @@ fn site(world_m: DVec2, ground: &ChunkGround, sky: &SkyViewFactor) -> Site {
         history: ground.history(world_m),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::trodden_chance;
+
+    #[test]
+    fn what_is_trodden_grows_in_the_light_alone() {
+        let chances = [0.0, 0.1, 0.18, 0.26, 1.0].map(trodden_chance);
+        assert_eq!(
+            [chances[0], chances[1], chances[3], chances[4]],
+            [0.0, 0.0, 1.0, 1.0]
+        );
+        assert!((chances[2] - 0.5).abs() < 1e-9);
+    }
+}

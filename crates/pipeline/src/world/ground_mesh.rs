@@ -22,7 +22,7 @@ use crate::plan::{Encode, Encoder};
 const FLOOR: Domain = Domain::new("pipeline.floor");
 
 /// By how much wetter than in the open the ground of a wood is where it is bare mud.
-const LITTER_OVER_MUD: f64 = 0.25;
+const LITTER_OVER_MUD: f64 = 0.2;
 
 /// The mesh of the ground, as a config describes it.
 #[derive(Clone, Debug)]
@@ -211,9 +211,12 @@ fn ground_material<F: Field>(
         TrailZone::Off => {
             let wetness = ground.conditions(p).wetness;
             // What falls from trees covers mud, but where water washes it away.
-            let washed = (1.25 - 0.5 * ground.bank_m(p)).clamp(0.0, 1.0);
-            let covered = LITTER_OVER_MUD * ground.litterfall(p) * (1.0 - washed);
-            if ground.is_mud(wetness - covered, || wave(p)) {
+            let is_left = || {
+                let washed = (1.25 - 0.5 * ground.bank_m(p)).clamp(0.0, 1.0);
+                let covered = LITTER_OVER_MUD * ground.litterfall(p) * (1.0 - washed);
+                ground.is_mud(wetness - covered, || wave(p))
+            };
+            if ground.is_mud(wetness, || wave(p)) && is_left() {
                 mud
             } else {
                 materials.floor[floor.cover(p, wetness).index()]

@@ -2,7 +2,7 @@
 
 use nemoral_imu::{GRAVITY_M_S2, ImuMotion, ImuSample};
 use nemoral_pipeline::config::Layers;
-use nemoral_pipeline::{Backend, Error, ImuCount, Recorder};
+use nemoral_pipeline::{Backend, Error, MeasuredMotion, Recorder};
 use nemoral_realism::grown;
 use nemoral_scene::glam::{DQuat, DVec3};
 
@@ -16,7 +16,7 @@ fn recorder(preset: &str, settings: &[&str]) -> Recorder {
     Recorder::new(sequence, Backend::Cpu, grown(), 2).expect("sound")
 }
 
-fn measured(recorder: &Recorder) -> Result<(Vec<(ImuMotion, ImuSample)>, ImuCount), Error> {
+fn measured(recorder: &Recorder) -> Result<(Vec<(ImuMotion, ImuSample)>, MeasuredMotion), Error> {
     let mut all = Vec::new();
     let count = recorder.measure_motion(|motion, sample| {
         all.push((*motion, *sample));
@@ -64,7 +64,7 @@ fn integrated_it_leads_from_frame_to_frame() {
                 assert!(truth.translation_m.distance(wanted.translation_m) < 1e-9);
                 assert!(truth.rotation.angle_between(wanted.rotation) < 1e-7);
                 let drift_m = at.distance(wanted.translation_m);
-                assert!(drift_m < 0.005, "{path}, sample {i}: {drift_m} m");
+                assert!(drift_m < 0.01, "{path}, sample {i}: {drift_m} m");
                 assert!(middle.angle_between(wanted.rotation) < 1e-3);
             }
             velocity += step_s * acceleration(middle, motion);
@@ -102,6 +102,33 @@ fn a_unit_has_the_errors_that_were_asked_for_and_the_same_ones_each_time() {
     for (motion, sample) in exact.0 {
         assert_eq!(sample.angular_rate_rad_s, motion.angular_rate_rad_s);
     }
+}
+
+#[test]
+fn a_long_drive_frees_chunks_and_turns_back_at_the_end_of_its_trail() {
+    // 1.2 km at 20 m/s, along a trail that is shorter.
+    let settings = [
+        "frames=13",
+        "robot.spacing_m=100",
+        "robot.speed_m_s=20",
+        "imu.rate_hz=50",
+        "trails.max_length_chunks=4",
+    ];
+    let recorder = recorder("demo", &settings);
+    let (all, measured) = measured(&recorder).expect("a drive");
+    assert_eq!(all.len(), 3001);
+    let of_single = |settings: &[&str]| {
+        let recorder = self::recorder("demo", settings);
+        self::measured(&recorder).expect("a drive")
+    };
+    // What was freed is made again, and is the same: the drive back is over the same ground.
+    let (again, _) = of_single(&settings);
+    assert_eq!(all, again);
+    assert!(measured.out_of_range > 0, "{measured:?}");
+    // One frame is one sample.
+    let (one, _) = of_single(&["frames=1"]);
+    assert_eq!(one.len(), 1);
+    assert_eq!(one[0].0.time_s, 0.0);
 }
 
 #[test]

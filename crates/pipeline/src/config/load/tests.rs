@@ -1,3 +1,6 @@
+use nemoral_scene::RigidTransform;
+use nemoral_scene::glam::DVec3;
+
 use super::*;
 use crate::config::{CameraOptics, RangeNoiseModel, SunPosition, TerrainNoise};
 
@@ -508,6 +511,48 @@ fn a_calibration_that_leaves_numbers_out_is_that_of_its_picture() {
         [c.fx_px, c.fy_px, c.cx_px, c.cy_px],
         [402.4, 402.4, 160.0, 100.0]
     );
+}
+
+#[test]
+fn a_lens_that_sees_too_much_names_the_key_that_says_how_much() {
+    let camera = "[camera]\nwidth_px = 640\nheight_px = 400\n[camera.fisheye]\n";
+    for (optics, key) in [
+        (
+            "[camera.fov]\nhorizontal_deg = 160",
+            "camera.fov.horizontal_deg = 160",
+        ),
+        (
+            "[camera.calibration]\nfx_px = 229",
+            "camera.calibration.fx_px = 229",
+        ),
+        (
+            "[camera.sensor]\nfocal_length_mm = 2.57",
+            "camera.sensor.focal_length_mm = 2.57",
+        ),
+    ] {
+        let text = message(load("", &format!("{camera}{optics}"), &[]));
+        assert!(text.contains(key) && text.contains("within 89°"), "{text}");
+    }
+}
+
+#[test]
+fn mounts_roll_to_the_right() {
+    let settings = ["mount_roll_deg=90", "mount_yaw_deg=90"];
+    let all: Vec<String> = ["camera", "lidar", "imu"]
+        .iter()
+        .flat_map(|sensor| settings.map(|s| format!("{sensor}.{s}")))
+        .collect();
+    let config = load("", "", &all.iter().map(|s| &**s).collect::<Vec<_>>()).expect("fine");
+    // They look to the left, which is y, and their left side is up.
+    let mounts = [
+        config.camera.body_from_camera() * RigidTransform::body_from_optical().inverse(),
+        config.lidar.body_from_lidar(),
+        config.imu.body_from_imu(),
+    ];
+    for mount in mounts {
+        assert!(mount.transform_vector(DVec3::X).distance(DVec3::Y) < 1e-12);
+        assert!(mount.transform_vector(DVec3::Y).distance(DVec3::Z) < 1e-12);
+    }
 }
 
 #[test]

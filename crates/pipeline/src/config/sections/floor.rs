@@ -107,7 +107,8 @@ section! {
         heat_load: f64 = 1.0, Real(0.0, 2.0), "McCune and Keon 2002 for the direction";
         /// Effect of the depth of soil.
         soil: f64 = 1.0, Real(0.0, 2.0), "Heimsath et al. 1997 for the depth";
-        /// How readily the wettest ground is bare mud.
+        /// How readily the wettest ground is bare mud: along water and in the open; in woods litter
+        /// covers most of it.
         mud: f64 = 0.3, Real(0.0, 1.0), "our choice";
         /// Effect of deer, which are many here and few there: where they are, brambles, bilberry
         /// and young trees are few and low, grass is short, and bracken stays.
