@@ -117,6 +117,18 @@ pub(crate) struct Keeping {
     pub(crate) no_cache: bool,
 }
 
+/// A forest of which one sequence is asked for.
+#[derive(Args, Clone, Debug)]
+pub(crate) struct OneSequence {
+    #[command(flatten)]
+    pub(crate) world: World,
+    #[command(flatten)]
+    pub(crate) keeping: Keeping,
+    /// Which sequence.
+    #[arg(long, value_name = "K", default_value_t = 0)]
+    pub(crate) sequence: u32,
+}
+
 /// How a long command tells how far it is.
 #[derive(Args, Clone, Copy, Debug)]
 pub(crate) struct Reporting {
@@ -210,12 +222,7 @@ pub(crate) struct Tree {
 #[derive(Args, Debug)]
 pub(crate) struct Export {
     #[command(flatten)]
-    pub(crate) world: World,
-    #[command(flatten)]
-    pub(crate) keeping: Keeping,
-    /// Which sequence.
-    #[arg(long, value_name = "K", default_value_t = 0)]
-    pub(crate) sequence: u32,
+    pub(crate) of: OneSequence,
     /// What is visible at this frame, with its cameras.
     #[arg(long, value_name = "K", default_value_t = 0, conflicts_with = "region")]
     pub(crate) frame: u64,
@@ -239,12 +246,7 @@ pub(crate) struct Export {
 #[derive(Args, Debug)]
 pub(crate) struct Imu {
     #[command(flatten)]
-    pub(crate) world: World,
-    #[command(flatten)]
-    pub(crate) keeping: Keeping,
-    /// Which sequence.
-    #[arg(long, value_name = "K", default_value_t = 0)]
-    pub(crate) sequence: u32,
+    pub(crate) of: OneSequence,
     /// The folder, which must be empty.
     #[arg(long, short, value_name = "DIR")]
     pub(crate) out: PathBuf,
@@ -416,12 +418,7 @@ pub(crate) struct Preview {
 #[derive(Args, Debug)]
 pub(crate) struct View {
     #[command(flatten)]
-    pub(crate) world: World,
-    #[command(flatten)]
-    pub(crate) keeping: Keeping,
-    /// Which sequence.
-    #[arg(long, value_name = "K", default_value_t = 0)]
-    pub(crate) sequence: u32,
+    pub(crate) of: OneSequence,
     /// Which renderer takes the pictures.
     #[arg(long, value_enum, default_value_t = Backend::Auto)]
     pub(crate) backend: Backend,

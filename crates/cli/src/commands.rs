@@ -12,8 +12,8 @@ use nemoral_pipeline::config::{
 };
 use nemoral_pipeline::plan::{GraphFormat, Store};
 use nemoral_pipeline::{
-    Backend, ForestPlan, FrameSelection, Recorder, Request, SequenceFrames, check, check_png_name,
-    estimate, generate, merge, preview, write_png,
+    Backend, ForestPlan, FrameSelection, Request, SequenceFrames, check, check_png_name, estimate,
+    generate, merge, preview, write_png,
 };
 use serde_json::json;
 
@@ -24,7 +24,7 @@ use crate::arguments::{
 use crate::failure::{Failure, wrong};
 use crate::frames::Frames;
 use crate::progress::{Reporter, note, say};
-use crate::request::{cache, layers, load, threads};
+use crate::request::{cache, layers, load, recorder, threads};
 use crate::{export, view};
 
 /// Runs a command. The result is `false` if it ran but its answer is no.
@@ -87,9 +87,7 @@ pub(crate) fn run(arguments: Arguments, program: Option<&Path>) -> Result<bool, 
 }
 
 fn run_imu(a: &Imu, program: Option<&Path>) -> Result<bool, Failure> {
-    let sequence = load(&a.world)?.get(a.sequence)?;
-    let (cache, no_cache) = cache(&a.keeping, program);
-    let recorder = Recorder::new(sequence, Backend::Cpu, cache, threads(&a.world)?)?;
+    let (recorder, no_cache) = recorder(&a.of, program)?;
     let measured = recorder.write_imu(&a.out)?;
     let (samples, out) = (measured.samples, a.out.display());
     say(&format!("{samples} samples in {out}"))?;

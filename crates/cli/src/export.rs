@@ -6,12 +6,12 @@ use nemoral_export::{
     ExportScene, GltfParams, Instancing, UsdParams, check_folder, check_height_map, check_name,
     write_glb, write_height_map, write_sdf, write_usd,
 };
-use nemoral_pipeline::{Backend, ExportArea, Recorder, tree_scene};
+use nemoral_pipeline::{ExportArea, tree_scene};
 
 use crate::arguments::{Export, ExportFormat, Region, Tree};
 use crate::failure::{Failure, wrong};
 use crate::progress::{note, say};
-use crate::request::{cache, load, threads};
+use crate::request::recorder;
 
 /// Distance between the posts of a height map, metres.
 const SPACING_M: f64 = 0.5;
@@ -39,7 +39,7 @@ pub(crate) fn run(a: &Export, program: Option<&Path>) -> Result<bool, Failure> {
     match a.to {
         ExportFormat::Glb => check_name(&a.out, "glb")?,
         ExportFormat::Heightmap => {
-            let config: Vec<&Path> = a.world.config.iter().map(|path| &**path).collect();
+            let config: Vec<&Path> = a.of.world.config.iter().map(|path| &**path).collect();
             check_height_map(&a.out, &config)?;
         }
         ExportFormat::Usd | ExportFormat::Sdf => check_folder(&a.out)?,
@@ -57,10 +57,7 @@ pub(crate) fn run(a: &Export, program: Option<&Path>) -> Result<bool, Failure> {
             high_m: [x1, y1].into(),
         },
     };
-    let sequence = load(&a.world)?.get(a.sequence)?;
-    let (cache, no_cache) = cache(&a.keeping, program);
-    let threads = threads(&a.world)?;
-    let recorder = Recorder::new(sequence, Backend::Cpu, cache, threads)?;
+    let (recorder, no_cache) = recorder(&a.of, program)?;
     let instancing = if a.plain_nodes {
         Instancing::Nodes
     } else {

@@ -6,8 +6,9 @@ use std::sync::Arc;
 use etcetera::BaseStrategy;
 use nemoral_pipeline::config::{Layers, Sequences};
 use nemoral_pipeline::plan::Cache;
+use nemoral_pipeline::{Backend, Recorder};
 
-use crate::arguments::{Keeping, World};
+use crate::arguments::{Keeping, OneSequence, World};
 use crate::failure::Failure;
 
 /// The sequences that are asked for.
@@ -25,6 +26,17 @@ pub(crate) fn layers(world: &World) -> Layers {
         file: world.config.clone(),
         settings,
     }
+}
+
+/// A recorder of one sequence, and a message if the cache cannot be used although one was wanted.
+pub(crate) fn recorder(
+    of: &OneSequence,
+    program: Option<&Path>,
+) -> Result<(Recorder, Option<String>), Failure> {
+    let sequence = load(&of.world)?.get(of.sequence)?;
+    let (cache, no_cache) = cache(&of.keeping, program);
+    let recorder = Recorder::new(sequence, Backend::Cpu, cache, threads(&of.world)?)?;
+    Ok((recorder, no_cache))
 }
 
 /// The number of threads to use, which is handed to rayon.

@@ -14,13 +14,13 @@ use crate::request::{cache, load, threads};
 
 /// Serves the page until it is stopped.
 pub(crate) fn run(a: View, program: Option<&Path>) -> Result<bool, Failure> {
-    let sequence = load(&a.world)?.get(a.sequence)?;
+    let sequence = load(&a.of.world)?.get(a.of.sequence)?;
     let (backend, of_backend) = Backend::for_config(a.backend.into(), &sequence.config)?;
-    let (cache, no_cache) = cache(&a.keeping, program);
+    let (cache, no_cache) = cache(&a.of.keeping, program);
     let forest = LiveForest::new(ForestParams {
         sequence,
         backend,
-        threads: threads(&a.world)?,
+        threads: threads(&a.of.world)?,
         cache,
     })?;
     let server = Server::bind(a.port)?;

@@ -52,7 +52,7 @@ pub fn push_state(text: &mut String, motion: &ImuMotion, sample: &ImuSample) {
 pub fn sensor_yaml(params: &ImuParams, body_from_imu: &RigidTransform) -> String {
     let [x, y, z] = body_from_imu
         .to_rows()
-        .map(|row| row.map(|v| format!("{v:?}")).join(", "));
+        .map(|row| row.map(decimal).join(", "));
     let (g, a) = (params.errors.gyroscope, params.errors.accelerometer);
     format!(
         "sensor_type: imu\n\
@@ -94,6 +94,8 @@ fn push(text: &mut String, v: DVec3) {
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::FRAC_PI_2;
+
     use super::*;
     use crate::ImuErrors;
 
@@ -136,7 +138,11 @@ mod tests {
         assert!(yaml.contains("rate_hz: 200.0\n"));
         assert!(yaml.contains("gyroscope_noise_density: 0.00016968 #"));
         assert!(yaml.contains("accelerometer_random_walk: 0.003 #"));
-        assert!(yaml.contains("data: [1.0, 0.0, 0.0, 0.0,\n"), "{yaml}");
+        // Turned to the left, its sines and cosines are not quite 0.
+        let turned = RigidTransform::from_xyz_rpy(DVec3::Z * 0.5, 0.0, 0.0, FRAC_PI_2);
+        let yaml = sensor_yaml(&params, &turned);
+        assert!(yaml.contains("data: [0.0, -1.0, 0.0, 0.0,\n"), "{yaml}");
+        assert!(yaml.contains(" 0.0, 0.0, 1.0, 0.5,\n"), "{yaml}");
         let numbers = [1e-5, 1.9393e-5, 200.0, -0.5, 0.0, 1e-16].map(decimal);
         assert_eq!(
             numbers,

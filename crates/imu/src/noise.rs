@@ -73,13 +73,18 @@ impl ImuParams {
     /// The first that is not.
     pub fn check(&self) -> Result<(), ParamError> {
         ParamError::check_range("rate_hz", self.rate_hz, 1.0..=4000.0, "1..=4000 Hz")?;
-        for errors in [self.errors.gyroscope, self.errors.accelerometer] {
+        let ImuErrors {
+            gyroscope,
+            accelerometer,
+        } = &self.errors;
+        for (sensor, errors) in [("gyroscope", gyroscope), ("accelerometer", accelerometer)] {
             for (field, value) in [
                 ("noise_density", errors.noise_density),
                 ("random_walk", errors.random_walk),
                 ("turn_on_bias", errors.turn_on_bias),
             ] {
-                ParamError::check_range(field, value, 0.0..=10.0, "0..=10")?;
+                let field = format!("errors.{sensor}.{field}");
+                ParamError::check_range(&field, value, 0.0..=10.0, "0..=10")?;
             }
         }
         Ok(())
@@ -243,7 +248,7 @@ mod tests {
         let text = ImuNoise::new(&wrong, Key::world(1))
             .expect_err("no walk")
             .to_string();
-        assert!(text.contains("random_walk"), "{text}");
+        assert!(text.contains("errors.accelerometer.random_walk"), "{text}");
     }
 
     #[test]

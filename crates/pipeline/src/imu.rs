@@ -15,6 +15,9 @@ use crate::{Error, Recorder};
 
 const IMU: Domain = Domain::new("pipeline.imu");
 
+/// The most samples of a drive, some days of them.
+const MOST_SAMPLES: f64 = 1e8;
+
 /// Rates and forces beyond these, 2000 °/s and 16 g, are beyond a unit's range.
 const MOST_RAD_S: f64 = 34.9;
 const MOST_M_S2: f64 = 157.0;
@@ -61,7 +64,15 @@ impl Recorder {
         let key = Key::world(config.seed).domain(IMU);
         let mut noise = ImuNoise::new(&params, key).map_err(|e| Error::request(e.to_string()))?;
         let last_s = trajectory.time_s(config.frames - 1);
-        let samples = (last_s * params.rate_hz + 1e-6).floor() as u64 + 1;
+        let intervals = (last_s * params.rate_hz + 1e-6).floor();
+        if intervals >= MOST_SAMPLES {
+            return Err(Error::request(format!(
+                "imu.rate_hz = {}: in the {last_s:e} s of the drive these are {intervals:e} samples: \
+                 at most {MOST_SAMPLES:e} are made",
+                params.rate_hz
+            )));
+        }
+        let samples = intervals as u64 + 1;
         let mut left_m = None;
         for motion in motions(params.rate_hz, samples, pose) {
             let motion = motion?;

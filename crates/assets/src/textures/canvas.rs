@@ -161,6 +161,11 @@ impl Stroke {
         }
     }
 
+    /// The control points of a bent stroke, whose middle lies half of `pull` beside the straight line.
+    pub(crate) fn bowed(from: Vec2, reach: Vec2, pull: Vec2) -> [Vec2; 3] {
+        [from, from + 0.5 * reach + pull, from + reach]
+    }
+
     /// The point at t in 0..=1.
     pub(crate) fn at(&self, t: f32) -> Vec2 {
         let [a, b, c] = self.points;

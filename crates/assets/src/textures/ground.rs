@@ -70,7 +70,7 @@ impl FallenNeedles {
     }
 
     /// How many more of them cover the ground than of the long needles of maritime pine.
-    fn crowd(&self) -> f32 {
+    fn density(&self) -> f32 {
         const LONG_M: f32 = 0.12;
         let means = self.kinds.iter().map(|(m, _)| 0.5 * (m[0] + m[1]));
         let mean_m = means.sum::<f32>() / self.kinds.len() as f32;
@@ -91,11 +91,7 @@ impl FallenNeedles {
                 fresh.lerp(Vec3::new(0.085, 0.055, 0.037), 0.75 * age) * rng.range_f32(0.7, 1.2);
             let width_m = width_m.clamp(0.0012, 0.0025);
             canvas.stroke(&Stroke {
-                points: [
-                    from,
-                    from + 0.5 * length * along + side,
-                    from + length * along,
-                ],
+                points: Stroke::bowed(from, length * along, side),
                 width_m: [width_m, 0.6 * width_m],
                 colour: [colour; 2],
                 level: 0.012 * (1.0 - age),
@@ -133,7 +129,7 @@ pub(crate) fn strew(
     .map(Arc::new);
     let mut canvas = Canvas::over(tile, Vec2::splat(size_m));
     // Needles lie under, between and over the leaves.
-    let needles = count(debris.needles * fallen.crowd());
+    let needles = count(debris.needles * fallen.density());
     fallen.scatter(&mut canvas, size_m, needles / 2, &mut rng);
     let leaves = count(debris.leaves);
     for i in 0..leaves {
@@ -169,11 +165,7 @@ pub(crate) fn strew(
         let width = rng.range_f32(0.003, 0.010);
         let tone = rng.range_f32(0.6, 1.3);
         canvas.stroke(&Stroke {
-            points: [
-                from,
-                from + 0.5 * length * along + sag,
-                from + length * along,
-            ],
+            points: Stroke::bowed(from, length * along, sag),
             width_m: [width, 0.5 * width],
             colour: [Vec3::new(0.125, 0.098, 0.076) * tone; 2],
             level: 0.02,
@@ -325,9 +317,9 @@ mod tests {
         let named = |name: &str| Species::built_in(name).expect("is built in");
         let spruce = FallenNeedles::of(&[named("norway_spruce"), named("beech")]);
         assert_eq!(spruce.kinds.len(), 1);
-        assert!(spruce.kinds[0].0[1] < 0.03 && spruce.crowd() > 5.0);
+        assert!(spruce.kinds[0].0[1] < 0.03 && spruce.density() > 5.0);
         let pine = FallenNeedles::of(&[named("maritime_pine")]);
-        assert!(pine.kinds[0].0[0] > 0.1 && pine.crowd() < 1.2);
+        assert!(pine.kinds[0].0[0] > 0.1 && pine.density() < 1.2);
         let none = FallenNeedles::of(&[named("beech")]);
         assert!(none.kinds[0].0[1] <= 0.05);
     }

@@ -202,7 +202,7 @@ fn seedlings_of_grass(tile: Tile, per_m2: f32, key: Key) -> Tile {
             let along = direction(&mut rng) * rng.range_f32(0.008, 0.034);
             let bend = along.perp() * rng.range_f32(-0.3, 0.3);
             canvas.stroke(&Stroke {
-                points: [foot, foot + 0.5 * along + bend, foot + along],
+                points: Stroke::bowed(foot, along, bend),
                 width_m: [0.003, 0.001],
                 colour: [colour * 0.5, colour],
                 level: 0.015,

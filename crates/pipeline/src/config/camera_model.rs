@@ -7,12 +7,40 @@ use nemoral_render::{
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{AnnotationKinds, Distortion, Intrinsics, ParamError, RigidTransform, Shutter};
 use nemoral_seed::Key;
+use toml::{Table, Value};
 
 use super::mount::mount;
 use super::{
-    Camera, CameraLens, CameraOptics, ExposureMode, Look, MeteringMode, ToneChoice,
-    VignettingModel, WhiteBalanceMode,
+    Camera, CameraCalibration, CameraLens, CameraOptics, ExposureMode, Look, MeteringMode,
+    ToneChoice, VignettingModel, WhiteBalanceMode,
 };
+
+impl CameraCalibration {
+    /// Gives a camera the numbers that its calibration leaves out, which follow from the others and
+    /// from the size of its pictures.
+    pub(super) fn complete(camera: &mut Table) {
+        let [width, height] = ["width_px", "height_px"].map(|key| {
+            let pixels = camera.get(key).and_then(Value::as_integer);
+            pixels.unwrap_or_default() as f64
+        });
+        let Some(Value::Table(calibration)) = camera.get_mut("calibration") else {
+            return;
+        };
+        let said = |key: &str| calibration.get(key).cloned();
+        let usual = Self::default().fx_px / f64::from(Camera::default().width_px) * width;
+        let focal = said("fx_px").or_else(|| said("fy_px"));
+        let focal = focal.unwrap_or(Value::Float(usual));
+        let numbers = [
+            ("fx_px", focal.clone()),
+            ("fy_px", focal),
+            ("cx_px", Value::Float(0.5 * width)),
+            ("cy_px", Value::Float(0.5 * height)),
+        ];
+        for (key, value) in numbers {
+            calibration.entry(key).or_insert(value);
+        }
+    }
+}
 
 impl Camera {
     /// The camera's pinhole and lens.

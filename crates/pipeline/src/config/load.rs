@@ -10,7 +10,7 @@ use super::errors::{ConfigError, ConfigErrors, Place};
 use super::schema::SectionSpec;
 use super::source::Source;
 use super::words::{cut, did_you_mean, shown};
-use super::{Camera, CameraCalibration, Config, Model, Preset, SECTIONS, Sequences, devices};
+use super::{CameraCalibration, Config, Model, Preset, SECTIONS, Sequences, devices};
 use crate::{Error, InputFiles};
 
 /// What a user asked for, in layers: a preset, a file over it, settings over that.
@@ -188,38 +188,13 @@ pub(super) fn merged(
         merge("", &mut merged, &source.table);
     }
     errors.into_result()?;
-    complete_calibration(table_at(&mut merged, "camera"));
+    CameraCalibration::complete(table_at(&mut merged, "camera"));
     let further = table_at(&mut merged, "cameras").iter_mut();
     for (_, camera) in further {
-        camera.as_table_mut().map(complete_calibration);
+        camera.as_table_mut().map(CameraCalibration::complete);
     }
     let config = Value::Table(merged).try_into();
     Ok(config.expect("a table that passed the checks is a config"))
-}
-
-/// Gives a camera the numbers that its calibration leaves out, which follow from the others and
-/// from the size of its pictures.
-fn complete_calibration(camera: &mut Table) {
-    let [width, height] = ["width_px", "height_px"].map(|key| {
-        let pixels = camera.get(key).and_then(Value::as_integer);
-        pixels.unwrap_or_default() as f64
-    });
-    let Some(Value::Table(calibration)) = camera.get_mut("calibration") else {
-        return;
-    };
-    let said = |key: &str| calibration.get(key).cloned();
-    let usual = CameraCalibration::default().fx_px / f64::from(Camera::default().width_px) * width;
-    let focal = said("fx_px").or_else(|| said("fy_px"));
-    let focal = focal.unwrap_or(Value::Float(usual));
-    let numbers = [
-        ("fx_px", focal.clone()),
-        ("fy_px", focal),
-        ("cx_px", Value::Float(0.5 * width)),
-        ("cy_px", Value::Float(0.5 * height)),
-    ];
-    for (key, value) in numbers {
-        calibration.entry(key).or_insert(value);
-    }
 }
 
 /// A preset with the defaults of what the sources name: further cameras, LiDARs and lamps have the

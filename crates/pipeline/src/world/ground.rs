@@ -50,6 +50,9 @@ const CULVERT_M: f64 = 0.8;
 const FACE_SLOPE: f64 = 1.05;
 const FACE_MARGIN: f64 = 0.4;
 
+/// By how much wetter than in the open the ground of a wood is where it is bare mud.
+const LITTER_OVER_MUD: f64 = 0.2;
+
 const THROWN: Domain = Domain::new("pipeline.thrown");
 const HISTORY: Domain = Domain::new("pipeline.history");
 
@@ -553,9 +556,14 @@ impl ChunkGround {
         (self.history.as_ref()).map_or(SiteHistory::NEUTRAL, |h| h.at(world_m))
     }
 
-    /// Whether the ground of a place is bare mud; see [`Conditions::is_mud`].
-    pub(crate) fn is_mud(&self, wetness: f64, wave: impl FnOnce() -> f64) -> bool {
-        self.conditions.is_mud(wetness, wave)
+    /// Whether the ground of a place that is this wet is bare mud, as [`Conditions::is_mud`] says:
+    /// what falls from trees covers it, but along water, which washes it away.
+    pub(crate) fn is_mud(&self, world_m: DVec2, wetness: f64, wave: impl Fn() -> f64) -> bool {
+        self.conditions.is_mud(wetness, &wave) && {
+            let lies = (0.5 * self.bank_m(world_m) - 0.25).clamp(0.0, 1.0);
+            let covered = LITTER_OVER_MUD * self.litterfall(world_m) * lies;
+            self.conditions.is_mud(wetness - covered, wave)
+        }
     }
 
     /// How far a place is within a meadow or clearing, metres: negative in the wood, and minus

@@ -21,9 +21,6 @@ use crate::plan::{Encode, Encoder};
 
 const FLOOR: Domain = Domain::new("pipeline.floor");
 
-/// By how much wetter than in the open the ground of a wood is where it is bare mud.
-const LITTER_OVER_MUD: f64 = 0.2;
-
 /// The mesh of the ground, as a config describes it.
 #[derive(Clone, Debug)]
 pub(crate) struct GroundMeshRecipe {
@@ -210,13 +207,7 @@ fn ground_material<F: Field>(
         TrailZone::Off if ground.is_rock_face(p) => materials.rock_face.unwrap_or(mud),
         TrailZone::Off => {
             let wetness = ground.conditions(p).wetness;
-            // What falls from trees covers mud, but where water washes it away.
-            let is_left = || {
-                let washed = (1.25 - 0.5 * ground.bank_m(p)).clamp(0.0, 1.0);
-                let covered = LITTER_OVER_MUD * ground.litterfall(p) * (1.0 - washed);
-                ground.is_mud(wetness - covered, || wave(p))
-            };
-            if ground.is_mud(wetness, || wave(p)) && is_left() {
+            if ground.is_mud(p, wetness, || wave(p)) {
                 mud
             } else {
                 materials.floor[floor.cover(p, wetness).index()]

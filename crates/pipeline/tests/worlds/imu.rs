@@ -157,9 +157,11 @@ fn the_folder_is_that_of_euroc() {
 }
 
 #[test]
-fn a_robot_that_does_not_drive_is_refused() {
+fn a_robot_that_does_not_drive_or_drives_for_ever_is_refused() {
     for (settings, why) in [
         (&["robot.stations.rows=2"][..], "stands still"),
+        (&["robot.speed_m_s=1e-300"], "at most 1e8"),
+        (&["frames=10000000", "robot.speed_m_s=0.1"], "at most 1e8"),
         (
             &["balance.targets.trunks=0.2", "frames=2"],
             "beside the path",
