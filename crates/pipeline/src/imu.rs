@@ -67,8 +67,8 @@ impl Recorder {
         let intervals = (last_s * params.rate_hz + 1e-6).floor();
         if intervals >= MOST_SAMPLES {
             return Err(Error::request(format!(
-                "imu.rate_hz = {}: in the {last_s:e} s of the drive these are {intervals:e} samples: \
-                 at most {MOST_SAMPLES:e} are made",
+                "imu.rate_hz = {}: in the {last_s:e} s of the drive these are {intervals:e} \
+                 samples: at most {MOST_SAMPLES:e} are made",
                 params.rate_hz
             )));
         }

@@ -161,7 +161,8 @@ impl Stroke {
         }
     }
 
-    /// The control points of a bent stroke, whose middle lies half of `pull` beside the straight line.
+    /// The control points of a bent stroke, whose middle lies half of `pull` beside the straight
+    /// line.
     pub(crate) fn bowed(from: Vec2, reach: Vec2, pull: Vec2) -> [Vec2; 3] {
         [from, from + 0.5 * reach + pull, from + reach]
     }
