@@ -67,7 +67,7 @@ impl Recorder {
         let intervals = (last_s * params.rate_hz + 1e-6).floor();
         if intervals >= MOST_SAMPLES {
             return Err(Error::request(format!(
-                "imu.rate_hz = {}: in the {last_s:e} s of the drive these are {intervals:e} \
+                "imu.rate_hz = {}: in the {last_s:.1e} s of the drive these are {intervals:.1e} \
                  samples: at most {MOST_SAMPLES:e} are made",
                 params.rate_hz
             )));
