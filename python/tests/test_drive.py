@@ -103,3 +103,36 @@ def test_lidar_alone(cache: Path) -> None:
     assert not frame.cameras and len(frame.points) > 100
     with pytest.raises(nemoral.ConfigError, match="camera.enabled"):
         _ = frame.image
+
+
+def test_an_inertial_unit_feels_gravity_and_is_in_data_sets(cache: Path, tmp_path: Path) -> None:
+    keys = {**SMALL, "imu.enabled": True, "imu.rate_hz": 50, "robot.spacing_s": 0.2}
+    forest = nemoral.Forest("demo", 7, cache=cache, **keys)
+    live = forest.imu()
+    # Two frames that are 0.2 s apart.
+    assert np.allclose(live["time_s"], np.arange(11) / 50)
+    assert live["rotation_xyzw"].shape == (11, 4) and live["angular_rate_rad_s"].shape == (11, 3)
+    felt = live["specific_force_m_s2"] - live["accelerometer_bias_m_s2"]
+    assert np.linalg.norm(felt, axis=1).mean() == pytest.approx(9.81, abs=0.5)
+    mount = np.eye(4)
+    mount[2, 3] = 0.5
+    unit = forest.pose(1) @ mount
+    assert np.allclose(live["position_m"][-1], unit[:3, 3], atol=1e-9)
+
+    out = tmp_path / "out"
+    nemoral.generate("demo", 7, out=out, cache=cache, **keys)
+    read = nemoral.Dataset(out).imu()
+    assert set(read) == set(live)
+    for name, column in read.items():
+        assert column.dtype == np.float64
+        assert np.allclose(column, live[name], atol=1e-8), name
+    assert [file for file, _ in nemoral.check(out).problems if file != "agreement"] == []
+
+
+def test_there_is_nothing_to_measure_without_a_unit_or_a_drive(written: Path, cache: Path) -> None:
+    with pytest.raises(ValueError, match="imu.enabled = true"):
+        nemoral.Dataset(written).imu()
+    with pytest.raises(ValueError, match="stands still"):
+        nemoral.Forest("demo", 7, cache=cache, **{"robot.stations.rows": 2}).imu()
+    with pytest.raises(nemoral.ConfigError, match=r"must be false with \[robot.stations\]"):
+        nemoral.Forest("demo", 7, **{"robot.stations.rows": 2, "imu.enabled": True})

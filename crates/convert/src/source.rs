@@ -8,8 +8,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use nemoral_dataset::{
-    CameraFile, CameraSpec, Dataset, FrameDone, FrameRecord, LidarFrame, LidarSpec, Manifest,
-    Split, Watch,
+    CameraFile, CameraSpec, Dataset, FrameDone, FrameRecord, ImuReading, ImuSpec, LidarFrame,
+    LidarSpec, Manifest, Split, Watch,
 };
 use nemoral_scene::{Image, ObjectRecord, Ontology, RigidTransform};
 
@@ -38,6 +38,8 @@ pub struct Sequence<'a> {
     pub cameras: &'a [CameraSpec],
     /// Its LiDARs, the reference LiDAR first.
     pub lidars: &'a [LidarSpec],
+    /// Its inertial measurement unit, if it has one.
+    pub imu: Option<&'a ImuSpec>,
 }
 
 /// A frame that exists, by sequence and index.
@@ -141,6 +143,7 @@ impl Source {
             number: s.number,
             cameras: &s.cameras,
             lidars: &s.lidars,
+            imu: s.imu.as_ref(),
         })
     }
 
@@ -254,6 +257,15 @@ impl Source {
     pub fn scan(&self, frame: &FrameRef<'_>, lidar: usize) -> Result<LidarFrame, Error> {
         self.reach(frame)?;
         Ok(self.dataset.scan(frame.record, lidar)?)
+    }
+
+    /// What the inertial measurement unit of a sequence measured along the whole drive, in the
+    /// order of time; nothing if it has none.
+    ///
+    /// # Errors
+    /// [`Error::Dataset`], naming the file.
+    pub fn imu(&self, sequence: u32) -> Result<Vec<ImuReading>, Error> {
+        Ok(self.dataset.imu(sequence)?)
     }
 
     /// All objects of a sequence with an id.

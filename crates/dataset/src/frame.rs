@@ -6,7 +6,7 @@ use nemoral_scene::{
     TreeRecord, TruthImages, Twist,
 };
 
-use crate::{BalanceRecord, FrameChoice};
+use crate::{BalanceRecord, FrameChoice, ImuTexts};
 
 /// One frame, in memory.
 #[derive(Clone, Debug)]
@@ -79,4 +79,6 @@ pub struct Track {
     pub poses: Vec<(f64, RigidTransform)>,
     /// How they were chosen, if they are not a drive.
     pub balance: Option<BalanceRecord>,
+    /// What the inertial measurement unit measured, if the sequence has one.
+    pub imu: Option<ImuTexts>,
 }

@@ -10,7 +10,7 @@ use crate::formats::kitti::Calibration;
 use crate::formats::{
     annotations, data_card, exr, images, kitti, npy, ontology_yaml, ply, scan, tables,
 };
-use crate::{DatasetHeader, Error, Manifest, output::state, seal};
+use crate::{DatasetHeader, Error, Manifest, imu, output::state, seal};
 
 /// What errors call the file.
 const NAME: &str = "input";
@@ -134,6 +134,14 @@ pub fn deadwood(text: &str) -> Result<String, Error> {
     let rows = tables::read_deadwood_rows(name(), text)?;
     tables::deadwood(name(), &rows)?;
     Ok(tables::encode_deadwood(&rows))
+}
+
+/// The samples and the true states of an inertial measurement unit.
+///
+/// # Errors
+/// If the texts are no such tables.
+pub fn imu(samples: &str, states: &str) -> Result<(), Error> {
+    imu::readings((name(), samples), (name(), states)).map(drop)
 }
 
 /// Boxes.

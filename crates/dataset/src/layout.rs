@@ -30,7 +30,14 @@ pub(crate) const ALL_POSES: &str = "poses";
 pub(crate) const POSES: &str = "poses.txt";
 pub(crate) const CALIB: &str = "calib.txt";
 pub(crate) const TIMES: &str = "times.txt";
-/// The files of a sequence that belong to no frame.
+/// The files of a sequence's inertial measurement unit, where the EuRoC MAV data set has them:
+/// samples, description, true states.
+pub(crate) const IMU_FILES: [&str; 3] = [
+    "imu0/data.csv",
+    "imu0/sensor.yaml",
+    "state_groundtruth_estimate0/data.csv",
+];
+/// The files of a sequence that belong to no frame, besides [`IMU_FILES`].
 pub(crate) const SEQUENCE_FILES: [&str; 7] =
     [CALIB, CONFIG, DEADWOOD, INSTANCES, POSES, TIMES, TREES];
 
@@ -224,6 +231,9 @@ pub(crate) fn common_files<'a>(
         ]);
         if sequence.has_deadwood {
             files.push((path(DEADWOOD), limits::TABLE_BYTES));
+        }
+        if sequence.imu.is_some() {
+            files.extend(IMU_FILES.map(|name| (path(name), limits::TABLE_BYTES)));
         }
     }
     files.sort();

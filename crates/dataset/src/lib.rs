@@ -30,6 +30,7 @@
 //! | `.label` | little-endian u32: class in the lower, [`to_label_id`](nemoral_scene::ObjectId::to_label_id) in the upper 16 bits |
 //! | `.ply` | binary little-endian, every field of a [`LidarPoint`](nemoral_scene::LidarPoint) |
 //! | `poses.txt`, `calib.txt`, `times.txt` | KITTI odometry's; line k is frame k of the whole sequence, made here or not; `poses/NN.txt` is a copy |
+//! | `imu0`, `state_groundtruth_estimate0`, if asked for | what an inertial measurement unit measures, and how it truly moves, as the EuRoC MAV data set has them |
 //! | `ontology.yaml` | the class table for semantic-kitti-api (the paper's classes are section V-A's) |
 //!
 //! # Promises
@@ -74,7 +75,7 @@
 //!     lidars: vec![LidarData { name: "top", points: &[], sensor_chunk: ChunkCoord::new(0, 0) }],
 //!     frame_key: [0; 32],
 //! })?;
-//! let track = Track { sequence: 0, poses: vec![(0.0, mount)], balance: None };
+//! let track = Track { sequence: 0, poses: vec![(0.0, mount)], balance: None, imu: None };
 //! writer.write_sequence(&track, &WorldTables::default())?;
 //! writer.finish()?;
 //!
@@ -96,6 +97,7 @@ mod frame;
 #[doc(hidden)]
 pub mod fuzz;
 mod header;
+mod imu;
 mod layout;
 mod limits;
 mod manifest;
@@ -124,6 +126,7 @@ pub use formats::ontology_yaml::{ClassTable, TableRow};
 pub use formats::ply::PlyPoint;
 pub use frame::{CameraData, FrameData, LidarData, Track, WorldTables};
 pub use header::{CameraSpec, DatasetHeader, DepthFormat, LidarSpec};
+pub use imu::{ImuReading, ImuSpec, ImuTexts};
 pub use layout::input_path;
 pub use manifest::{FORMAT_VERSION, FrameRecord, Manifest, TrackRecord};
 pub use merge::{MergeParams, merge, merge_watched};

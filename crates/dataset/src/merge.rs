@@ -69,6 +69,7 @@ pub fn merge_watched(
                 poses: part.read_text(&path(layout::POSES))?,
                 times: part.read_text(&path(layout::TIMES))?,
                 balance: track.balance.clone(),
+                imu: part.imu_texts(track.sequence)?,
             };
             let ours = drives
                 .entry(track.sequence)
@@ -78,7 +79,10 @@ pub fn merge_watched(
                     path: part.root().to_owned(),
                     field: format!("track of sequence {}", track.sequence),
                     found: format!("{} frames", drive.length),
-                    asked: format!("{} frames with other poses or times", ours.length),
+                    asked: format!(
+                        "{} frames with other poses, times or inertial measurements",
+                        ours.length
+                    ),
                 });
             }
         }

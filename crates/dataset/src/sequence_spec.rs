@@ -7,7 +7,7 @@ use nemoral_scene::RigidTransform;
 use serde::{Deserialize, Serialize};
 
 use crate::header::{check_sensor_name, is_place, validate_camera};
-use crate::{CameraSpec, DepthFormat, Error, FileRecord, LidarSpec, layout, limits};
+use crate::{CameraSpec, DepthFormat, Error, FileRecord, ImuSpec, LidarSpec, layout, limits};
 
 /// The part of a data set that a sequence is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -68,6 +68,9 @@ pub struct SequenceSpec {
     pub cameras: Vec<CameraSpec>,
     /// All LiDARs, the reference LiDAR first.
     pub lidars: Vec<LidarSpec>,
+    /// The inertial measurement unit; absent from `dataset.json` if there is none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub imu: Option<ImuSpec>,
     /// Key of each world stage: name to hexadecimal.
     pub stage_keys: BTreeMap<String, String>,
     /// The files that the configuration names, in order of their paths, which are
@@ -97,6 +100,7 @@ impl SequenceSpec {
             depth_format: DepthFormat::default(),
             cameras: Vec::new(),
             lidars: Vec::new(),
+            imu: None,
             stage_keys: BTreeMap::new(),
             inputs: Vec::new(),
             config: serde_json::Value::Object(serde_json::Map::new()),
@@ -168,14 +172,33 @@ impl SequenceSpec {
                 ));
             }
             names.push(name);
-            if !(is_place(mount.translation_m) && mount.rotation.is_normalized()) {
-                return Err(Error::invalid(
-                    format!("{name}.mount"),
-                    format!("{mount:?}"),
-                    "finite, with a unit rotation",
-                ));
+            check_mount(name, mount)?;
+        }
+        if let Some(imu) = &self.imu {
+            if names.iter().any(|name| *name == "imu") {
+                return Err(Error::invalid("sensor name", "imu", "not that of the imu"));
+            }
+            check_mount("imu", &imu.body_from_imu)?;
+            if !(imu.rate_hz.is_finite() && imu.rate_hz > 0.0) {
+                return Err(Error::invalid("imu.rate_hz", imu.rate_hz, "positive"));
+            }
+            let noise = [imu.angular_rate_noise_rad_s, imu.specific_force_noise_m_s2];
+            if let Some(wrong) = noise.iter().find(|n| !(n.is_finite() && **n >= 0.0)) {
+                return Err(Error::invalid("imu noise", wrong, "at least 0"));
             }
         }
         Ok(())
     }
+}
+
+/// Refuses a mount that is no rotation and place.
+fn check_mount(name: &str, mount: &RigidTransform) -> Result<(), Error> {
+    if is_place(mount.translation_m) && mount.rotation.is_normalized() {
+        return Ok(());
+    }
+    Err(Error::invalid(
+        format!("{name}.mount"),
+        format!("{mount:?}"),
+        "finite, with a unit rotation",
+    ))
 }

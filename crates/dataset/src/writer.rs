@@ -15,8 +15,8 @@ use crate::manifest::ranges;
 use crate::output::{self, Content};
 use crate::{
     BalanceRecord, CameraData, CameraFile, Dataset, DatasetHeader, Error, FORMAT_VERSION,
-    FileRecord, FrameData, FrameRecord, LidarData, Manifest, PlyPoint, SequenceSpec, Track,
-    TrackRecord, WorldTables, layout, output::compare, output::state,
+    FileRecord, FrameData, FrameRecord, ImuTexts, LidarData, Manifest, PlyPoint, SequenceSpec,
+    Track, TrackRecord, WorldTables, layout, output::compare, output::state,
 };
 
 /// What to do with an output folder that is not empty.
@@ -269,6 +269,7 @@ impl Writer {
             poses: kitti::encode_poses(&relative.collect::<Vec<_>>()),
             times: kitti::encode_times(&times),
             balance: track.balance.clone(),
+            imu: track.imu.clone(),
         };
         let trees = tables::tree_rows(world.trees)?;
         let objects = tables::object_rows(world.objects)?;
@@ -304,6 +305,12 @@ impl Writer {
                 "none: has_deadwood is false",
             ));
         }
+        if spec.imu.is_some() != drive.imu.is_some() {
+            let word = |is_there| if is_there { "there" } else { "none" };
+            let [found, asked] = [drive.imu.is_some(), spec.imu.is_some()].map(word);
+            let allowed = format!("the header's: {asked}");
+            return Err(Error::invalid("track.imu", found, allowed));
+        }
         let of_deadwood = (spec.has_deadwood).then(|| {
             let path = layout::sequence_file(spec.number, layout::DEADWOOD);
             (path, tables::encode_deadwood(deadwood))
@@ -320,9 +327,15 @@ impl Writer {
             (path(layout::TIMES), drive.times.clone()),
             (path(layout::TREES), tables::encode_trees(trees)),
         ];
+        let mut put = |path: &str, text: &str| {
+            let record = FileRecord::put(&self.folder, layout::inner(path), text.as_bytes());
+            record.map(|record| files.push(record))
+        };
         for (path, text) in common.into_iter().chain(of_deadwood) {
-            let record = FileRecord::put(&self.folder, layout::inner(&path), text.as_bytes())?;
-            files.push(record);
+            put(&path, &text)?;
+        }
+        for (name, text) in drive.imu.iter().flat_map(ImuTexts::files) {
+            put(&path(name), text)?;
         }
         let record = TrackRecord {
             sequence: spec.number,
@@ -575,6 +588,7 @@ pub(crate) struct Drive {
     pub(crate) poses: String,
     pub(crate) times: String,
     pub(crate) balance: Option<BalanceRecord>,
+    pub(crate) imu: Option<ImuTexts>,
 }
 
 fn size<T>(image: &Image<T>) -> (usize, usize) {

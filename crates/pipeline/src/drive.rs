@@ -82,6 +82,7 @@ pub(crate) fn track(
         sequence,
         poses,
         balance,
+        imu: None,
     })
 }
 

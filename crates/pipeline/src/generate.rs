@@ -19,6 +19,7 @@ use crate::config::Sequences;
 use crate::drive::{inventory, track};
 use crate::formats::{check_formats, probe_formats, write_formats};
 use crate::header::header;
+use crate::imu::imu_texts;
 use crate::plan::{At, Cache, Hasher, Runner, Stage, Store};
 use crate::prove::within_sequence;
 use crate::recording::pose::FramePose;
@@ -216,7 +217,10 @@ fn conclude(world: &World, runner: &Runner<'_>, writer: &Writer) -> Result<(), E
     let needed = [ChoiceStage::ID, SceneObjectStage::ID];
     (runner.store()).retain(|stage, at| at == At::World || needed.contains(&stage));
     let (number, config) = (world.sequence.number, &world.sequence.config);
-    let track = track((number, config), &world.forest, runner)?;
+    let mut track = track((number, config), &world.forest, runner)?;
+    if config.imu.enabled {
+        track.imu = Some(imu_texts(config, &world.forest, runner)?);
+    }
     let frames = writer.frames().into_iter();
     let frames = frames.filter(|f| f.0 == number).map(|f| f.1);
     let all = inventory(config, &world.forest, runner, frames)?;

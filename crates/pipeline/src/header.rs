@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use nemoral_dataset::{
-    CameraSpec, DatasetHeader, DepthFormat, FileRecord, LidarSpec, SequenceSpec,
+    CameraSpec, DatasetHeader, DepthFormat, FileRecord, ImuSpec, LidarSpec, SequenceSpec,
 };
 use nemoral_scene::Ontology;
 
@@ -39,6 +39,17 @@ pub fn header(sequences: &Sequences, backend: &Backend) -> Result<DatasetHeader,
         config_toml: sequences.to_toml()?,
         input_files,
     })
+}
+
+fn imu_spec(imu: &config::Imu) -> ImuSpec {
+    let params = imu.params();
+    let (gyroscope, accelerometer) = (params.errors.gyroscope, params.errors.accelerometer);
+    ImuSpec {
+        body_from_imu: imu.body_from_imu(),
+        rate_hz: params.rate_hz,
+        angular_rate_noise_rad_s: gyroscope.noise_density * params.rate_hz.sqrt(),
+        specific_force_noise_m_s2: accelerometer.noise_density * params.rate_hz.sqrt(),
+    }
 }
 
 /// What decides the bytes of a sequence.
@@ -104,6 +115,7 @@ pub(crate) fn sequence_spec(
         },
         cameras: config.all_cameras().map(camera).collect::<Result<_, _>>()?,
         lidars: config.all_lidars().map(lidar).collect(),
+        imu: config.imu.enabled.then(|| imu_spec(&config.imu)),
         stage_keys: stage_keys.collect(),
         inputs,
         config: (serde_json::to_value(config.with_files(&carried)))

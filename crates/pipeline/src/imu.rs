@@ -3,15 +3,19 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use nemoral_dataset::ImuTexts;
 use nemoral_files::{Folder, InnerPath, PendingFile};
 use nemoral_imu::{ImuMotion, ImuNoise, ImuSample, euroc, motions};
 use nemoral_scene::RigidTransform;
+use nemoral_scene::glam::DVec2;
 use nemoral_seed::{Domain, Key};
 
-use crate::config::RobotPath;
+use crate::chunks::ChunkManager;
+use crate::config::Config;
+use crate::plan::Runner;
 use crate::prove::prove;
 use crate::world::trajectory::Surroundings;
-use crate::{Error, Recorder};
+use crate::{Error, ForestPlan, Recorder};
 
 const IMU: Domain = Domain::new("pipeline.imu");
 
@@ -33,6 +37,80 @@ pub struct MeasuredMotion {
     pub note: Option<String>,
 }
 
+/// Hands over what the unit of a config measures along its drive, in the order of time; `leave` is
+/// called now and then with the place that the robot has come to, metres, to free what is far from
+/// it.
+fn measure(
+    config: &Config,
+    forest: &ForestPlan,
+    runner: &Runner<'_>,
+    mut each: impl FnMut(&ImuMotion, &ImuSample) -> Result<(), Error>,
+    leave: impl Fn(DVec2),
+) -> Result<MeasuredMotion, Error> {
+    let mut measured = MeasuredMotion::default();
+    let trajectory = runner.get(forest.trajectory, ())?;
+    let body_from_imu = config.imu.body_from_imu();
+    let pose = |time_s: f64| -> Result<RigidTransform, Error> {
+        let surroundings = Surroundings {
+            ground: runner.demand(forest.ground),
+            objects: runner.demand(forest.objects),
+        };
+        Ok(trajectory.pose(0, time_s, surroundings)? * body_from_imu)
+    };
+    let params = config.imu.params();
+    let key = Key::world(config.seed).domain(IMU);
+    let mut noise = ImuNoise::new(&params, key).map_err(|e| Error::request(e.to_string()))?;
+    let last_s = trajectory.time_s(config.frames - 1);
+    let intervals = (last_s * params.rate_hz + 1e-6).floor();
+    if intervals >= MOST_SAMPLES {
+        return Err(Error::request(format!(
+            "imu.rate_hz = {}: in the {last_s:.1e} s of the drive these are {intervals:.1e} \
+             samples: at most {MOST_SAMPLES:e} are made",
+            params.rate_hz
+        )));
+    }
+    let samples = intervals as u64 + 1;
+    let mut left_m = None;
+    for motion in motions(params.rate_hz, samples, pose) {
+        let motion = motion?;
+        let sample = noise.measure(&motion);
+        each(&motion, &sample)?;
+        measured.samples += 1;
+        let is_beyond = motion.angular_rate_rad_s.abs().max_element() > MOST_RAD_S
+            || motion.specific_force_m_s2.abs().max_element() > MOST_M_S2;
+        measured.out_of_range += u64::from(is_beyond);
+        let place_m = motion.world_from_imu.translation_m.truncate();
+        let moved_m = place_m.distance(*left_m.get_or_insert(place_m));
+        if moved_m > config.chunks.size_m {
+            leave(place_m);
+            left_m = Some(place_m);
+        }
+    }
+    Ok(measured)
+}
+
+/// The files of a data set's unit.
+pub(crate) fn imu_texts(
+    config: &Config,
+    forest: &ForestPlan,
+    runner: &Runner<'_>,
+) -> Result<ImuTexts, Error> {
+    let manager = ChunkManager::new(config.chunks.clone());
+    let mut texts = ImuTexts {
+        samples: euroc::SAMPLES_HEADER.to_owned(),
+        sensor: euroc::sensor_yaml(&config.imu.params(), &config.imu.body_from_imu()),
+        states: euroc::STATES_HEADER.to_owned(),
+    };
+    let each = |motion: &ImuMotion, sample: &ImuSample| {
+        euroc::push_sample(&mut texts.samples, sample);
+        euroc::push_state(&mut texts.states, motion, sample);
+        Ok(())
+    };
+    let leave = |place_m| manager.evict(runner.store(), place_m, &[]);
+    measure(config, forest, runner, each, leave)?;
+    Ok(texts)
+}
+
 impl Recorder {
     /// Hands over what the unit measures, in the order of time, from the first frame's time to the
     /// last's, with its true motion. Chunks that are left behind are freed, for other uses of this
@@ -43,73 +121,25 @@ impl Recorder {
     /// how it moves; if the ground cannot be made; and the first error of `each`.
     pub fn measure_motion(
         &self,
-        mut each: impl FnMut(&ImuMotion, &ImuSample) -> Result<(), Error>,
+        each: impl FnMut(&ImuMotion, &ImuSample) -> Result<(), Error>,
     ) -> Result<MeasuredMotion, Error> {
-        let mut measured = MeasuredMotion {
-            note: self.prove_drive()?,
-            ..MeasuredMotion::default()
-        };
+        let note = self.prove_drive()?;
         let config = &self.sequence().config;
-        let (runner, forest) = (self.runner(), self.forest());
-        let trajectory = runner.get(forest.trajectory, ())?;
-        let body_from_imu = config.imu.body_from_imu();
-        let pose = |time_s: f64| -> Result<RigidTransform, Error> {
-            let surroundings = Surroundings {
-                ground: runner.demand(forest.ground),
-                objects: runner.demand(forest.objects),
-            };
-            Ok(trajectory.pose(0, time_s, surroundings)? * body_from_imu)
-        };
-        let params = config.imu.params();
-        let key = Key::world(config.seed).domain(IMU);
-        let mut noise = ImuNoise::new(&params, key).map_err(|e| Error::request(e.to_string()))?;
-        let last_s = trajectory.time_s(config.frames - 1);
-        let intervals = (last_s * params.rate_hz + 1e-6).floor();
-        if intervals >= MOST_SAMPLES {
-            return Err(Error::request(format!(
-                "imu.rate_hz = {}: in the {last_s:.1e} s of the drive these are {intervals:.1e} \
-                 samples: at most {MOST_SAMPLES:e} are made",
-                params.rate_hz
-            )));
-        }
-        let samples = intervals as u64 + 1;
-        let mut left_m = None;
-        for motion in motions(params.rate_hz, samples, pose) {
-            let motion = motion?;
-            let sample = noise.measure(&motion);
-            each(&motion, &sample)?;
-            measured.samples += 1;
-            let is_beyond = motion.angular_rate_rad_s.abs().max_element() > MOST_RAD_S
-                || motion.specific_force_m_s2.abs().max_element() > MOST_M_S2;
-            measured.out_of_range += u64::from(is_beyond);
-            let place_m = motion.world_from_imu.translation_m.truncate();
-            let moved_m = place_m.distance(*left_m.get_or_insert(place_m));
-            if moved_m > config.chunks.size_m {
-                self.free_around(place_m);
-                left_m = Some(place_m);
-            }
-        }
-        Ok(measured)
+        let leave = |place_m| self.free_around(place_m);
+        let measured = measure(config, self.forest(), &self.runner(), each, leave)?;
+        Ok(MeasuredMotion { note, ..measured })
     }
 
     /// Refuses robots that do not drive, and says what a user should know about a drive.
     fn prove_drive(&self) -> Result<Option<String>, Error> {
-        let refused = |path: &str, why: &str| {
-            Err(Error::request(format!(
+        let config = &self.sequence().config;
+        if let Some((path, why)) = config.motion_is_unknown() {
+            return Err(Error::request(format!(
                 "{path}: has no motion to measure: {why}; a drive along a trail, a wander or a \
                  straight line has"
-            )))
-        };
-        match &self.sequence().config.robot.path {
-            RobotPath::Stations(_) => refused("robot.stations", "the robot stands still"),
-            RobotPath::File(_) => {
-                refused("robot.file", "between its poses nothing says how it moves")
-            }
-            _ if self.forest().balance_choice.is_some() => {
-                refused("balance.targets", "frames are chosen beside the path")
-            }
-            _ => prove(&self.sequence().config, self.forest(), &self.runner()),
+            )));
         }
+        prove(config, self.forest(), &self.runner())
     }
 
     /// Writes what the unit measures into a folder in the layout of the EuRoC MAV data set

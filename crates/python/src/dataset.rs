@@ -11,7 +11,7 @@ use pyo3::types::PyDict;
 use crate::arrays;
 use crate::forest::{object_columns, tree_columns};
 use crate::frame::Frame;
-use crate::work;
+use crate::{imu, work};
 
 /// A finished data set on disk, read as far as it is asked for.
 #[pyclass(frozen)]
@@ -126,6 +126,15 @@ impl Dataset {
     fn objects<'py>(&self, py: Python<'py>, sequence: u32) -> PyResult<Bound<'py, PyDict>> {
         let objects = work::brief(py, |_| Ok(self.dataset.objects(sequence)?))?;
         object_columns(py, &objects.iter().collect::<Vec<&ObjectRecord>>())
+    }
+
+    /// The columns of the inertial measurement unit's files; `None` if there are none.
+    fn imu<'py>(&self, py: Python<'py>, sequence: u32) -> PyResult<Option<Bound<'py, PyDict>>> {
+        if self.spec(sequence)?.imu.is_none() {
+            return Ok(None);
+        }
+        let readings = work::brief(py, |_| Ok(self.dataset.imu(sequence)?))?;
+        imu::columns(py, &readings).map(Some)
     }
 }
 

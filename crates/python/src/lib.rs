@@ -13,6 +13,7 @@ mod dataset;
 mod failure;
 mod forest;
 mod frame;
+mod imu;
 mod parts;
 mod pictures;
 mod pool;

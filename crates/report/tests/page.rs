@@ -81,6 +81,7 @@ fn write(out: &Path, frames: u64, of: u64) {
         sequence: 0,
         poses,
         balance: None,
+        imu: None,
     };
     let tables = WorldTables::default();
     writer.write_sequence(&track, &tables).expect("a track");

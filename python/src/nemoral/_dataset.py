@@ -125,6 +125,21 @@ class Dataset:
         """The columns of `instances.csv`, as :meth:`Forest.objects` has them."""
         return self._native.objects(self._sequence(sequence))
 
+    def imu(self, sequence: SupportsIndex = 0) -> dict[str, Array]:
+        """What the inertial measurement unit measured along a sequence's drive, as
+        :meth:`Forest.imu` has it, rounded as files are.
+
+        Raises:
+            ValueError: if the data set has none: `imu.enabled` was false.
+        """
+        number = self._sequence(sequence)
+        found = self._native.imu(number)
+        if found is None:
+            raise ValueError(
+                f"sequence {number}: has no inertial measurements; imu.enabled = true makes them"
+            )
+        return found
+
     def _sequence(self, sequence: SupportsIndex) -> int:
         number = arguments.index("sequence", sequence)
         if number not in self._there:

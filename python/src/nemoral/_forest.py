@@ -278,6 +278,23 @@ class Forest:
         low, high = self._rectangle(xmin, ymin, xmax, ymax)
         return self._live.inventory(self._sequence(sequence), low, high, False)
 
+    def imu(self, *, sequence: SupportsIndex = 0) -> dict[str, Array]:
+        """What an inertial measurement unit on the robot measures along the drive of a sequence,
+        from frame 0's time to the last frame's, and how it truly moves. ``[imu]`` describes it.
+
+        Returns:
+            Columns of N float64: ``time_s``; ``angular_rate_rad_s`` and ``specific_force_m_s2``
+            (N, 3), with their errors, in the unit's frame (x forward, y left, z up; at rest it
+            feels 9.81 m/s² upwards); the truth in the world: ``position_m``, ``velocity_m_s``
+            (N, 3) and ``rotation_xyzw`` (N, 4); ``gyroscope_bias_rad_s`` and
+            ``accelerometer_bias_m_s2`` (N, 3).
+
+        Raises:
+            ConfigError: if the robot stands at stations or takes poses of a file, between which
+                nothing says how it moves.
+        """
+        return self._live.imu(self._sequence(sequence))
+
     def obstacles(
         self,
         xmin: float,

@@ -216,7 +216,11 @@ impl Seeds {
         self.put("pattern", "rings", pattern.as_bytes())?;
         self.put("pattern", "bare", b"5,1,1\n6,2,2\n6,3,3\n")?;
         let tum = "\u{0}# t x y z qx qy qz qw\n0.5 1 2 3 0 0 0.6 0.8\n1 2 2 3 0 0 0 1\n";
-        self.put("robot_poses", "tum", tum.as_bytes())
+        self.put("robot_poses", "tum", tum.as_bytes())?;
+        let imu = "#timestamp [ns]\n0,0.1,0,0,0,0,9.8\n5000000,0,0,0.1,0,0,9.8\n\0#timestamp\n\
+                   0,1,2,3,1,0,0,0,0.5,0,0,0,0,0,0,0,0\n\
+                   5000000,1,2,3,0.6,0,0,0.8,0.5,0,0,0,0,0,0,0,0\n";
+        self.put("imu", "two", imu.as_bytes())
     }
 
     /// Makes seeds of the files of a site, from the example's and in other forms.

@@ -89,6 +89,14 @@ pub fn deadwood(input: &[u8]) {
     table(input, fuzz::deadwood);
 }
 
+/// Reads the samples and the true states of an inertial measurement unit, which are separated by a
+/// byte 0.
+pub fn imu(input: &[u8]) {
+    let text = text(input).unwrap_or_default();
+    let (samples, states) = text.split_once('\0').unwrap_or((text, ""));
+    let _ = fuzz::imu(samples, states);
+}
+
 fn table(input: &[u8], rewritten: fn(&str) -> Result<String, Error>) {
     if let Some(Ok(written)) = text(input).map(rewritten) {
         let again = rewritten(&written);

@@ -52,6 +52,7 @@ targets! {
     site::geotiff
     site::gltf
     site::height_png
+    decoders::imu
     decoders::instances
     decoders::label
     state::manifest

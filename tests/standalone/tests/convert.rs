@@ -46,7 +46,8 @@ fn write(out: &Path) -> Result<(), Box<dyn Error>> {
         })?;
     }
     let poses = (0..3).map(|i| (i as f64, pose(i))).collect();
-    writer.write_sequence(&Track { sequence: 0, poses, balance: None }, &WorldTables::default())?;
+    let track = Track { sequence: 0, poses, balance: None, imu: None };
+    writer.write_sequence(&track, &WorldTables::default())?;
     writer.finish()?;
     Ok(())
 }

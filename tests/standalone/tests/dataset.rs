@@ -75,7 +75,8 @@ fn write(out: &Path, frames: std::ops::Range<u64>) -> Result<(), Box<dyn Error>>
         })?;
     }
     let poses = (0..4).map(|i| (i as f64, pose(i))).collect();
-    writer.write_sequence(&Track { sequence: 0, poses, balance: None }, &WorldTables::default())?;
+    let track = Track { sequence: 0, poses, balance: None, imu: None };
+    writer.write_sequence(&track, &WorldTables::default())?;
     writer.finish()?;
     Ok(())
 }

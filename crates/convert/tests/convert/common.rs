@@ -2,12 +2,13 @@
 //! wall.
 
 use std::collections::BTreeMap;
+use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use nemoral_convert::{ConvertParams, Converted, Error, FormatName, Mode, convert};
 use nemoral_dataset::{
-    CameraData, CameraSpec, Dataset, DatasetHeader, FrameData, LidarData, LidarSpec, OpenMode,
-    Track, WorldTables, Writer,
+    CameraData, CameraSpec, Dataset, DatasetHeader, FrameData, ImuTexts, LidarData, LidarSpec,
+    OpenMode, Track, WorldTables, Writer,
 };
 use nemoral_scene::glam::{DVec2, DVec3, Vec3};
 use nemoral_scene::{
@@ -207,6 +208,7 @@ pub(crate) fn write(out: &Path, header: &DatasetHeader, frames: &[u64]) -> Datas
         sequence: 0,
         poses: (0..5).map(pose).collect(),
         balance: None,
+        imu: header.sequences[0].imu.as_ref().map(|_| imu_texts()),
     };
     let objects = objects();
     let world = WorldTables {
@@ -217,6 +219,19 @@ pub(crate) fn write(out: &Path, header: &DatasetHeader, frames: &[u64]) -> Datas
     writer.write_sequence(&track, &world).expect("tables");
     writer.finish().expect("finish");
     Dataset::open(out).expect("open")
+}
+
+/// What a unit that stands still measures of the drive of five, ten times a second; the times of
+/// its readings are its angular rates.
+fn imu_texts() -> ImuTexts {
+    let mut texts = ImuTexts::default();
+    let mut time_ns = 0_i64;
+    while time_ns as f64 * 1e-9 <= pose(4).0 {
+        let _ = writeln!(texts.samples, "{time_ns},{time_ns},0,0.5,0,0.25,9.75");
+        let _ = writeln!(texts.states, "{time_ns},0,0,0,1,0,0,0,0,0,0,0,0,0,0,0,0");
+        time_ns += 100_000_000;
+    }
+    texts
 }
 
 /// A data set of frames 1, 2 and 4, converted.

@@ -3,8 +3,10 @@
 use std::collections::BTreeMap;
 
 use nemoral_convert::FormatName;
+use nemoral_dataset::ImuSpec;
+use nemoral_scene::RigidTransform;
 
-use crate::common::{header, made, pose, text};
+use crate::common::{Made, header, made, made_of, pose, text};
 
 /// Reads little-endian numbers and texts one after the other.
 struct Reader<'a> {
@@ -219,9 +221,89 @@ fn qos(durability: u32) -> String {
     )
 }
 
+/// Topic, time and message of everything, in the order of the file.
+fn messages(bytes: &[u8]) -> Vec<(String, u64, &[u8])> {
+    let mut topics = BTreeMap::new();
+    for channel in summary(bytes, 4) {
+        let mut r = Reader::new(channel);
+        let (id, _schema) = (r.number(2), r.number(2));
+        topics.insert(id, r.text());
+    }
+    let mut all = Vec::new();
+    for index in summary(bytes, 8) {
+        let mut r = Reader::new(index);
+        let _span = r.take(16);
+        let at = r.number(8) as usize;
+        let (_, chunk) = Reader::new(&bytes[at..]).record();
+        let mut r = Reader::new(chunk);
+        let _before = r.take(8 + 8 + 8 + 4);
+        let _compression = r.text();
+        let size = r.number(8) as usize;
+        let mut records = Reader::new(r.take(size));
+        while records.at < size {
+            let (code, content) = records.record();
+            if code == 5 {
+                let mut r = Reader::new(content);
+                let (id, _sequence, time_ns) = (r.number(2), r.number(4), r.number(8));
+                let _published = r.number(8);
+                all.push((topics[&id].clone(), time_ns, r.take(content.len() - 22)));
+            }
+        }
+    }
+    all
+}
+
+#[test]
+fn an_inertial_unit_says_what_it_measured_between_the_first_frame_and_the_last() {
+    let mut header = header();
+    header.sequences[0].imu = Some(ImuSpec {
+        body_from_imu: RigidTransform::IDENTITY,
+        rate_hz: 10.0,
+        angular_rate_noise_rad_s: 0.5,
+        specific_force_noise_m_s2: 0.25,
+    });
+    let made = made_of(FormatName::Mcap, &header);
+    let bytes = std::fs::read(made.out.join("00/00_0.mcap")).expect("a file");
+    let messages = messages(&bytes);
+    assert!(messages.is_sorted_by_key(|m| m.1));
+    let of_unit: Vec<_> = messages.iter().filter(|m| m.0 == "/imu").collect();
+    let times_ns: Vec<u64> = of_unit.iter().map(|m| m.1).collect();
+    // A second around the frames, as far as there are readings.
+    let first_s = (pose(1).0 - 1.0).max(-0.05);
+    let wanted = made.dataset.imu(0).expect("readings").into_iter();
+    let wanted = wanted.map(|r| r.time_ns as u64);
+    let wanted: Vec<u64> = wanted.filter(|t| *t as f64 * 1e-9 > first_s).collect();
+    assert!(wanted.len() > 3);
+    assert_eq!(times_ns, wanted);
+    let (_, time_ns, data) = of_unit[2];
+    let mut r = Reader::new(data);
+    r.at = 4;
+    let stamp = (r.aligned(4), r.aligned(4));
+    assert_eq!(stamp, (time_ns / 1_000_000_000, time_ns % 1_000_000_000));
+    assert_eq!(r.cdr_text(), "imu");
+    let numbers: Vec<f64> = (0..4 + 9 + 3 + 9 + 3 + 9)
+        .map(|_| f64::from_bits(r.aligned(8)))
+        .collect();
+    assert_eq!(r.at, data.len());
+    assert_eq!(numbers[..5], [0.0, 0.0, 0.0, 1.0, -1.0]);
+    assert_eq!(numbers[13..17], [*time_ns as f64, 0.0, 0.5, 0.25]);
+    assert_eq!(numbers[25..29], [0.0, 0.25, 9.75, 0.0625]);
+    let mounts = messages
+        .iter()
+        .find(|m| m.0 == "/tf_static")
+        .expect("mounts");
+    assert!(mounts.2.windows(4).any(|w| w == b"imu\0"));
+    check_bag(&made, (times_ns[0], pose(4).0));
+}
+
 #[test]
 fn the_folder_of_a_sequence_is_a_bag_and_its_metadata_agree_with_the_file() {
-    let made = made(FormatName::Mcap);
+    let start_ns = (pose(1).0 * 1e9).round() as u64;
+    check_bag(&made(FormatName::Mcap), (start_ns, pose(4).0));
+}
+
+/// Compares the metadata of a bag with its file, whose first and last message have these times.
+fn check_bag(made: &Made, (first_ns, last_s): (u64, f64)) {
     let bytes = std::fs::read(made.out.join("00/00_0.mcap")).expect("a file");
     let mut types = BTreeMap::new();
     for schema in summary(&bytes, 3) {
@@ -233,8 +315,8 @@ fn the_folder_of_a_sequence_is_a_bag_and_its_metadata_agree_with_the_file() {
     // Numbers of schemas, channels, attachments, metadata and chunks.
     let _numbers = r.take(2 + 4 * 4);
     let (start_ns, end_ns) = (r.number(8), r.number(8));
-    assert_eq!(start_ns as f64 * 1e-9, pose(1).0);
-    assert_eq!(end_ns as f64 * 1e-9, pose(4).0);
+    assert_eq!(start_ns, first_ns);
+    assert_eq!(end_ns as f64 * 1e-9, last_s);
     let counts = r.map(2, 8);
 
     let mut topics = String::new();

@@ -4,6 +4,7 @@ mod agreement;
 mod annotations;
 mod drive;
 mod frames;
+mod imu;
 mod splits;
 mod tables;
 
@@ -71,7 +72,7 @@ impl fmt::Display for CheckReport {
 }
 
 /// Checks a data set from its files alone: structure, sizes, checksums; ids against
-/// `instances.csv` and the class table; poses and calibration against `dataset.json`; that splits
+/// `instances.csv` and the class table; poses, calibration and inertial measurements against `dataset.json` and each other; that splits
 /// have no seed and no tree in common; and the agreement of LiDAR and camera.
 ///
 /// # Errors
@@ -119,6 +120,7 @@ pub fn check_watched(dir: &Path, watch: &Watch) -> Result<CheckReport, Error> {
     for track in &manifest.tracks {
         let inventory = checker.inventory(track.sequence);
         if let Some(drive) = checker.drive(track) {
+            checker.imu(track, &drive);
             checker.frames(track.sequence, &drive, &inventory)?;
         }
     }

@@ -152,7 +152,7 @@ pixels from the first camera's frame, first LiDAR to camera; Tr_NAME of further 
 first camera; D2, D_NAME (OpenCV's k1 k2 p1 p2 k3) or F2, \
 F_NAME (its fisheye's k1 to k4) where a lens distorts |
 | `sequences/NN/times.txt` | seconds |
-| `sequences/NN/trees.csv`, `instances.csv` | the inventory: positions in the sequence's world, \
+{imu}| `sequences/NN/trees.csv`, `instances.csv` | the inventory: positions in the sequence's world, \
 sizes, species |
 | `sequences/NN/config.toml` | every key of the sequence, with what was drawn for it |
 | `ontology.yaml` | the class table in SemanticKITTI's form |
@@ -167,6 +167,14 @@ the pictures of a further camera
 called `right` are in `image_3`. Truth images hold what is
 exactly at the pixel's centre; nothing in them is blended.
 {rolling}{balanced}",
+        imu = if h.sequences.iter().any(|s| s.imu.is_some()) {
+            "| `sequences/NN/imu0/data.csv` | angular rates and specific forces, with the errors \
+             that `imu0/sensor.yaml` describes; nanoseconds of `times.txt` (EuRoC) |\n\
+             | `sequences/NN/state_groundtruth_estimate0/data.csv` | the unit's true pose and \
+             velocity in the sequence's world, and its biases (EuRoC) |\n"
+        } else {
+            ""
+        },
         rolling = rolling,
         balanced = balanced,
         sequences = sequences(manifest),

@@ -87,6 +87,12 @@ pub(crate) fn owned_files(
         }
         let is_of_sequence = |name: &str| layout::SEQUENCE_FILES.contains(&name);
         owned.extend(files(folder, &sequence, is_of_sequence)?);
+        for of_imu in imu_folders(&sequence) {
+            owned.extend(files(folder, &of_imu, |name| {
+                let path = of_imu.join(name);
+                path.is_ok_and(|path| layout::IMU_FILES.iter().any(|f| path.as_str().ends_with(f)))
+            })?);
+        }
     }
     let inputs = header.inputs();
     let is_input = |name: &str| inputs.keys().any(|path| path.file_name() == name);
@@ -107,6 +113,12 @@ fn sequences<'a>(
     Ok(known
         .map(|s| (layout::inner(&layout::sequence_folder(s.number)), s))
         .collect())
+}
+
+/// The folders of a sequence's inertial measurement unit.
+fn imu_folders(sequence: &InnerPath) -> BTreeSet<InnerPath> {
+    let files = layout::IMU_FILES.map(|file| layout::inner(&format!("{sequence}/{file}")));
+    files.iter().filter_map(InnerPath::parent).collect()
 }
 
 /// The regular files of a folder whose names are in the layout, temporary ones included.
@@ -137,6 +149,7 @@ pub(crate) fn clear(folder: &Folder, header: &DatasetHeader) -> Result<(), Error
             folders.extend(of_sensor.parent());
             folders.insert(of_sensor);
         }
+        folders.extend(imu_folders(&sequence));
         folders.insert(sequence);
     }
     folders.insert(layout::inner(layout::SEQUENCES));

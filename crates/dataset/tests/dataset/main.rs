@@ -14,6 +14,7 @@ mod cloud;
 mod common;
 mod faults;
 mod hostile;
+mod imu;
 mod properties;
 mod resume;
 mod round_trip;

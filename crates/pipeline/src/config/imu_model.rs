@@ -3,8 +3,11 @@
 use nemoral_imu::{ImuErrors, ImuParams, SensorErrors};
 use nemoral_scene::RigidTransform;
 
-use super::Imu;
 use super::mount::mount;
+use super::{Config, Imu, RobotPath};
+
+/// The most samples of a sequence in a data set, seven hours at 200 Hz, which a table holds.
+const MOST_SAMPLES: f64 = 5e6;
 
 impl Imu {
     /// The position and direction of the unit on the body.
@@ -38,5 +41,55 @@ impl Imu {
                 },
             },
         }
+    }
+}
+
+impl Config {
+    /// Why the robot's inertial measurement unit has no motion to measure: the key that asks for
+    /// something else, and the reason.
+    pub(crate) fn motion_is_unknown(&self) -> Option<(&'static str, &'static str)> {
+        match &self.robot.path {
+            RobotPath::Stations(_) => Some(("robot.stations", "the robot stands still")),
+            RobotPath::File(_) => {
+                Some(("robot.file", "between its poses nothing says how it moves"))
+            }
+            _ if self.balance.is_on() => {
+                Some(("balance.targets", "frames are chosen beside the path"))
+            }
+            _ => None,
+        }
+    }
+
+    /// What is impossible about the unit of a data set: keys and messages.
+    pub(super) fn imu_problems(&self) -> Vec<(String, String)> {
+        let mut out = Vec::new();
+        if !self.imu.enabled {
+            return out;
+        }
+        if let Some((key, why)) = self.motion_is_unknown() {
+            let message = format!(
+                "imu.enabled = true: must be false with [{key}]: {why}; a drive along a trail, a \
+                 wander or a straight line has a motion to measure"
+            );
+            out.push(("imu.enabled".to_owned(), message));
+        }
+        let robot = &self.robot;
+        let interval_s = if robot.spacing_s > 0.0 {
+            robot.spacing_s
+        } else {
+            robot.spacing_m / robot.speed_m_s
+        };
+        let last_s = (self.frames.max(1) - 1) as f64 * interval_s;
+        if last_s * self.imu.rate_hz >= MOST_SAMPLES {
+            let message = format!(
+                "imu.rate_hz = {}: must be at most {:.1} with {} frames in {last_s:.0} s: a \
+                 sequence has at most {MOST_SAMPLES:e} samples",
+                self.imu.rate_hz,
+                (MOST_SAMPLES / last_s * 10.0).floor() / 10.0,
+                self.frames
+            );
+            out.push(("imu.rate_hz".to_owned(), message));
+        }
+        out
     }
 }

@@ -63,6 +63,7 @@ impl Config {
         self.sensor_name_problems(&mut out);
         self.robot_problems(&mut out);
         out.0.extend(self.balance_problems());
+        out.0.extend(self.imu_problems());
         out.0.extend(self.model_problems(inputs));
         out.0.extend(site::problems(self, inputs));
         out.0

@@ -1,8 +1,15 @@
 //! An inertial unit measures the drive that the frames are of.
 
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+
+use nemoral_dataset::{Dataset, OpenMode};
 use nemoral_imu::{GRAVITY_M_S2, ImuMotion, ImuSample};
 use nemoral_pipeline::config::Layers;
-use nemoral_pipeline::{Backend, Error, MeasuredMotion, Recorder};
+use nemoral_pipeline::{
+    Backend, Done, Error, FrameSelection, MeasuredMotion, Observer, Recorder, Request,
+    SequenceFrames, generate,
+};
 use nemoral_realism::grown;
 use nemoral_scene::glam::{DQuat, DVec3};
 
@@ -154,6 +161,94 @@ fn the_folder_is_that_of_euroc() {
         sensor.contains("rate_hz: 100.0") && sensor.contains("T_BS:"),
         "{sensor}"
     );
+}
+
+struct Silent;
+
+impl Observer for Silent {
+    fn note(&self, _: &str) {}
+
+    fn frame(&self, _: Done) {}
+}
+
+/// Makes scans of a drive with a unit.
+fn record(out: &Path, shard: Option<(u64, u64)>) -> Result<(), Error> {
+    let asked = ["imu.enabled=true", "camera.enabled=false"];
+    let settings = UNIT.iter().chain(&asked).map(|&s| s.to_owned());
+    let layers = Layers {
+        preset: Some("demo".to_owned()),
+        settings: settings.collect(),
+        ..Layers::default()
+    };
+    let all = SequenceFrames::new(FrameSelection::first(9), 1);
+    let request = Request {
+        sequences: layers.sequences()?,
+        frames: shard.map_or(all.clone(), |(i, n)| all.shard(i, n)),
+        out: out.to_owned(),
+        mode: OpenMode::Fresh,
+        is_shard: shard.is_some(),
+        threads: 2,
+        backend: Backend::Cpu,
+        cache: grown(),
+    };
+    generate(&request, &Silent, &AtomicBool::new(false)).map(drop)
+}
+
+#[test]
+fn data_sets_have_what_the_unit_measures_and_so_has_each_part() -> Result<(), Error> {
+    let dir = tempfile::tempdir().expect("a folder");
+    let [whole, alone] = ["whole", "alone"].map(|name| dir.path().join(name));
+    record(&whole, None)?;
+    recorder("demo", &UNIT).write_imu(&alone)?;
+    let parts = ["first", "second"].map(|name| dir.path().join(name));
+    for (part, i) in parts.iter().zip(0..) {
+        record(part, Some((i, 2)))?;
+    }
+    for file in [
+        "imu0/data.csv",
+        "imu0/sensor.yaml",
+        "state_groundtruth_estimate0/data.csv",
+    ] {
+        let read = |path: PathBuf| nemoral_files::read_text(&path, 1 << 20).expect("a text");
+        let asked = read(alone.join(file));
+        for out in [&whole, &parts[0], &parts[1]] {
+            assert_eq!(read(out.join("sequences/00").join(file)), asked, "{file}");
+        }
+    }
+    let report = nemoral_dataset::check(&whole)?;
+    assert!(report.passed(), "{report}");
+    assert_eq!(Dataset::open(&whole)?.imu(0)?.len(), 401);
+    Ok(())
+}
+
+#[test]
+fn a_data_set_without_a_drive_is_refused_before_it_is_begun() {
+    for (settings, told) in [
+        (
+            &["robot.stations.rows=2"][..],
+            "imu.enabled = true: must be false with [robot.stations]",
+        ),
+        (
+            &["balance.targets.trunks=0.2", "frames=2"],
+            "imu.enabled = true: must be false with [balance.targets]",
+        ),
+        (
+            &["frames=100000", "imu.rate_hz=400"],
+            "imu.rate_hz = 400: must be at most 50.0 with 100000 frames in 99999 s",
+        ),
+    ] {
+        let settings = [&["imu.enabled=true"], settings].concat();
+        let layers = Layers {
+            preset: Some("demo".to_owned()),
+            settings: settings.iter().map(|&s| s.to_owned()).collect(),
+            ..Layers::default()
+        };
+        let refused = layers
+            .sequences()
+            .and_then(|all| all.get(0))
+            .expect_err(told);
+        assert!(refused.to_string().contains(told), "{refused}");
+    }
 }
 
 #[test]

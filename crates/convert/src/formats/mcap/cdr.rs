@@ -12,6 +12,7 @@ pub(super) const IMAGE: usize = 1;
 pub(super) const CAMERA_INFO: usize = 2;
 pub(super) const TF: usize = 3;
 pub(super) const ODOMETRY: usize = 4;
+pub(super) const IMU: usize = 5;
 
 const TIME: (&str, &str) = ("builtin_interfaces/Time", "int32 sec\nuint32 nanosec\n");
 const HEADER: (&str, &str) = (
@@ -120,6 +121,17 @@ pub(super) fn schemas() -> Vec<(&'static str, String)> {
                     twist,
                     VECTOR,
                 ],
+            ),
+        ),
+        (
+            "sensor_msgs/msg/Imu",
+            definition(
+                "std_msgs/Header header\ngeometry_msgs/Quaternion orientation\n\
+                 float64[9] orientation_covariance\ngeometry_msgs/Vector3 angular_velocity\n\
+                 float64[9] angular_velocity_covariance\n\
+                 geometry_msgs/Vector3 linear_acceleration\n\
+                 float64[9] linear_acceleration_covariance\n",
+                &[HEADER, TIME, QUATERNION, VECTOR],
             ),
         ),
     ]

@@ -12,6 +12,7 @@
 //! | `/NAME/semantic` | `Image`, `mono8`: the class |
 //! | `/NAME/depth` | `Image`, `32FC1`: planar depth, metres; 0 = none |
 //! | `/NAME/camera_info` | `CameraInfo`; the first pixel's centre is (0, 0), as OpenCV has it |
+//! | `/imu` | `Imu`, if the data set has what an inertial measurement unit measures: angular velocity, and linear acceleration with gravity |
 //! | `/tf_static`, `/tf` | sensors in `base_link`, `base_link` in `map` |
 //! | `/odom` | `Odometry` of `base_link` in `map`; velocities are by differences of poses |
 //!
@@ -21,6 +22,7 @@
 mod bag;
 mod cdr;
 mod container;
+mod imu;
 
 use nemoral_dataset::{CameraSpec, Manifest, PlyPoint};
 use nemoral_scene::{Distortion, Image, Ontology, RigidTransform, Twist};
@@ -76,7 +78,7 @@ impl Format for Mcap {
             )?;
             // It comes last, so that a folder that says it is a bag has its messages.
             sink.step(&format!("{name}-metadata"), |files| {
-                let metadata = metadata(source, &sequence, &file);
+                let metadata = metadata(source, &sequence, &file)?;
                 files.put(format!("{name}/metadata.yaml"), metadata);
                 Ok(String::new())
             })?;
@@ -93,9 +95,16 @@ fn write_messages(
     out: &mut Stream,
 ) -> Result<(), Error> {
     let frames: Vec<_> = source.frames(sequence.number).collect();
+    let times_ns: Vec<u64> = frames.iter().map(time_ns).collect();
+    let readings = source.imu(sequence.number)?;
+    let mut readings = imu::parts(&readings, &times_ns);
     let mut container = Container::begin(out, cdr::schemas(), channels(sequence))?;
     for (i, frame) in frames.iter().enumerate() {
         let mut messages = Vec::new();
+        if let (Some(unit), Some(readings)) = (sequence.imu, readings.next()) {
+            let channel = channels(sequence).len() - 1;
+            messages.extend(readings.iter().map(|r| imu::message(channel, r, unit)));
+        }
         if i == 0 {
             messages.push(mounts(sequence, frame));
         }
@@ -115,24 +124,35 @@ fn write_messages(
             messages.extend(all.map(|(data, channel)| message(channel, frame, data)));
             channel += 4;
         }
+        messages.sort_by_key(|message| message.time_ns);
         container.chunk(&messages)?;
     }
     container.finish()
 }
 
 /// `metadata.yaml` of a sequence whose messages are in `file`.
-fn metadata(source: &Source, sequence: &Sequence<'_>, file: &str) -> String {
-    let times_ns = || source.frames(sequence.number).map(|f| time_ns(&f));
-    let frames = times_ns().count();
-    // The mounts are told once, all else at each frame.
-    let count = |channel| match channel {
+fn metadata(source: &Source, sequence: &Sequence<'_>, file: &str) -> Result<String, Error> {
+    let mut times_ns: Vec<u64> = source
+        .frames(sequence.number)
+        .map(|f| time_ns(&f))
+        .collect();
+    let frames = times_ns.len();
+    let readings = source.imu(sequence.number)?;
+    let parts: Vec<_> = imu::parts(&readings, &times_ns).collect();
+    let readings: usize = parts.iter().map(|part| part.len()).sum();
+    times_ns.extend(parts.concat().iter().map(imu::time_ns));
+    // The mounts are told once, all else at each frame, but readings.
+    let count = |i, channel: &Channel| match i {
         TF_STATIC => frames.min(1),
+        _ if channel.topic == imu::TOPIC => readings,
         _ => frames,
     };
     let topics: Vec<_> = (channels(sequence).into_iter().enumerate())
-        .map(|(i, channel)| (channel, count(i)))
+        .map(|(i, channel)| (count(i, &channel), channel))
+        .map(|(count, channel)| (channel, count))
         .collect();
-    bag::metadata(file, &topics, times_ns().min().zip(times_ns().max()))
+    let span = times_ns.iter().min().zip(times_ns.iter().max());
+    Ok(bag::metadata(file, &topics, span.map(|(a, b)| (*a, *b))))
 }
 
 fn time_ns(frame: &FrameRef<'_>) -> u64 {
@@ -148,7 +168,8 @@ fn message(channel: usize, frame: &FrameRef<'_>, data: Vec<u8>) -> Message {
     }
 }
 
-/// The topics of a sequence: those of the robot, then those of each LiDAR and of each camera.
+/// The topics of a sequence: those of the robot, then those of each LiDAR, of each camera, and that
+/// of the inertial measurement unit.
 fn channels(sequence: &Sequence<'_>) -> Vec<Channel> {
     let channel = |topic: String, schema, durability| Channel {
         topic,
@@ -172,6 +193,9 @@ fn channels(sequence: &Sequence<'_>) -> Vec<Channel> {
         all.push(stream(format!("/{name}/depth"), cdr::IMAGE));
         all.push(stream(format!("/{name}/camera_info"), cdr::CAMERA_INFO));
     }
+    if sequence.imu.is_some() {
+        all.push(stream(imu::TOPIC.to_owned(), cdr::IMU));
+    }
     all
 }
 
@@ -180,12 +204,13 @@ fn mounts(sequence: &Sequence<'_>, frame: &FrameRef<'_>) -> Message {
     let lidars = sequence
         .lidars
         .iter()
-        .map(|l| (&l.name, &l.body_from_lidar));
+        .map(|l| (&*l.name, &l.body_from_lidar));
     let cameras = sequence
         .cameras
         .iter()
-        .map(|c| (&c.name, &c.body_from_camera));
-    let all: Vec<_> = lidars.chain(cameras).collect();
+        .map(|c| (&*c.name, &c.body_from_camera));
+    let imu = sequence.imu.map(|unit| (imu::FRAME, &unit.body_from_imu));
+    let all: Vec<_> = lidars.chain(cameras).chain(imu).collect();
     let mut out = Cdr::new();
     out.u32(all.len() as u32);
     for (name, mount) in all {

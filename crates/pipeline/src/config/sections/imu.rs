@@ -1,12 +1,14 @@
 //! Keys of the inertial measurement unit.
 
-use crate::config::schema::Allowed::Real;
+use crate::config::schema::Allowed::{Flag, Real};
 use crate::config::schema::section;
 
 section! {
-    /// The robot's inertial measurement unit, whose samples `nemoral imu` writes. Densities are
-    /// those of Kalibr's files.
+    /// The robot's inertial measurement unit. Densities are those of Kalibr's files.
     Imu at "imu" {
+        /// Whether data sets have what it measures, which only a drive does: not stations, poses of
+        /// a file and balanced frames. `nemoral imu` writes it in any case.
+        enabled: bool = false, Flag, "who needs it asks for it";
         /// Samples per second.
         rate_hz: f64 = 200.0, Real(1.0, 4000.0), "EuRoC";
         /// Position in front of the body's origin.
