@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use nemoral_scene::RigidTransform;
+use nemoral_scene::{Distortion, RigidTransform};
 
 /// `a_from_c = inverse(b_from_a) * b_from_c`; translations are subtracted first, so that nothing is
 /// lost far from b's origin.
@@ -14,6 +14,16 @@ pub(crate) fn relative(b_from_a: &RigidTransform, b_from_c: &RigidTransform) -> 
     RigidTransform {
         rotation: (back * b_from_c.rotation).normalize(),
         translation_m: back * (b_from_c.translation_m - b_from_a.translation_m),
+    }
+}
+
+/// OpenCV's coefficients of a lens, filled up with zeros: k1, k2, p1, p2, k3, or k1 to k4 of a
+/// fisheye; and the model's name.
+pub(crate) fn lens(distortion: &Distortion) -> (&'static str, [f64; 5]) {
+    match *distortion {
+        Distortion::BrownConrady { k1, k2, k3, p1, p2 } => ("brown_conrady", [k1, k2, p1, p2, k3]),
+        Distortion::Fisheye { k1, k2, k3, k4 } => ("fisheye", [k1, k2, k3, k4, 0.0]),
+        _ => ("pinhole", [0.0; 5]),
     }
 }
 

@@ -147,15 +147,19 @@ impl Source {
         })
     }
 
+    /// The split that the data set has for a sequence; `None` if it is not split.
+    #[must_use]
+    pub fn own_split(&self, sequence: u32) -> Option<Split> {
+        let spec = self.manifest().header.sequence(sequence);
+        spec.and_then(|spec| spec.split)
+    }
+
     /// The split of a sequence: the data set's own. If it has none, the last one of several
     /// sequences is for validation, and all others are for training.
     #[must_use]
     pub fn split(&self, sequence: u32) -> Split {
         let all = &self.manifest().header.sequences;
-        let own = all
-            .iter()
-            .find(|s| s.number == sequence)
-            .and_then(|s| s.split);
+        let own = self.own_split(sequence);
         let has_splits = all.iter().any(|s| s.split.is_some());
         let is_last = all.len() > 1 && all.last().is_some_and(|s| s.number == sequence);
         own.unwrap_or(if is_last && !has_splits {

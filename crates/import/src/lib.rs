@@ -47,5 +47,5 @@ pub use model::{
     MAX_PICTURE_PIXELS, MAX_PICTURE_SIDE, MAX_PICTURES, MAX_TRIANGLES, Model, ModelFiles,
     ModelKind, ModelSidecar, TreeMeasures, Up,
 };
-pub use stem_map::{MAX_STEMS, Stem, read_stem_map};
+pub use stem_map::{MAX_STEMS, Stem, read_stem_map, unread_columns};
 pub use trail_lines::{MAX_LENGTH_M, MAX_LINES, MAX_VERTICES, TrailLine, read_trail_lines};

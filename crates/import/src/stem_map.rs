@@ -9,6 +9,33 @@ use crate::table::Table;
 pub const MAX_STEMS: usize = 200_000;
 /// The longest name of a tree.
 const MAX_ID_BYTES: usize = 64;
+/// The farthest that a tree stands from the middle one along each axis, metres.
+const SPREAD_M: f64 = 50_000.0;
+const DBH: [&str; 6] = [
+    "dbh_m",
+    "dbh_cm",
+    "dbh_mm",
+    "diameter_m",
+    "diameter_cm",
+    "diameter_mm",
+];
+const HEIGHT: [&str; 2] = ["height_m", "height"];
+/// The columns that are read besides those of diameters and heights.
+const OTHERS: [&str; 13] = [
+    "x_m",
+    "x",
+    "easting",
+    "y_m",
+    "y",
+    "northing",
+    "species",
+    "alive",
+    "id",
+    "tree_id",
+    "tree",
+    "stem_id",
+    "age_class",
+];
 /// Coordinates are within this, metres: projected ones are.
 pub(crate) const REACH_M: f64 = 5e7;
 
@@ -41,24 +68,26 @@ pub struct Stem {
 /// | `x_m` or `x`, `easting` | metres east |
 /// | `y_m` or `y`, `northing` | metres north |
 /// | `species` | its name |
-/// | `dbh_m`, `dbh_cm` or `dbh_mm` | diameter at breast height, 5 mm to 5 m |
+/// | `dbh_m`, `dbh_cm`, `dbh_mm` (or `diameter_m` and so on) | diameter at breast height, 5 mm to 5 m |
 /// | `height_m` or `height` | metres, 2 to 120 |
 /// | `alive` | true or false, 1 or 0, yes or no |
 /// | `id` or `tree_id`, `tree`, `stem_id` | what the tree is called, at most 64 bytes |
 ///
-/// Only x and y are needed; other columns are ignored, and so the `trees.csv` of a data set is a
-/// stem map. Cells may be empty.
+/// Only x and y are needed; other columns are ignored: [`unread_columns`] names them. Cells may be
+/// empty. The `trees.csv` of a data set is a stem map, of which rows whose `age_class` is `sapling`
+/// are left out.
 ///
 /// # Errors
 /// A column is missing or has no unit, a row is malformed, a value is out of its range, two trees
-/// stand at one place, all are within centimetres as if in degrees, there are none, or more than
-/// [`MAX_STEMS`].
+/// stand at one place, one is more than 50 km from the middle one, all are within centimetres as if
+/// in degrees, there are none, or more than [`MAX_STEMS`].
 pub fn read_stem_map(bytes: &[u8]) -> Result<Vec<Stem>, ImportError> {
     let mut table = Table::new(bytes)?;
     let x = table.needed(&["x_m", "x", "easting"])?;
     let y = table.needed(&["y_m", "y", "northing"])?;
     let species = table.column(&["species"])?;
-    let height = table.column(&["height_m", "height"])?;
+    let height = table.column(&HEIGHT)?;
+    let age_class = table.column(&["age_class"])?;
     let alive = table.column(&["alive"])?;
     let id = table.column(&["id", "tree_id", "tree", "stem_id"])?;
     if table.columns().iter().any(|c| c == "dbh") {
@@ -66,11 +95,11 @@ pub fn read_stem_map(bytes: &[u8]) -> Result<Vec<Stem>, ImportError> {
             "has a column `dbh`, whose unit is not known: call it dbh_m, dbh_cm or dbh_mm";
         return Err(ImportError::file(message));
     }
-    let dbh = table.column(&["dbh_m", "dbh_cm", "dbh_mm"])?;
+    let dbh = table.column(&DBH)?;
     let dbh = dbh.map(|column| {
         let per_m = match table.columns()[column].as_str() {
-            "dbh_cm" => 100.0,
-            "dbh_mm" => 1000.0,
+            name if name.ends_with("_cm") => 100.0,
+            name if name.ends_with("_mm") => 1000.0,
             _ => 1.0,
         };
         (column, table.columns()[column].clone(), per_m)
@@ -78,6 +107,9 @@ pub fn read_stem_map(bytes: &[u8]) -> Result<Vec<Stem>, ImportError> {
     let mut stems: Vec<Stem> = Vec::new();
     let mut places: BTreeMap<[u64; 2], u64> = BTreeMap::new();
     table.rows(|row| {
+        if age_class.and_then(|column| row.text(column)) == Some("sapling") {
+            return Ok(());
+        }
         if stems.len() == MAX_STEMS {
             return Err(row.error(format!("a stem map has at most {MAX_STEMS} trees")));
         }
@@ -144,7 +176,43 @@ pub fn read_stem_map(bytes: &[u8]) -> Result<Vec<Stem>, ImportError> {
         let message = "seems to be in degrees: project it to metres first, such as UTM";
         return Err(ImportError::file(message));
     }
+    if let Some(far) = stray(&stems) {
+        let message = format!(
+            "line {}: stands at ({}, {}), more than {} km from the middle of the other trees",
+            far.line,
+            far.x_m,
+            far.y_m,
+            SPREAD_M / 1000.0
+        );
+        return Err(ImportError::file(message));
+    }
     Ok(stems)
+}
+
+/// The names of a stem map's columns that [`read_stem_map`] does not read, and whether there are
+/// columns of diameters or heights.
+///
+/// # Errors
+/// There is no header.
+pub fn unread_columns(bytes: &[u8]) -> Result<(Vec<String>, bool), ImportError> {
+    let table = Table::new(bytes)?;
+    let is_size = |name: &str| DBH.contains(&name) || HEIGHT.contains(&name);
+    let names = table.columns().iter().map(String::as_str);
+    let has_sizes = names.clone().any(is_size);
+    let unread = names.filter(|name| !is_size(name) && !OTHERS.contains(name));
+    Ok((unread.map(str::to_owned).collect(), has_sizes))
+}
+
+/// The first tree that is too far from the middle one.
+fn stray(stems: &[Stem]) -> Option<&Stem> {
+    let middle = |of: fn(&Stem) -> f64| {
+        let mut all: Vec<f64> = stems.iter().map(of).collect();
+        all.sort_unstable_by(f64::total_cmp);
+        all[all.len() / 2]
+    };
+    let (x_m, y_m) = (middle(|s| s.x_m), middle(|s| s.y_m));
+    let is_far = |s: &&Stem| (s.x_m - x_m).abs().max((s.y_m - y_m).abs()) > SPREAD_M;
+    stems.iter().find(is_far)
 }
 
 /// Whether all places could be degrees, and would be a few centimetres apart if they were metres.
@@ -214,7 +282,12 @@ mod tests {
                 "{text}"
             );
         }
-        // The inventory of a data set.
+        let diameters = read_stem_map(b"x,y,Diameter_cm\n1,2,31.5\n").expect("a stem map");
+        assert_eq!(diameters[0].dbh_m, Some(0.315));
+        // The inventory of a data set, whose saplings have no diameter.
+        let trees = "id,x_m,y_m,dbh_m,height_m,age_class\n1,0,1,0,0.4,sapling\n2,3,4,0.3,20,old\n";
+        let stems = read_stem_map(trees.as_bytes()).expect("a stem map");
+        assert_eq!((stems.len(), stems[0].line), (1, 3));
         let trees = "id,species,x_m,y_m,z_m,dbh_m,height_m,alive\n1,beech,0,1,2,0.3,20,false\n";
         assert!(!read_stem_map(trees.as_bytes()).expect("a stem map")[0].is_alive);
     }
@@ -235,5 +308,23 @@ mod tests {
             refused("x,y\n0,0\n1,1\n-0,0\n").contains("line 4: stands where the tree of line 2")
         );
         assert!(refused("x,y,alive\n0,0,maybe\n").contains("alive = maybe"));
+        // Two of its coordinates are exchanged.
+        let exchanged = "x,y\n553200,4450300\n553210,4450310\n4450305,553202\n";
+        assert!(
+            refused(exchanged).contains("line 4: stands at (4450305, 553202), more than 50 km")
+        );
+    }
+
+    #[test]
+    fn columns_that_are_not_read_are_named() {
+        let columns = |text: &str| unread_columns(text.as_bytes()).expect("a header");
+        let german = "Tree;X;Y;Baumart;BHD;Hoehe\n1;1;2;Buche;35,2;22\n";
+        let unread = ["baumart", "bhd", "hoehe"].map(str::to_owned).to_vec();
+        assert_eq!(columns(german), (unread, false));
+        assert_eq!(
+            columns("id,easting,northing,species,height\n"),
+            (vec![], true)
+        );
+        assert!(unread_columns(b"").is_err());
     }
 }

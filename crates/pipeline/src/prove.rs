@@ -21,9 +21,8 @@ pub(crate) fn prove(
     runner.get(forest.cameras, ())?;
     runner.get(forest.lidars, ())?;
     runner.get(forest.placement, ())?;
-    let on_trails = runner
-        .get(forest.ground_model, ())?
-        .measured_trees_on_trails();
+    let ground = runner.get(forest.ground_model, ())?;
+    let on_trails = ground.measured_trees_on_trails();
     let of_plot = (on_trails > 0).then(|| {
         format!(
             "{on_trails} trees of the stem map stand on trails; trails.enabled = false leaves \
@@ -34,6 +33,7 @@ pub(crate) fn prove(
         .note()
         .map(str::to_owned)
         .into_iter()
+        .chain(ground.note_of_plot())
         .chain(of_plot)
         .chain(runner.get(forest.assets, ())?.models.notes.iter().cloned())
         .collect();

@@ -164,6 +164,91 @@ mod tests {
         }
     }
 
+    /// Diameters over that at 1.3 m at tenths 1, 3, 5, 7 and 9 of the height, and the form factor,
+    /// by BDATPro (Kublin 2003, "Einheitliche Beschreibung der Schaftform", Forstwissenschaftliches
+    /// Centralblatt 122), with the mean form of Germany's first national forest inventory.
+    const BDAT: [(&str, f64, f64, [f64; 5], f64); 8] = [
+        (
+            "beech",
+            0.4,
+            29.0,
+            [0.924, 0.810, 0.717, 0.561, 0.247],
+            0.492,
+        ),
+        (
+            "beech",
+            0.2,
+            21.0,
+            [0.950, 0.799, 0.677, 0.491, 0.196],
+            0.467,
+        ),
+        (
+            "english_oak",
+            0.45,
+            24.0,
+            [0.937, 0.823, 0.734, 0.592, 0.276],
+            0.519,
+        ),
+        (
+            "norway_spruce",
+            0.3,
+            24.0,
+            [0.923, 0.796, 0.677, 0.497, 0.202],
+            0.469,
+        ),
+        (
+            "norway_spruce",
+            0.45,
+            30.0,
+            [0.878, 0.767, 0.654, 0.473, 0.177],
+            0.434,
+        ),
+        (
+            "douglas_fir",
+            0.45,
+            33.0,
+            [0.891, 0.751, 0.627, 0.430, 0.150],
+            0.407,
+        ),
+        (
+            "silver_birch",
+            0.25,
+            21.0,
+            [0.948, 0.798, 0.684, 0.506, 0.207],
+            0.472,
+        ),
+        (
+            "scots_pine",
+            0.35,
+            24.0,
+            [0.924, 0.765, 0.651, 0.494, 0.213],
+            0.446,
+        ),
+    ];
+
+    #[test]
+    fn stems_have_the_form_of_an_inventorys() {
+        for (name, dbh_m, height_m, diameters, form_factor) in BDAT {
+            let species = Species::all().into_iter().find(|s| s.name == name);
+            let taper = species.expect("a built-in species").stem.taper;
+            let size = size(dbh_m, height_m);
+            let share = |x: f64| 2.0 * taper.radius_m(&size, x * height_m) / dbh_m;
+            for (x, asked) in [0.1, 0.3, 0.5, 0.7, 0.9].into_iter().zip(diameters) {
+                let found = share(x);
+                assert!(
+                    (found - asked).abs() < 0.05,
+                    "{name} at {x}: {found} for {asked}"
+                );
+            }
+            let mean = (0..1000)
+                .map(|i| share((f64::from(i) + 0.5) / 1000.0).powi(2))
+                .sum::<f64>();
+            let found = mean / 1000.0;
+            let is_near = (found / form_factor - 1.0).abs() < 0.05;
+            assert!(is_near, "{name}: {found} for {form_factor}");
+        }
+    }
+
     #[test]
     fn taper_passes_through_breast_height_and_thins_upwards() {
         for species in Species::all() {

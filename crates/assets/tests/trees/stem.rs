@@ -57,7 +57,10 @@ fn the_foot_is_as_wide_as_its_flare() {
         ground / breast
     };
     let none = swelling(0.0);
-    assert!((1.0..1.3).contains(&none), "the taper's butt alone: {none}");
+    assert!(
+        (1.0..1.45).contains(&none),
+        "the taper's butt alone: {none}"
+    );
     for flare in [0.1, 0.2, 0.4, 0.8] {
         let more = swelling(flare) / none - 1.0;
         // The lobes fall to nothing between each other, which adds half of their height to the mean

@@ -5,6 +5,9 @@
 //! instances.json                 whole objects; categories are kinds, such as tree, log, rock
 //! panoptic.json                  segments; categories are classes
 //! ```
+//! If the data set is split, there are two of these for each split: `instances_train.json`,
+//! `panoptic_val.json` and so on.
+//!
 //! In `instances.json` an annotation is a whole object, with all its visible pixels as compressed
 //! runs, their number as `area`, and the id of our instance maps as `instance_id`. In
 //! `panoptic.json` a segment is what is visible of one class of one object (`instance_id`), or of
@@ -14,7 +17,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use nemoral_dataset::Manifest;
+use nemoral_dataset::{Manifest, Split};
 use nemoral_scene::{ObjectKind, ObjectRecord};
 use png::{BitDepth, ColorType};
 use serde::{Deserialize, Serialize};
@@ -67,8 +70,9 @@ impl Format for Coco {
 
     fn write(&self, source: &Source, sink: &mut Sink) -> Result<(), Error> {
         let labels = Labels::of(source.ontology(), self.ontology.as_ref())?;
-        let mut keys = Vec::new();
+        let mut parts: BTreeMap<Option<Split>, Vec<String>> = BTreeMap::new();
         for sequence in source.sequences() {
+            let split = source.own_split(sequence.number);
             let kinds = Kinds::of(source, sequence.number)?;
             for frame in source.frames(sequence.number) {
                 let key = format!("frame-{}", frame.name());
@@ -76,14 +80,40 @@ impl Format for Coco {
                     let pictures = frame_files(source, &sequence, &frame, &labels, &kinds, files)?;
                     Ok(serde_json::to_string(&pictures).expect("numbers and names"))
                 })?;
-                keys.push(key);
+                parts.entry(split).or_default().push(key);
             }
         }
-        // One frame's notes are in memory at a time, so they are read again for each list.
-        let info = info(source);
         let notes = sink.notes();
-        let pictures = || keys.iter().map(|key| read(&notes.of(key)?));
-        sink.stream("instances", "instances.json", |out| {
+        // What is a thing in one split is so in all.
+        let mut things = BTreeSet::new();
+        for key in parts.values().flatten() {
+            let segments = read(&notes.of(key)?)?.into_iter().flat_map(|p| p.segments);
+            things.extend(segments.filter(|s| s.instance > 0).map(|s| s.class));
+        }
+        for (split, keys) in &parts {
+            let suffix = split.map_or_else(String::new, |split| format!("_{split}"));
+            write_lists(source, sink, &labels, &things, &suffix, keys)?;
+        }
+        Ok(())
+    }
+}
+
+/// The lists of objects and of segments of some frames.
+fn write_lists(
+    source: &Source,
+    sink: &mut Sink,
+    labels: &Labels,
+    things: &BTreeSet<u16>,
+    suffix: &str,
+    keys: &[String],
+) -> Result<(), Error> {
+    // One frame's notes are in memory at a time, so they are read again for each list.
+    let info = info(source);
+    let notes = sink.notes();
+    let pictures = || keys.iter().map(|key| read(&notes.of(key)?));
+    let (instances, panoptics) = (format!("instances{suffix}"), format!("panoptic{suffix}"));
+    {
+        sink.stream(&instances, &format!("{instances}.json"), |out| {
             out.put(format!(
                 "{{\"info\":{},\n\"licenses\":{},\n",
                 info,
@@ -105,12 +135,7 @@ impl Format for Coco {
             list.end(out)?;
             out.put("}\n")
         })?;
-        let mut things = BTreeSet::new();
-        for frame in pictures() {
-            let segments = frame?.into_iter().flat_map(|p| p.segments);
-            things.extend(segments.filter(|s| s.instance > 0).map(|s| s.class));
-        }
-        sink.stream("panoptic", "panoptic.json", |out| {
+        sink.stream(&panoptics, &format!("{panoptics}.json"), |out| {
             out.put(format!(
                 "{{\"info\":{},\n\"licenses\":{},\n",
                 info,
@@ -118,7 +143,7 @@ impl Format for Coco {
             ))?;
             out.put(format!(
                 "\"categories\":{},\n",
-                classes_json(&labels, &things)
+                classes_json(labels, things)
             ))?;
             write_images(out, pictures())?;
             let mut image = 0;
@@ -126,7 +151,7 @@ impl Format for Coco {
             for frame in pictures() {
                 for picture in frame? {
                     image += 1;
-                    list.item(out, &panoptic(image, &picture, &things))?;
+                    list.item(out, &panoptic(image, &picture, things))?;
                 }
             }
             list.end(out)?;

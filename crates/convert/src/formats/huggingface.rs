@@ -6,14 +6,20 @@
 //! data/metadata.jsonl                        the rows
 //! data/SS/{image,semantic,instance,depth,normals}/FFFFFF_CAMERA.png
 //! ```
+//! If the data set is split, `data` has a folder of this kind for each split: `train`,
+//! `validation`, `test`.
+//!
 //! A column `NAME_file_name` is read as a picture of its own called NAME, so that truth maps do not
 //! pool with pictures: `image` (8-bit sRGB), `semantic` (palette: class ids), `instance` (8-bit
 //! RGB, id = R + 256 G + 65536 B), `depth` (16-bit, 256 = 1 m, 0 = none), `normals`. The other
-//! columns are `sequence`, `frame`, `camera`, `time_s`, `fx`, `fy`, `cx`, `cy` and
+//! columns are `sequence`, `frame`, `camera`, `time_s`, `fx`, `fy`, `cx`, `cy`, `lens` (`pinhole`,
+//! `brown_conrady` or `fisheye`), `distortion` (k1 k2 p1 p2 k3, or k1 to k4 of a fisheye and 0) and
 //! `world_from_camera` (3 × 4). Source: the pages "Create an image dataset" and "Dataset Cards" of
 //! Hugging Face; Croissant's specification 1.0 (MLCommons).
 
-use nemoral_dataset::{CameraFile, Manifest};
+use std::collections::BTreeMap;
+
+use nemoral_dataset::{CameraFile, Manifest, Split};
 use nemoral_scene::{Image, Ontology};
 use png::{BitDepth, ColorType};
 use serde::Serialize;
@@ -21,6 +27,7 @@ use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 
 use crate::formats::coco::needs_cameras;
+use crate::geometry::lens;
 use crate::labels::Labels;
 use crate::{Error, Format, FrameRef, Sequence, Sink, Source, Table, pictures};
 
@@ -47,8 +54,10 @@ impl Format for HuggingFace {
 
     fn write(&self, source: &Source, sink: &mut Sink) -> Result<(), Error> {
         let labels = self.labels(source.ontology())?;
-        let mut keys = Vec::new();
+        let mut parts: BTreeMap<Option<Split>, Vec<String>> = BTreeMap::new();
         for sequence in source.sequences() {
+            let split = source.own_split(sequence.number);
+            let data = data(split);
             for frame in source.frames(sequence.number) {
                 let key = format!("frame-{}", frame.name());
                 sink.step(&key, |files| {
@@ -56,40 +65,81 @@ impl Format for HuggingFace {
                     for i in 0..sequence.cameras.len() {
                         let row = Row::of(&sequence, &frame, i);
                         for (path, bytes) in maps(source, &frame, i, &labels, &row)? {
-                            files.put(format!("data/{path}"), bytes);
+                            files.put(format!("{data}/{path}"), bytes);
                         }
                         rows += &serde_json::to_string(&row).expect("numbers and names");
                         rows.push('\n');
                     }
                     Ok(rows)
                 })?;
-                keys.push(key);
+                parts.entry(split).or_default().push(key);
             }
         }
         let notes = sink.notes();
-        let (mut sha256, mut pictures) = (Sha256::new(), 0);
-        for key in &keys {
-            let rows = notes.of(key)?;
-            pictures += rows.lines().count();
-            sha256.update(rows);
+        let (mut written, mut pictures) = (Vec::new(), 0);
+        for (&split, keys) in &parts {
+            let mut sha256 = Sha256::new();
+            for key in keys {
+                let rows = notes.of(key)?;
+                pictures += rows.lines().count();
+                sha256.update(rows);
+            }
+            let digest = sha256.finalize();
+            let digest = digest.iter().map(|b| format!("{b:02x}")).collect();
+            written.push(Part { split, digest });
+            let (step, path) = (written[written.len() - 1].of("metadata"), metadata(split));
+            sink.stream(&step, &path, |out| {
+                keys.iter().try_for_each(|key| out.put(notes.of(key)?))
+            })?;
         }
-        sink.stream("metadata", "data/metadata.jsonl", |out| {
-            keys.iter().try_for_each(|key| out.put(notes.of(key)?))
-        })?;
-        let sha256: String = sha256
-            .finalize()
-            .iter()
-            .map(|b| format!("{b:02x}"))
-            .collect();
         sink.step("card", |files| {
-            files.put("README.md", card(source, &labels, pictures));
+            files.put("README.md", card(source, &labels, pictures, &written));
             files.put(
                 "croissant.json",
-                format!("{:#}\n", croissant(source, &sha256)),
+                format!("{:#}\n", croissant(source, &written)),
             );
             Ok(String::new())
         })
     }
+}
+
+/// The rows of a split, or of everything.
+struct Part {
+    split: Option<Split>,
+    /// SHA-256 of the rows.
+    digest: String,
+}
+
+impl Part {
+    /// A name of something of this part.
+    fn of(&self, name: &str) -> String {
+        match self.split {
+            Some(split) => format!("{name}-{}", split_name(split)),
+            None => name.to_owned(),
+        }
+    }
+}
+
+/// What Hugging Face calls a split.
+fn split_name(split: Split) -> &'static str {
+    match split {
+        Split::Train => "train",
+        Split::Val => "validation",
+        Split::Test => "test",
+    }
+}
+
+/// The folder of a split's rows and pictures.
+fn data(split: Option<Split>) -> String {
+    match split {
+        Some(split) => format!("data/{}", split_name(split)),
+        None => "data".to_owned(),
+    }
+}
+
+/// The rows' file.
+fn metadata(split: Option<Split>) -> String {
+    format!("{}/metadata.jsonl", data(split))
 }
 
 /// The row of a picture. The order counts: `datasets` 5.2 mixes up the columns of pictures if
@@ -109,6 +159,8 @@ struct Row<'a> {
     fy: f64,
     cx: f64,
     cy: f64,
+    lens: &'static str,
+    distortion: [f64; 5],
     world_from_camera: [[f64; 4]; 3],
 }
 
@@ -119,6 +171,7 @@ impl<'a> Row<'a> {
         let (number, index) = (frame.sequence, frame.index);
         let path = |map: &str| format!("{number:02}/{map}/{index:06}_{}.png", c.name);
         let [semantic, instance, depth, normals] = MAPS.map(path);
+        let (lens, distortion) = lens(&k.distortion);
         Self {
             file_name: path("image"),
             semantic_file_name: semantic,
@@ -133,6 +186,8 @@ impl<'a> Row<'a> {
             fy: k.fy,
             cx: k.cx,
             cy: k.cy,
+            lens,
+            distortion,
             world_from_camera: (frame.world_from_body() * c.body_from_camera).to_rows(),
         }
     }
@@ -206,7 +261,13 @@ fn encode_depth(depth_m: &Image<f32>) -> Vec<u8> {
 }
 
 /// The data card: YAML for the site, then words.
-fn card(source: &Source, labels: &Labels, pictures: usize) -> String {
+fn card(source: &Source, labels: &Labels, pictures: usize, parts: &[Part]) -> String {
+    let splits: String = (parts.iter())
+        .map(|part| {
+            let name = split_name(part.split.unwrap_or(Split::Train));
+            format!("  - split: {name}\n    path: {}/**\n", data(part.split))
+        })
+        .collect();
     let classes = labels
         .classes
         .iter()
@@ -223,9 +284,8 @@ fn card(source: &Source, labels: &Labels, pictures: usize) -> String {
          - forest\n\
          configs:\n\
          - config_name: default\n  \
-           data_files:\n  \
-           - split: train\n    \
-             path: data/**\n\
+           data_files:\n\
+         {splits}\
          ---\n\n\
          # Pictures of virtual forests, with exact truth\n\n\
          {pictures} pictures, made by {} and converted by nemoral-convert. Licence: {}.\n\n\
@@ -235,6 +295,8 @@ fn card(source: &Source, labels: &Labels, pictures: usize) -> String {
          - `depth`: planar depth, 16 bits, 256 for a metre; 0 for none.\n\
          - `normals`: the surface normal in the camera's frame (x right, y down, z forward),\n  \
            127.5 (n + 1); (0, 0, 0) for none.\n\
+         - `fx`, `fy`, `cx`, `cy`: pixels; the first pixel's centre is at (0.5, 0.5). `lens` and\n  \
+           `distortion`: OpenCV's coefficients, k1 k2 p1 p2 k3, or k1 to k4 of a fisheye.\n\
          - `world_from_camera`: the pose, 3 × 4, metres.\n\n\
          All maps are exact at the pixel's centre.\n\n\
          | class | name |\n|---|---|\n{}",
@@ -251,8 +313,8 @@ fn quoted(text: &str) -> String {
 }
 
 /// Croissant's description: the rows, and the pictures that they name.
-fn croissant(source: &Source, sha256: &str) -> Value {
-    let text = ["camera", "file_name"]
+fn croissant(source: &Source, parts: &[Part]) -> Value {
+    let text = ["camera", "file_name", "lens"]
         .into_iter()
         .map(|c| (c.to_owned(), "sc:Text"));
     let maps = MAPS.iter().map(|m| (format!("{m}_file_name"), "sc:Text"));
@@ -262,22 +324,35 @@ fn croissant(source: &Source, sha256: &str) -> Value {
     let real = ["time_s", "fx", "fy", "cx", "cy"]
         .into_iter()
         .map(|c| (c.to_owned(), "sc:Float"));
-    let field = |(column, data_type): (String, &str)| {
+    let columns: Vec<_> = text.chain(maps).chain(whole).chain(real).collect();
+    let rows = |part: &Part| metadata(part.split).replacen("data/", "", 1);
+    let record_set = |part: &Part| {
+        let pictures = part.of("pictures");
+        let field = |(column, data_type): &(String, &str)| {
+            json!({
+                "@type": "cr:Field", "@id": format!("{pictures}/{column}"), "name": column,
+                "dataType": data_type,
+                "source": {
+                    "fileObject": { "@id": rows(part) },
+                    "extract": { "column": column },
+                },
+            })
+        };
+        let fields: Vec<_> = columns.iter().map(field).collect();
+        json!({ "@type": "cr:RecordSet", "@id": pictures, "name": pictures, "field": fields })
+    };
+    let file = |part: &Part| {
         json!({
-            "@type": "cr:Field", "@id": format!("pictures/{column}"), "name": column,
-            "dataType": data_type,
-            "source": {
-                "fileObject": { "@id": "metadata.jsonl" },
-                "extract": { "column": column },
-            },
+            "@type": "cr:FileObject", "@id": rows(part), "name": rows(part),
+            "contentUrl": metadata(part.split), "encodingFormat": "application/jsonlines",
+            "sha256": part.digest,
         })
     };
-    let fields: Vec<_> = text
-        .chain(maps)
-        .chain(whole)
-        .chain(real)
-        .map(field)
-        .collect();
+    let pictures = json!({
+        "@type": "cr:FileSet", "@id": "pictures-and-maps", "name": "pictures-and-maps",
+        "encodingFormat": "image/png", "includes": "data/**/*.png",
+    });
+    let distribution: Vec<_> = parts.iter().map(file).chain([pictures]).collect();
     json!({
         "@context": context(),
         "@type": "sc:Dataset",
@@ -288,20 +363,8 @@ fn croissant(source: &Source, sha256: &str) -> Value {
         "version": "1.0.0",
         "url": "https://huggingface.co/datasets",
         "creator": { "@type": "sc:Organization", "name": source.generator() },
-        "distribution": [
-            {
-                "@type": "cr:FileObject", "@id": "metadata.jsonl", "name": "metadata.jsonl",
-                "contentUrl": "data/metadata.jsonl", "encodingFormat": "application/jsonlines",
-                "sha256": sha256,
-            },
-            {
-                "@type": "cr:FileSet", "@id": "pictures-and-maps", "name": "pictures-and-maps",
-                "encodingFormat": "image/png", "includes": "data/*/*/*.png",
-            },
-        ],
-        "recordSet": [
-            { "@type": "cr:RecordSet", "@id": "pictures", "name": "pictures", "field": fields },
-        ],
+        "distribution": distribution,
+        "recordSet": parts.iter().map(record_set).collect::<Vec<_>>(),
     })
 }
 

@@ -17,7 +17,7 @@ use nemoral_dataset::{ClassTable, Manifest, TableRow};
 use nemoral_scene::{Image, Ontology, RigidTransform};
 use png::{BitDepth, ColorType};
 
-use crate::geometry::{line, relative, rows_line};
+use crate::geometry::{lens, line, relative, rows_line};
 use crate::labels::Labels;
 use crate::{Error, Format, FrameRef, Sequence, Sink, Source, Table, pictures};
 
@@ -61,10 +61,16 @@ impl Format for Kitti {
                         let points = scan.points.iter().flatten().flat_map(|v| v.to_le_bytes());
                         let path = format!("{folder}/velodyne/{k:06}.bin");
                         files.put(path, points.collect::<Vec<u8>>());
-                        let word = |&(class, instance): &(u16, u16)| {
-                            u32::from(labels.id(class as u8)) | u32::from(instance) << 16
+                        let word = |(i, &(class, instance)): (usize, &(u16, u16))| {
+                            // The fine semantics, where the data set has them, tell more.
+                            let id = match scan.ply.get(i) {
+                                Some(fine) => labels.id_of_semantic(fine.point.semantic),
+                                None => labels.id(class as u8),
+                            };
+                            u32::from(id) | u32::from(instance) << 16
                         };
-                        let words = scan.labels.iter().flat_map(|l| word(l).to_le_bytes());
+                        let words = scan.labels.iter().enumerate();
+                        let words = words.flat_map(|l| word(l).to_le_bytes());
                         let path = format!("{folder}/labels/{k:06}.label");
                         files.put(path, words.collect::<Vec<u8>>());
                     }
@@ -159,7 +165,9 @@ pub(super) fn poses(sequence: &Sequence<'_>, frames: &[FrameRef<'_>]) -> String 
         .collect()
 }
 
-/// `P0` to `P3`, those of the left and the right camera, and `Tr`.
+/// `P0` to `P3`, those of the left and the right camera, `Tr`, and where lenses distort, `D2` and
+/// `D3` (k1 k2 p1 p2 k3) or `F2` and `F3` of fisheyes (k1 to k4), with zeros up to the twelve
+/// numbers that readers take each line for.
 pub(super) fn calibration(sequence: &Sequence<'_>) -> String {
     let reference = sequence.body_from_reference();
     let projection = |camera: usize| {
@@ -179,5 +187,18 @@ pub(super) fn calibration(sequence: &Sequence<'_>) -> String {
         .first()
         .map_or(reference, |l| l.body_from_lidar);
     let tr = rows_line(&relative(&reference, &lidar));
-    format!("P0: {left}P1: {right}P2: {left}P3: {right}Tr: {tr}")
+    let mut text = format!("P0: {left}P1: {right}P2: {left}P3: {right}Tr: {tr}");
+    for (number, camera) in [(2, Some(0)), (3, self::right(sequence))] {
+        let camera = camera.and_then(|camera| sequence.cameras.get(camera));
+        let letter = match camera.map(|c| lens(&c.intrinsics.distortion)) {
+            Some(("brown_conrady", coefficients)) => Some(("D", coefficients)),
+            Some(("fisheye", coefficients)) => Some(("F", coefficients)),
+            _ => None,
+        };
+        if let Some((letter, coefficients)) = letter {
+            let numbers = line(coefficients.into_iter().chain([0.0; 7]));
+            text += &format!("{letter}{number}: {numbers}");
+        }
+    }
+    text
 }

@@ -3,16 +3,17 @@
 //! SS-NAME/rgb/12.500000.png    rgb.txt    colour
 //! SS-NAME/depth/12.500000.png  depth.txt  planar depth, 16 bits, 5000 = 1 m, 0 = none
 //! SS-NAME/groundtruth.txt      timestamp tx ty tz qx qy qz qw
+//! SS-NAME/camera.txt           size, fx fy cx cy and the lens' coefficients, as OpenCV has them
 //! ```
 //! Poses are those of the sensor in the world: a camera's optical frame (x right, y down, z
 //! forward), or a LiDAR's (x forward, y left, z up), which has `groundtruth.txt` alone. Depth
 //! beyond 13.1 m, which 16 bits cannot hold, is 0. Source: the benchmark's page "File Formats".
 
-use nemoral_dataset::{FrameRecord, Manifest};
+use nemoral_dataset::{CameraSpec, FrameRecord, Manifest};
 use nemoral_scene::{Image, RigidTransform};
 use png::{BitDepth, ColorType};
 
-use crate::geometry::line;
+use crate::geometry::{lens, line};
 use crate::{Error, Format, FrameRef, Sink, Source, pictures};
 
 /// The format.
@@ -64,6 +65,7 @@ impl Format for Tum {
                         let text = head + &list.collect::<String>();
                         files.put(format!("{folder}/{what}.txt"), text);
                     }
+                    files.put(format!("{folder}/camera.txt"), intrinsics(camera));
                     let poses = trajectory(&frames, &camera.body_from_camera);
                     files.put(format!("{folder}/groundtruth.txt"), poses);
                 }
@@ -81,6 +83,24 @@ impl Format for Tum {
 /// Seconds after the start of the sequence, to a microsecond.
 fn stamp(frame: &FrameRef<'_>) -> String {
     format!("{:.6}", frame.time_s)
+}
+
+/// `camera.txt`: a name and numbers a line. The first pixel's centre is at (0, 0).
+fn intrinsics(camera: &CameraSpec) -> String {
+    let k = &camera.intrinsics;
+    let (model, coefficients) = lens(&k.distortion);
+    format!(
+        "# The first pixel's centre is at (0, 0); coefficients are k1 k2 p1 p2 k3, or k1 to k4 \
+         of a fisheye.\nwidth {}\nheight {}\nfx {}\nfy {}\ncx {}\ncy {}\nmodel {model}\n\
+         coefficients {}",
+        k.width,
+        k.height,
+        k.fx,
+        k.fy,
+        k.cx - 0.5,
+        k.cy - 0.5,
+        line(coefficients)
+    )
 }
 
 fn trajectory(frames: &[FrameRef<'_>], body_from_sensor: &RigidTransform) -> String {

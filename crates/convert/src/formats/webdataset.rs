@@ -1,7 +1,8 @@
 //! WebDataset: tar files of up to 100 frames, none of two sequences:
 //! ```text
-//! SS-000000.tar
-//!   SS_FFFFFF.json                     time, pose of the body in the world, and of each sensor
+//! SS-000000.tar                        SPLIT-SS-000000.tar if the data set is split
+//!   SS_FFFFFF.json                     split, time, pose of the body in the world, and of each
+//!                                      sensor
 //!   SS_FFFFFF.CAMERA.rgb.png           and .semantic.png, .instance.png, .normals.png: as they are
 //!   SS_FFFFFF.CAMERA.depth.npy         planar depth, float32, metres; 0 = none
 //!   SS_FFFFFF.LIDAR.points.npy         float32, a row for each point: x, y, z, intensity
@@ -10,7 +11,7 @@
 //! Owners, modes and times of the members are constant. Source: WebDataset's page "The WebDataset
 //! Format"; POSIX.1-1988, `ustar`; NumPy's page "NPY format".
 
-use nemoral_dataset::CameraFile;
+use nemoral_dataset::{CameraFile, Split};
 use nemoral_scene::RigidTransform;
 use serde_json::{Value, json};
 
@@ -29,7 +30,11 @@ impl Format for WebDataset {
         for sequence in source.sequences() {
             let frames: Vec<_> = source.frames(sequence.number).collect();
             for (i, frames) in frames.chunks(FRAMES).enumerate() {
-                let name = format!("{:02}-{i:06}", sequence.number);
+                let prefix = match source.own_split(sequence.number) {
+                    Some(split) => format!("{split}-"),
+                    None => String::new(),
+                };
+                let name = format!("{prefix}{:02}-{i:06}", sequence.number);
                 sink.stream(&name, &format!("{name}.tar"), |out| {
                     for frame in frames {
                         put_frame(source, &sequence, frame, out)?;
@@ -50,7 +55,11 @@ fn put_frame(
     out: &mut Stream,
 ) -> Result<(), Error> {
     let key = frame.name();
-    member(out, &format!("{key}.json"), &describe(sequence, frame))?;
+    member(
+        out,
+        &format!("{key}.json"),
+        &describe(source, sequence, frame),
+    )?;
     for (i, camera) in sequence.cameras.iter().enumerate() {
         for (what, file) in [
             ("rgb", CameraFile::Rgb),
@@ -92,7 +101,7 @@ fn put_frame(
 }
 
 /// What is not in pictures and scans; matrices are 3 × 4, row-major.
-fn describe(sequence: &Sequence<'_>, frame: &FrameRef<'_>) -> Vec<u8> {
+fn describe(source: &Source, sequence: &Sequence<'_>, frame: &FrameRef<'_>) -> Vec<u8> {
     let world_from_body = frame.world_from_body();
     let in_world =
         |body_from_sensor: RigidTransform| (world_from_body * body_from_sensor).to_rows();
@@ -113,6 +122,7 @@ fn describe(sequence: &Sequence<'_>, frame: &FrameRef<'_>) -> Vec<u8> {
     };
     let value = json!({
         "sequence": frame.sequence, "frame": frame.index, "time_s": frame.time_s,
+        "split": source.own_split(frame.sequence).map(Split::name),
         "world_from_body": world_from_body.to_rows(),
         "cameras": sequence.cameras.iter().map(camera).collect::<Vec<_>>(),
         "lidars": sequence.lidars.iter().map(lidar).collect::<Vec<_>>(),

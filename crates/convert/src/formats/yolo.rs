@@ -83,7 +83,8 @@ fn data_yaml(source: &Source) -> String {
         numbers.filter(|n| source.split(*n) == split).collect()
     };
     let (train, mut validation, test) = (of(Split::Train), of(Split::Val), of(Split::Test));
-    let mut text = String::from("path: .\n");
+    // Without `path`, places are relative to this file.
+    let mut text = String::new();
     if validation.is_empty() {
         text += "# No sequence is for validation, so that it is on the pictures of training.\n";
         validation.clone_from(&train);

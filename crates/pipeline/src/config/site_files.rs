@@ -9,7 +9,7 @@ use toml::{Table, Value};
 
 use super::dotted_keys::{greatest, most_bytes};
 use super::source::Source;
-use super::{Config, Layers, Sequences};
+use super::{Config, Layers, RobotPath, Sequences};
 use crate::Error;
 use crate::convex_hull::{area_m2, convex_hull};
 
@@ -75,7 +75,11 @@ fn suggested(files: &SiteFiles, usual: &Config) -> Result<Source, Error> {
         let lines = table([("path", text(path)?)]);
         site.insert("trails".into(), Value::Table(lines));
     }
-    let start = low - origin;
+    // Stations are a grid around their start, and a drive leads through the plot.
+    let start = match usual.robot.path {
+        RobotPath::Stations(_) => 0.5 * (low + high) - origin,
+        _ => low - origin,
+    };
     let ahead = high - low;
     // Clockwise from north.
     let heading_deg = libm::atan2(ahead.x, ahead.y).to_degrees();
@@ -252,6 +256,15 @@ mod tests {
             (config.robot.start_x_m, config.robot.start_y_m),
             (-50.0, -6.0)
         );
+        // Tripods stand in the middle.
+        let stations = Layers {
+            settings: vec!["robot.stations={}".to_owned()],
+            ..Layers::default()
+        };
+        let stations = stations.plot(&files).expect("a plot");
+        let robot = &stations.asked().robot;
+        let middle = DVec2::new(robot.start_x_m, robot.start_y_m);
+        assert!(middle.distance(DVec2::new(0.0, 4.0)) < 0.1, "{middle}");
         // What is asked for comes first.
         let settings = vec![
             "placement.trees=7".to_owned(),

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use nemoral_import::Stem;
+use nemoral_import::{Stem, unread_columns};
 use nemoral_scene::ChunkCoord;
 use nemoral_scene::glam::DVec2;
 use nemoral_stand::StandLayer;
@@ -33,6 +33,8 @@ pub(crate) struct Plot {
     margin_m: f64,
     /// The largest radius of a tree, metres.
     reach_m: f64,
+    /// What the user should know about the file.
+    note: Option<String>,
 }
 
 /// The foot of a tree.
@@ -74,7 +76,13 @@ impl Plot {
             places,
             by_chunk,
             by_cell,
+            note: note(site, inputs),
         }))
+    }
+
+    /// What the user should know about the file: which columns are not read.
+    pub(crate) fn note(&self) -> Option<&str> {
+        self.note.as_deref()
     }
 
     /// The chunks with trees, and how many each has.
@@ -134,6 +142,29 @@ impl Plot {
             position_m.distance(world_m) >= own + radius_m
         })
     }
+}
+
+fn note(site: &Site, inputs: &InputFiles) -> Option<String> {
+    /// The most characters of names.
+    const NAMES: usize = 120;
+    let (unread, has_sizes) = unread_columns(inputs.get(&site.stems.path)?.bytes()).ok()?;
+    let mut notes = Vec::new();
+    if !has_sizes {
+        notes.push("has no column of diameters or heights, which are drawn".to_owned());
+    }
+    if !unread.is_empty() {
+        let all = unread.join(", ");
+        let mut names: String = all
+            .chars()
+            .filter(|c| !c.is_control())
+            .take(NAMES)
+            .collect();
+        if names.len() < all.len() {
+            names.push('…');
+        }
+        notes.push(format!("has columns that are not read: {names}"));
+    }
+    (!notes.is_empty()).then(|| format!("the stem map {}", notes.join(", and ")))
 }
 
 /// The place of a tree in the world.

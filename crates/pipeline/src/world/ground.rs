@@ -218,6 +218,11 @@ impl GroundModel {
         self.trails.as_ref()
     }
 
+    /// What the user should know about the stem map, if there is one.
+    pub(crate) fn note_of_plot(&self) -> Option<String> {
+        self.plot.as_ref()?.note().map(str::to_owned)
+    }
+
     /// How many trees of the stem map stand on trails.
     pub(crate) fn measured_trees_on_trails(&self) -> usize {
         let (Some(plot), Some(trails)) = (&self.plot, &self.trails) else {

@@ -2,6 +2,7 @@
 
 use nemoral_dataset::{ImuReading, ImuSpec};
 
+use super::START_NS;
 use super::cdr::Cdr;
 use super::container::Message;
 
@@ -19,7 +20,7 @@ pub(super) fn parts<'a>(
     readings: &'a [ImuReading],
     frames_ns: &[u64],
 ) -> impl Iterator<Item = &'a [ImuReading]> {
-    let until = |time_ns: i64| readings.partition_point(|reading| reading.time_ns <= time_ns);
+    let until = |at_ns: i64| readings.partition_point(|reading| time_ns(reading) as i64 <= at_ns);
     let first = frames_ns
         .first()
         .map_or(0, |first| until(*first as i64 - AROUND_NS));
@@ -36,7 +37,7 @@ pub(super) fn parts<'a>(
 
 /// A reading's time, which is not before the sequence's start.
 pub(super) fn time_ns(reading: &ImuReading) -> u64 {
-    u64::try_from(reading.time_ns).unwrap_or(0)
+    START_NS + u64::try_from(reading.time_ns).unwrap_or(0)
 }
 
 /// `Imu`: what the unit measured, with gravity as REP 145 has it, and without an orientation.

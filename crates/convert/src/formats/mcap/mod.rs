@@ -11,12 +11,13 @@
 //! | `/NAME/image` | `Image` of a camera, `rgb8` |
 //! | `/NAME/semantic` | `Image`, `mono8`: the class |
 //! | `/NAME/depth` | `Image`, `32FC1`: planar depth, metres; 0 = none |
-//! | `/NAME/camera_info` | `CameraInfo`; the first pixel's centre is (0, 0), as OpenCV has it |
+//! | `/NAME/camera_info` | `CameraInfo`; the first pixel's centre is (0, 0), as OpenCV has it; `right` has the baseline of its pair in `p` |
 //! | `/imu` | `Imu`, if the data set has what an inertial measurement unit measures: angular velocity, and linear acceleration with gravity |
 //! | `/tf_static`, `/tf` | sensors in `base_link`, `base_link` in `map` |
 //! | `/odom` | `Odometry` of `base_link` in `map`; velocities are by differences of poses |
 //!
-//! Times are nanoseconds after the start of the sequence. `map` is the data set's world. A camera's
+//! Times are nanoseconds after the start of the sequence, plus a second: to tf2 a time of 0 is the
+//! latest one, and scans begin before their frame's time. `map` is the data set's world. A camera's
 //! frame is the optical one. A rolling shutter's picture has the pose of its middle row.
 
 mod bag;
@@ -25,8 +26,10 @@ mod container;
 mod imu;
 
 use nemoral_dataset::{CameraSpec, Manifest, PlyPoint};
+use nemoral_scene::glam::{DQuat, DVec3};
 use nemoral_scene::{Distortion, Image, Ontology, RigidTransform, Twist};
 
+use crate::geometry::relative;
 use crate::labels::Labels;
 use crate::{Error, Format, FrameRef, Sequence, Sink, Source, Stream, Table};
 use bag::Durability;
@@ -34,6 +37,8 @@ use cdr::Cdr;
 use container::{Channel, Container, Message};
 
 const MAP: &str = "map";
+/// The further camera that is the right one of a stereo pair.
+const RIGHT: &str = "right";
 const BODY: &str = "base_link";
 /// The channels that are not a sensor's.
 const TF_STATIC: usize = 0;
@@ -118,8 +123,8 @@ fn write_messages(
             messages.push(message(channel, frame, data));
             channel += 1;
         }
-        for (c, camera) in sequence.cameras.iter().enumerate() {
-            let data = pictures(source, frame, c, camera, labels)?;
+        for c in 0..sequence.cameras.len() {
+            let data = pictures(source, (sequence, frame), c, labels)?;
             let all = data.into_iter().zip(channel..);
             messages.extend(all.map(|(data, channel)| message(channel, frame, data)));
             channel += 4;
@@ -155,8 +160,11 @@ fn metadata(source: &Source, sequence: &Sequence<'_>, file: &str) -> Result<Stri
     Ok(bag::metadata(file, &topics, span.map(|(a, b)| (*a, *b))))
 }
 
+/// The time of a sequence's start, nanoseconds.
+const START_NS: u64 = 1_000_000_000;
+
 fn time_ns(frame: &FrameRef<'_>) -> u64 {
-    (frame.time_s * 1e9).round() as u64
+    START_NS + (frame.time_s * 1e9).round() as u64
 }
 
 fn message(channel: usize, frame: &FrameRef<'_>, data: Vec<u8>) -> Message {
@@ -293,11 +301,11 @@ fn point_cloud(scan: &[PlyPoint], labels: &Labels, frame: &FrameRef<'_>, name: &
 /// The four messages of a camera, in the order of its topics.
 fn pictures(
     source: &Source,
-    frame: &FrameRef<'_>,
+    (sequence, frame): (&Sequence<'_>, &FrameRef<'_>),
     i: usize,
-    camera: &CameraSpec,
     labels: &Labels,
 ) -> Result<[Vec<u8>; 4], Error> {
+    let camera = &sequence.cameras[i];
     let image = |size: (usize, usize), encoding: &str, data: &[u8]| {
         let (width, height) = size;
         let mut out = Cdr::new();
@@ -320,12 +328,28 @@ fn pictures(
         image(size, "rgb8", rgb.pixels().as_flattened()),
         image(size, "mono8", classes.pixels()),
         image(size, "32FC1", depth.pixels().as_flattened()),
-        camera_info(frame, camera),
+        camera_info(frame, camera, baseline_px(sequence, i)),
     ])
 }
 
+/// -fx · B of the right camera of a pair whose axes are parallel and B apart, which stereo nodes
+/// take the baseline from; 0 of all others.
+fn baseline_px(sequence: &Sequence<'_>, camera: usize) -> f64 {
+    let (left, right) = (&sequence.cameras[0], &sequence.cameras[camera]);
+    let left_from_right = relative(&left.body_from_camera, &right.body_from_camera);
+    let DVec3 { x, y, z } = left_from_right.translation_m;
+    let is_pair = right.name == RIGHT
+        && left_from_right.rotation.angle_between(DQuat::IDENTITY) < 1e-6
+        && y.hypot(z) < 1e-6;
+    if is_pair {
+        -right.intrinsics.fx * x
+    } else {
+        0.0
+    }
+}
+
 /// `CameraInfo`.
-fn camera_info(frame: &FrameRef<'_>, camera: &CameraSpec) -> Vec<u8> {
+fn camera_info(frame: &FrameRef<'_>, camera: &CameraSpec, baseline_px: f64) -> Vec<u8> {
     let k = &camera.intrinsics;
     let (cx, cy) = (k.cx - 0.5, k.cy - 0.5);
     let (model, d) = match k.distortion {
@@ -340,7 +364,20 @@ fn camera_info(frame: &FrameRef<'_>, camera: &CameraSpec) -> Vec<u8> {
     out.text(model).u32(d.len() as u32).f64s(&d);
     out.f64s(&[k.fx, 0.0, cx, 0.0, k.fy, cy, 0.0, 0.0, 1.0]);
     out.f64s(&[1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]);
-    out.f64s(&[k.fx, 0.0, cx, 0.0, 0.0, k.fy, cy, 0.0, 0.0, 0.0, 1.0, 0.0]);
+    out.f64s(&[
+        k.fx,
+        0.0,
+        cx,
+        baseline_px,
+        0.0,
+        k.fy,
+        cy,
+        0.0,
+        0.0,
+        0.0,
+        1.0,
+        0.0,
+    ]);
     // No binning, and the whole picture.
     out.u32(0).u32(0).u32(0).u32(0).u32(0).u32(0).u8(0);
     out.finish()
