@@ -16,6 +16,8 @@ from mcap_ros2.decoder import DecoderFactory
 from PIL import Image
 from plyfile import PlyData
 
+# What is added to the times of a sequence.
+START_NS = 10**9
 TYPES = {4: "<u2", 6: "<u4", 7: "<f4"}
 
 
@@ -34,6 +36,16 @@ def cloud(message):
     return points
 
 
+def check_imu(raw, message, readings, unit):
+    """Compares a reading with the line of `imu0/data.csv` that has its time."""
+    _, *measured = readings[raw.log_time]
+    rate, force = message.angular_velocity, message.linear_acceleration
+    assert measured == [rate.x, rate.y, rate.z, force.x, force.y, force.z]
+    assert message.header.frame_id == "imu" and message.orientation_covariance[0] == -1
+    variance = message.linear_acceleration_covariance[8]
+    assert np.isclose(variance, unit["specific_force_noise_m_s2"] ** 2)
+
+
 def main(dataset, out):
     dataset, out = Path(dataset), Path(out)
     manifest = json.loads((dataset / "dataset.json").read_text())
@@ -43,10 +55,16 @@ def main(dataset, out):
     for file in files:
         sequence = int(file.parent.name)
         source = dataset / "sequences" / file.parent.name
-        frames = {round(f["time_s"] * 1e9): f for f in manifest["frames"]
+        frames = {START_NS + round(f["time_s"] * 1e9): f for f in manifest["frames"]
                   if f["sequence"] == sequence}
         sensors = {l["name"]: l["body_from_lidar"] for l in lidars(manifest, sequence)}
         sensors |= {c["name"]: c["body_from_camera"] for c in cameras(manifest, sequence)}
+        unit = next(s for s in manifest["sequences"] if s["number"] == sequence).get("imu")
+        readings = {}
+        if unit:
+            sensors["imu"] = unit["body_from_imu"]
+            table = np.loadtxt(source / "imu0" / "data.csv", delimiter=",")
+            readings = {START_NS + int(row[0]): row.tolist() for row in table}
         specs = {c["name"]: c for c in cameras(manifest, sequence)}
         firsts = {lidars(manifest, sequence)[0]["name"]} if lidars(manifest, sequence) else set()
         firsts |= {cameras(manifest, sequence)[0]["name"]} if specs else set()
@@ -58,6 +76,9 @@ def main(dataset, out):
             for _, channel, raw, message in reader.iter_decoded_messages():
                 seen[channel.topic] = seen.get(channel.topic, 0) + 1
                 count += 1
+                if channel.topic == "/imu":
+                    check_imu(raw, message, readings, unit)
+                    continue
                 frame = frames[raw.log_time]
                 name = f"{frame['index']:06}"
                 if channel.topic == "/tf_static":
@@ -96,6 +117,8 @@ def main(dataset, out):
                     k = specs[sensor]["intrinsics"]
                     expected = [k["fx"], 0, k["cx"] - 0.5, 0, k["fy"], k["cy"] - 0.5, 0, 0, 1]
                     assert np.allclose(message.k, expected) and message.width == k["width"]
+                    shift = message.p[3] / -k["fx"]
+                    assert np.isclose(shift, 0.3 if sensor == "right" else 0), message.p
                     lens = k.get("distortion", {"model": "none"})
                     models = {"fisheye": "equidistant"}
                     assert message.distortion_model == models.get(lens["model"], "plumb_bob")
@@ -118,6 +141,8 @@ def main(dataset, out):
                         assert message.encoding == "rgb8"
                         assert (np.frombuffer(data, np.uint8).reshape(*shape, 3) == truth).all()
                     pictures += 1
+        # The drive of this data set is as long as its frames.
+        assert seen.pop("/imu", 0) == len(readings)
         assert {n for t, n in seen.items() if t != "/tf_static"} == {len(frames)}, seen
     print(f"mcap: {count} messages, {points} points, {pictures} pictures equal")
 

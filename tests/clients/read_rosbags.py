@@ -16,6 +16,8 @@ from rosbags.highlevel import AnyReader
 from rosbags.interfaces import QosDurability
 from rosbags.rosbag2 import Reader
 
+# What is added to the times of a sequence.
+START_NS = 10**9
 # PointField's types.
 TYPES = {4: "<u2", 6: "<u4", 7: "<f4"}
 # What the metadata of a folder and the file in it say of a topic.
@@ -27,7 +29,7 @@ def transform(translation, rotation):
     return mount({"translation_m": [t.x, t.y, t.z], "rotation_xyzw": [q.x, q.y, q.z, q.w]})
 
 
-def check_metadata(bag, drive, sensors):
+def check_metadata(bag, drive, sensors, readings):
     """Opens the folder by its metadata.yaml, and compares them with the file and the data set."""
     files = list(bag.glob("*.mcap"))
     assert len(files) == 1
@@ -38,8 +40,9 @@ def check_metadata(bag, drive, sensors):
             assert counts.pop("/tf_static") == 1
             topics = {f"/{sensor}/{what}" for sensor, all in sensors.items() for what in all}
             topics |= {"/tf", "/odom"}
+            assert counts.pop("/imu", 0) == readings
             assert counts == dict.fromkeys(topics, len(drive)), counts
-            assert reader.message_count == 1 + len(topics) * len(drive)
+            assert reader.message_count == 1 + len(topics) * len(drive) + readings
             assert reader.start_time == min(drive)
             # rosbags counts the last nanosecond in.
             assert reader.end_time - 1 == max(drive)
@@ -92,19 +95,27 @@ def main(dataset, out):
     count = points = poses = pictures = 0
     for bag in bags:
         sequence, source = int(bag.name), dataset / "sequences" / bag.name
-        drive = {round(f["time_s"] * 1e9): f for f in frames(manifest, sequence)}
+        drive = {START_NS + round(f["time_s"] * 1e9): f for f in frames(manifest, sequence)}
         scanners, lenses = lidars(manifest, sequence), cameras(manifest, sequence)
         firsts = {all[0]["name"] for all in (scanners, lenses) if all}
         mounts = {s["name"]: mount(s["body_from_lidar"]) for s in scanners}
         mounts |= {s["name"]: mount(s["body_from_camera"]) for s in lenses}
         sensors = {s["name"]: ["points"] for s in scanners}
         sensors |= {s["name"]: ["image", "semantic", "depth", "camera_info"] for s in lenses}
-        count += check_metadata(bag, drive, sensors)
+        unit = next(s for s in manifest["sequences"] if s["number"] == sequence).get("imu")
+        readings = 0
+        if unit:
+            mounts["imu"] = mount(unit["body_from_imu"])
+            readings = len(np.loadtxt(source / "imu0" / "data.csv", delimiter=","))
+        count += check_metadata(bag, drive, sensors, readings)
         read = 0
         with AnyReader([bag]) as reader:
             for connection, time, raw in reader.messages():
                 message = reader.deserialize(raw, connection.msgtype)
                 read += 1
+                if connection.topic == "/imu":
+                    assert message.header.frame_id == "imu"
+                    continue
                 frame, name = drive[time], f"{drive[time]['index']:06}"
                 if connection.topic == "/tf_static":
                     found = {t.child_frame_id: t.transform for t in message.transforms}

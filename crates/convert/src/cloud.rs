@@ -37,7 +37,8 @@ pub struct LazTile {
 }
 
 /// Writes a cloud as LAS 1.4, compressed, with the dimensions that the format `laz` has; `gps_time`
-/// is seconds after the start of the sequence. Coordinates are relative to a whole metre near the
+/// is seconds after the start of the sequence, `point_source_id` the number of the scan from 1
+/// (station k of one scanner is k + 1). Coordinates are relative to a whole metre near the
 /// first point of a file.
 ///
 /// Each file appears when it is whole, after all points have been written.
@@ -122,6 +123,9 @@ impl Tile {
         self.writer.put(&LazPoint {
             recorded: &point.recorded,
             world_m: point.world_m,
+            from_scanner_m: point.from_scanner_m,
+            // 0 stands for more scans than there are numbers.
+            source: u16::try_from(point.scan + 1).unwrap_or(0),
             time_s: point.time_s,
             lidar: point.lidar,
             class,

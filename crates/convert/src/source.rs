@@ -2,7 +2,6 @@
 //!
 //! All reading of a data set's header is here, so that no format knows where sensors are written.
 
-use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -182,12 +181,6 @@ impl Source {
             time_s: record.time_s,
             record,
         })
-    }
-
-    /// How many LiDAR points have a class, by its id.
-    #[must_use]
-    pub fn point_classes(&self) -> BTreeMap<u8, u64> {
-        self.manifest().point_classes()
     }
 
     /// The number of frames that exist, of all sequences.

@@ -13,6 +13,8 @@
 //! Frames that exist are numbered from 0 without gaps, because readers count lines, and poses are
 //! relative to the first of them. Source: the benchmark's development kit, `readme.txt`.
 
+use std::collections::BTreeMap;
+
 use nemoral_dataset::{ClassTable, Manifest, TableRow};
 use nemoral_scene::{Image, Ontology, RigidTransform};
 use png::{BitDepth, ColorType};
@@ -46,9 +48,12 @@ impl Format for Kitti {
 
     fn write(&self, source: &Source, sink: &mut Sink) -> Result<(), Error> {
         let labels = self.labels(source.ontology())?;
+        let mut keys = Vec::new();
         for sequence in source.sequences() {
             for (k, frame) in source.frames(sequence.number).enumerate() {
-                sink.step(&format!("frame-{}", frame.name()), |files| {
+                let key = format!("frame-{}", frame.name());
+                sink.step(&key, |files| {
+                    let mut counts: BTreeMap<u16, u64> = BTreeMap::new();
                     let folder = format!("sequences/{:02}", sequence.number);
                     for (camera, grey, colour) in pairs(&sequence) {
                         let picture = source.picture(&frame, camera)?;
@@ -61,21 +66,22 @@ impl Format for Kitti {
                         let points = scan.points.iter().flatten().flat_map(|v| v.to_le_bytes());
                         let path = format!("{folder}/velodyne/{k:06}.bin");
                         files.put(path, points.collect::<Vec<u8>>());
-                        let word = |(i, &(class, instance)): (usize, &(u16, u16))| {
+                        let mut word = |(i, &(class, instance)): (usize, &(u16, u16))| {
                             // The fine semantics, where the data set has them, tell more.
                             let id = match scan.ply.get(i) {
                                 Some(fine) => labels.id_of_semantic(fine.point.semantic),
                                 None => labels.id(class as u8),
                             };
+                            *counts.entry(id).or_default() += 1;
                             u32::from(id) | u32::from(instance) << 16
                         };
                         let words = scan.labels.iter().enumerate();
-                        let words = words.flat_map(|l| word(l).to_le_bytes());
-                        let path = format!("{folder}/labels/{k:06}.label");
-                        files.put(path, words.collect::<Vec<u8>>());
+                        let words: Vec<u8> = words.flat_map(|l| word(l).to_le_bytes()).collect();
+                        files.put(format!("{folder}/labels/{k:06}.label"), words);
                     }
-                    Ok(String::new())
+                    Ok(serde_json::to_string(&counts).expect("numbers"))
                 })?;
+                keys.push(key);
             }
             sink.step(&format!("sequence-{:02}", sequence.number), |files| {
                 let frames: Vec<_> = source.frames(sequence.number).collect();
@@ -90,20 +96,25 @@ impl Format for Kitti {
                 Ok(String::new())
             })?;
         }
+        let notes = sink.notes();
+        let mut points: BTreeMap<u16, u64> = BTreeMap::new();
+        for key in &keys {
+            let counts: BTreeMap<u16, u64> = serde_json::from_str(&notes.of(key)?)
+                .expect("a sealed record has what was written");
+            for (id, count) in counts {
+                *points.entry(id).or_default() += count;
+            }
+        }
         sink.step("ontology", |files| {
-            files.put("ontology.yaml", ontology(source, &labels));
+            files.put("ontology.yaml", ontology(source, &labels, &points));
             Ok(String::new())
         })
     }
 }
 
-/// `ontology.yaml`.
-fn ontology(source: &Source, labels: &Labels) -> String {
-    let points = source.point_classes();
-    let count = |id: u16| {
-        let of_class = points.iter().filter(|p| labels.id(*p.0) == id);
-        of_class.map(|p| p.1).sum()
-    };
+/// `ontology.yaml`, with the numbers of points of each class that was written.
+fn ontology(source: &Source, labels: &Labels, points: &BTreeMap<u16, u64>) -> String {
+    let count = |id: u16| points.get(&id).copied().unwrap_or(0);
     let rows = labels.classes.iter().map(|c| TableRow {
         id: c.id,
         name: &c.name,

@@ -2,8 +2,9 @@
 
 use nemoral_convert::{ConvertParams, FormatName, Table, convert};
 use nemoral_scene::glam::DVec3;
+use nemoral_scene::{Distortion, Semantic};
 
-use crate::common::{header, made, numbers, png, pose, text};
+use crate::common::{header, made, made_of, numbers, png, pose, text};
 
 #[test]
 fn points_poses_and_calibration_are_those_of_the_data_set() {
@@ -87,6 +88,30 @@ fn points_poses_and_calibration_are_those_of_the_data_set() {
 }
 
 #[test]
+fn lenses_are_in_the_calibration() {
+    let mut header = header();
+    let cameras = &mut header.sequences[0].cameras;
+    let [k1, k2, k3, p1, p2] = [-0.15, 0.03, 0.001, 0.002, -0.004];
+    cameras[0].intrinsics.distortion = Distortion::BrownConrady { k1, k2, k3, p1, p2 };
+    let [k1, k2, k3, k4] = [0.02, 0.003, -0.001, 0.0005];
+    cameras[1].intrinsics.distortion = Distortion::Fisheye { k1, k2, k3, k4 };
+    let made = made_of(FormatName::Kitti, &header);
+    let calib = text(made.out.join("sequences/00/calib.txt"));
+    for line in [
+        "\nD2: -0.15 0.03 0.002 -0.004 0.001 0 0 0 0 0 0 0\n",
+        "\nF3: 0.02 0.003 -0.001 0.0005 0 0 0 0 0 0 0 0\n",
+    ] {
+        assert!(calib.contains(line), "{calib}");
+    }
+    let made = made_of(FormatName::Tum, &header);
+    let camera = text(made.out.join("00-front/camera.txt"));
+    assert!(camera.contains("\nwidth 31\nheight 22\n"), "{camera}");
+    let lens = "\nmodel brown_conrady\ncoefficients -0.15 0.03 0.002 -0.004 0.001\n";
+    assert!(camera.contains(lens), "{camera}");
+    assert!(camera.contains("\ncx 15\ncy 10.5\n"), "{camera}");
+}
+
+#[test]
 fn labels_follow_a_table() {
     let made = made(FormatName::SemanticKitti);
     let by_table = made.out.with_file_name("by_table");
@@ -99,11 +124,23 @@ fn labels_follow_a_table() {
     let read = made.dataset.read_frame(0).expect("a frame");
     let bytes = std::fs::read(made.out.join(label)).expect("labels");
     let ids = [0, 72, 40, 71, 70, 70, 70, 99];
-    for (word, &(class, instance)) in bytes.as_chunks::<4>().0.iter().zip(&read.lidars[0].labels) {
+    let (words, scan) = (bytes.as_chunks::<4>().0, &read.lidars[0]);
+    assert_eq!(words.len(), scan.labels.len());
+    let mut of_grass = 0;
+    for (word, (&(class, instance), fine)) in words.iter().zip(scan.labels.iter().zip(&scan.ply)) {
         let word = u32::from_le_bytes(*word);
-        assert_eq!(word & 0xFFFF, ids[usize::from(class)]);
+        // What scans know besides their class: grass is no other low plant.
+        let is_grass = fine.point.semantic == Semantic::Grass;
+        let id = if is_grass {
+            72
+        } else {
+            ids[usize::from(class)]
+        };
+        assert_eq!(word & 0xFFFF, id);
         assert_eq!(word >> 16, u32::from(instance));
+        of_grass += usize::from(is_grass);
     }
+    assert!(of_grass > 0);
     let yaml = text(made.out.join("ontology.yaml"));
     for said in [
         "\n  71: \"trunk\"\n",
@@ -114,11 +151,18 @@ fn labels_follow_a_table() {
     ] {
         assert!(yaml.contains(said), "{said:?} is not in {yaml}");
     }
+    let all: f64 = (0..3)
+        .map(|i| {
+            made.dataset.read_frame(i).expect("a frame").lidars[0]
+                .ply
+                .len() as f64
+        })
+        .sum();
     let content = yaml.split("content:\n").nth(1).expect("a section");
     let content = content.split("learning_map:").next().expect("a section");
     let shares = content.lines().filter_map(|l| l.split_once(": "));
     let sum: f64 = shares.map(|s| s.1.parse::<f64>().expect("a share")).sum();
-    assert!((sum - 1.0).abs() < 1e-9, "{sum}");
+    assert!((sum - 1.0).abs() < 1e-9, "{sum} of {all} points");
     let other = [label, "ontology.yaml"].map(|f| std::fs::read(by_table.join(f)).expect("a file"));
     assert_eq!(other, [bytes, yaml.into_bytes()]);
 }

@@ -100,6 +100,14 @@ fn points_are_in_the_world_and_nothing_that_is_known_is_lost() {
             // Background, Terrain, Traversable, Trunks, Canopy, Shrubs, Herbaceous, Rocks.
             let asprs = [7, 2, 2, 5, 5, 4, 3, 1][usize::from(p.class)];
             assert_eq!((record[16], u16_at(record, 20)), (asprs, 1));
+            assert_eq!(record[17], 1);
+            // Angles from straight down, negative to the left.
+            let angle_deg = f64::from(u16_at(record, 18) as i16) * 0.006;
+            let down = (found - world_from_lidar.translation_m)
+                .normalize()
+                .dot(-DVec3::Z);
+            assert!((angle_deg.abs().to_radians().cos() - down).abs() < 1e-4);
+            assert_eq!(angle_deg < 0.0, p.point.position_m.y > 0.0);
             let time = time_s + p.point.time_ns as f64 * 1e-9;
             assert!((f64_at(record, 22) - time).abs() < 1e-12);
             let byte = |name: &str| record[extra[name]];

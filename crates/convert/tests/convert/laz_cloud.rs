@@ -37,6 +37,15 @@ fn points(path: &Path) -> Vec<(DVec3, u8, u16)> {
     unpacked.chunks(stride).map(point).collect()
 }
 
+/// The number of the scan of each point, from 1.
+fn scans(made: &Made) -> impl Iterator<Item = u16> {
+    let frames = [1_u16, 2, 4].into_iter().enumerate();
+    frames.flat_map(|(i, frame)| {
+        let scan = &made.dataset.read_frame(i).expect("a frame").lidars[0].ply;
+        std::iter::repeat_n(frame + 1, scan.len())
+    })
+}
+
 /// All points of the data set in the world, with their classes.
 fn expected(made: &Made) -> Vec<(DVec3, u8)> {
     let lidar = &crate::common::header().sequences[0].lidars[0];
@@ -66,10 +75,11 @@ fn one_file_has_all_scans_and_tiles_share_them() {
     let (all, expected) = (points(&out), expected(&made));
     assert_eq!((written.len(), written[0].points), (1, all.len() as u64));
     assert_eq!(all.len(), expected.len());
-    for ((at, asprs, lidar), (exact, class)) in all.iter().zip(&expected) {
+    let with_scan = expected.iter().zip(scans(&made));
+    for ((at, asprs, source), ((exact, class), scan)) in all.iter().zip(with_scan) {
         assert!(near(*at, *exact), "{at} {exact}");
         let table = [7, 2, 2, 5, 5, 4, 3, 1];
-        assert_eq!((*asprs, *lidar), (table[usize::from(*class)], 1));
+        assert_eq!((*asprs, *source), (table[usize::from(*class)], scan));
     }
 
     let tiled = LazCloudParams {
@@ -149,6 +159,18 @@ fn what_cannot_be_is_refused() {
     assert!(refused("plot.las", None).contains(".laz"));
     assert!(refused("plot.laz", Some(f64::NAN)).contains("tile_m"));
     assert!(refused("plot.laz", Some(0.5)).contains("1 to 100000"));
+    // A plot in site coordinates, where nothing is.
+    let elsewhere = CloudParams {
+        crop: Some("553220,4450330,15".parse().expect("a circle")),
+        ..CloudParams::default()
+    };
+    let nowhere = Cloud::open(made.dataset.root(), elsewhere).expect("a cloud");
+    let out = folder.path().join("plot.laz");
+    let error = laz_cloud(&nowhere, &out, &LazCloudParams::default()).expect_err("refused");
+    assert!(
+        error.to_string().contains("the scanners were within"),
+        "{error}"
+    );
     let params = CloudParams {
         only: vec!["Trunk".to_owned()],
         ..CloudParams::default()

@@ -19,6 +19,7 @@ mod laz;
 mod laz_cloud;
 mod mcap;
 mod rellis;
+mod splits;
 mod tum;
 mod watch;
 mod webdataset;

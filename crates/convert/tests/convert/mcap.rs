@@ -5,8 +5,12 @@ use std::collections::BTreeMap;
 use nemoral_convert::FormatName;
 use nemoral_dataset::ImuSpec;
 use nemoral_scene::RigidTransform;
+use nemoral_scene::glam::DVec3;
 
 use crate::common::{Made, header, made, made_of, pose, text};
+
+/// What is added to the times of a sequence.
+const START_NS: u64 = 1_000_000_000;
 
 /// Reads little-endian numbers and texts one after the other.
 struct Reader<'a> {
@@ -125,7 +129,7 @@ fn the_index_leads_to_messages_and_points_are_those_of_scans() {
                 assert_eq!(r.number(2), channel);
                 let _sequence = r.number(4);
                 assert_eq!((r.number(8), r.number(8)), (time, time));
-                assert_eq!(time as f64 * 1e-9, pose(frame).0);
+                assert_eq!((time - START_NS) as f64 * 1e-9, pose(frame).0);
                 count += 1;
                 if topics[&channel] == "/top/points" {
                     check_points(&made, i, r.take(content.len() - 22));
@@ -142,7 +146,7 @@ fn check_points(made: &crate::common::Made, i: usize, data: &[u8]) {
     r.at = 4;
     let (seconds, nanoseconds) = (r.aligned(4), r.aligned(4));
     let time_s = pose([1, 2, 4][i]).0;
-    assert_eq!(seconds as f64 + nanoseconds as f64 * 1e-9, time_s);
+    assert_eq!((seconds - 1) as f64 + nanoseconds as f64 * 1e-9, time_s);
     assert_eq!(r.cdr_text(), header().sequences[0].lidars[0].name);
     let scan = &made.dataset.read_frame(i).expect("a frame").lidars[0];
     assert_eq!((r.aligned(4), r.aligned(4)), (1, scan.ply.len() as u64));
@@ -221,6 +225,37 @@ fn qos(durability: u32) -> String {
     )
 }
 
+#[test]
+fn the_right_camera_of_a_pair_says_how_far_it_is_from_the_left_one() {
+    let mut header = header();
+    for (camera, y_m) in header.sequences[0].cameras.iter_mut().zip([0.0, -0.5]) {
+        let mount = RigidTransform::from_xyz_rpy(DVec3::new(0.3, y_m, 1.3), 0.0, 0.0, 0.2);
+        let along = mount.rotation * DVec3::new(0.0, y_m, 0.0);
+        let translation_m = DVec3::new(0.3, 0.0, 1.3) + along;
+        camera.body_from_camera = RigidTransform {
+            translation_m,
+            ..mount
+        } * RigidTransform::body_from_optical();
+    }
+    let focal_px = header.sequences[0].cameras[1].intrinsics.fx;
+    let made = made_of(FormatName::Mcap, &header);
+    let bytes = std::fs::read(made.out.join("00/00_0.mcap")).expect("a file");
+    for (topic, baseline_m) in [("/front/camera_info", 0.0), ("/right/camera_info", 0.5)] {
+        let messages = messages(&bytes);
+        let (.., data) = messages.iter().find(|m| m.0 == topic).expect("a camera");
+        // `p` is the last matrix, before 7 words of binning and window and a byte.
+        let mut r = Reader::new(data);
+        r.at = data.len() - 1 - 6 * 4 - 12 * 8;
+        let p: Vec<f64> = (0..12).map(|_| f64::from_bits(r.number(8))).collect();
+        assert_eq!((p[0], p[10]), (focal_px, 1.0));
+        assert!(
+            (p[3] + focal_px * baseline_m).abs() < 1e-9,
+            "{topic}: {}",
+            p[3]
+        );
+    }
+}
+
 /// Topic, time and message of everything, in the order of the file.
 fn messages(bytes: &[u8]) -> Vec<(String, u64, &[u8])> {
     let mut topics = BTreeMap::new();
@@ -271,8 +306,8 @@ fn an_inertial_unit_says_what_it_measured_between_the_first_frame_and_the_last()
     // A second around the frames, as far as there are readings.
     let first_s = (pose(1).0 - 1.0).max(-0.05);
     let wanted = made.dataset.imu(0).expect("readings").into_iter();
-    let wanted = wanted.map(|r| r.time_ns as u64);
-    let wanted: Vec<u64> = wanted.filter(|t| *t as f64 * 1e-9 > first_s).collect();
+    let wanted = wanted.filter(|r| r.time_ns as f64 * 1e-9 > first_s);
+    let wanted: Vec<u64> = wanted.map(|r| START_NS + r.time_ns as u64).collect();
     assert!(wanted.len() > 3);
     assert_eq!(times_ns, wanted);
     let (_, time_ns, data) = of_unit[2];
@@ -286,7 +321,10 @@ fn an_inertial_unit_says_what_it_measured_between_the_first_frame_and_the_last()
         .collect();
     assert_eq!(r.at, data.len());
     assert_eq!(numbers[..5], [0.0, 0.0, 0.0, 1.0, -1.0]);
-    assert_eq!(numbers[13..17], [*time_ns as f64, 0.0, 0.5, 0.25]);
+    assert_eq!(
+        numbers[13..17],
+        [(time_ns - START_NS) as f64, 0.0, 0.5, 0.25]
+    );
     assert_eq!(numbers[25..29], [0.0, 0.25, 9.75, 0.0625]);
     let mounts = messages
         .iter()
@@ -298,7 +336,7 @@ fn an_inertial_unit_says_what_it_measured_between_the_first_frame_and_the_last()
 
 #[test]
 fn the_folder_of_a_sequence_is_a_bag_and_its_metadata_agree_with_the_file() {
-    let start_ns = (pose(1).0 * 1e9).round() as u64;
+    let start_ns = START_NS + (pose(1).0 * 1e9).round() as u64;
     check_bag(&made(FormatName::Mcap), (start_ns, pose(4).0));
 }
 
@@ -316,7 +354,7 @@ fn check_bag(made: &Made, (first_ns, last_s): (u64, f64)) {
     let _numbers = r.take(2 + 4 * 4);
     let (start_ns, end_ns) = (r.number(8), r.number(8));
     assert_eq!(start_ns, first_ns);
-    assert_eq!(end_ns as f64 * 1e-9, last_s);
+    assert_eq!((end_ns - START_NS) as f64 * 1e-9, last_s);
     let counts = r.map(2, 8);
 
     let mut topics = String::new();

@@ -6,7 +6,7 @@ mod ply;
 use std::collections::HashSet;
 use std::path::Path;
 
-use nemoral_scene::glam::DVec3;
+use nemoral_scene::glam::{DVec2, DVec3};
 use nemoral_scene::{Ontology, PointFlags, Semantic, TreeRecord};
 
 use crate::formats::tables;
@@ -53,6 +53,11 @@ pub struct CloudPoint {
     pub world_m: DVec3,
     /// The surface's normal in the world.
     pub normal: DVec3,
+    /// The vector from the scanner to it, in the world.
+    pub from_scanner_m: DVec3,
+    /// The number of the scan among those of the sequence, from 0: all scans of a frame follow each
+    /// other.
+    pub scan: u64,
     /// The frame's number in its sequence.
     pub frame: u64,
     /// The frame's time, seconds after the start of the sequence.
@@ -172,6 +177,8 @@ impl Cloud {
                     put(&CloudPoint {
                         world_m,
                         normal: world_from_lidar.transform_vector(point.normal.as_dvec3()),
+                        from_scanner_m: world_from_lidar.transform_vector(position_m),
+                        scan: record.index * self.spec().lidars.len() as u64 + i as u64,
                         frame: record.index,
                         time_s: record.time_s,
                         lidar: i as u8,
@@ -182,7 +189,27 @@ impl Cloud {
             }
             self.watch.done(frame + 1, total, record)?;
         }
+        if count == 0 && self.params.crop.is_some() {
+            return Err(self.nothing_there().into());
+        }
         Ok(count)
+    }
+
+    /// The error of a crop without points, which says where there are any.
+    fn nothing_there(&self) -> Error {
+        let frames = self.dataset.frames();
+        let places = frames.iter().filter(|f| f.sequence == self.number);
+        let places = places.map(|f| f.world_from_body().translation_m.truncate());
+        let (low, high) = places.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), p| {
+            (low.min(p), high.max(p))
+        });
+        let allowed = format!(
+            "a part of the world with points: the scanners were within ({:.1}, {:.1}) and \
+             ({:.1}, {:.1}), in world coordinates, from which site.origin_x_m and \
+             site.origin_y_m are subtracted",
+            low.x, low.y, high.x, high.y
+        );
+        Error::invalid("crop", "no point", allowed)
     }
 
     fn keeps(&self, p: &PlyPoint, world_m: DVec3, filled: &mut HashSet<[i64; 3]>) -> bool {

@@ -7,7 +7,7 @@ use std::io::{self, Seek, SeekFrom, Write};
 
 use laz::{LasZipCompressor, LazItemRecordBuilder, LazVlr, LazVlrBuilder};
 use nemoral_dataset::PlyPoint;
-use nemoral_scene::glam::DVec3;
+use nemoral_scene::glam::{DVec2, DVec3};
 
 /// Metres for a step of a coordinate.
 const STEP_M: f64 = 1e-4;
@@ -32,6 +32,10 @@ const EXTRA: [(&str, u8, u16); 9] = [
 pub(crate) struct LazPoint<'a> {
     pub(crate) recorded: &'a PlyPoint,
     pub(crate) world_m: DVec3,
+    /// The vector from the scanner to it, in the world.
+    pub(crate) from_scanner_m: DVec3,
+    /// `point_source_id`.
+    pub(crate) source: u16,
     /// The frame's time, seconds.
     pub(crate) time_s: f64,
     /// The number of the LiDAR, from 0.
@@ -174,8 +178,9 @@ fn record(p: &LazPoint<'_>, steps: DVec3) -> Vec<u8> {
     }
     out.u16((point.intensity.clamp(0.0, 1.0) * 65535.0).round() as u16);
     let (number, returns) = (point.return_number.clamp(1, 15), point.returns.clamp(1, 15));
-    out.bytes(&[number | returns << 4, 0, p.class, 0]);
-    out.u16(0).u16(u16::from(p.lidar) + 1);
+    out.bytes(&[number | returns << 4, 0, p.class, p.lidar + 1]);
+    out.bytes(&scan_angle(p.from_scanner_m, point.position_m.y).to_le_bytes());
+    out.u16(p.source);
     out.f64(p.time_s + point.time_ns as f64 * 1e-9);
     out.bytes(&[p.recorded.class, point.semantic as u8]);
     out.u32(point.object.to_image_id())
@@ -186,6 +191,18 @@ fn record(p: &LazPoint<'_>, steps: DVec3) -> Vec<u8> {
         .f32(point.incidence_cos);
     out.bytes(&[point.flags.0]);
     out.0
+}
+
+/// The angle of a pulse from straight down, in steps of 0.006°, negative to the left of where the
+/// scanner looks.
+fn scan_angle(from_scanner_m: DVec3, left_m: f32) -> i16 {
+    const STEP_DEG: f64 = 0.006;
+    let level_m = from_scanner_m.truncate().length();
+    let from_nadir_deg = DVec2::new(-from_scanner_m.z, level_m)
+        .to_angle()
+        .to_degrees();
+    let steps = (from_nadir_deg / STEP_DEG).round() as i16;
+    if left_m > 0.0 { -steps } else { steps }
 }
 
 /// The record that describes the extra bytes.

@@ -3,8 +3,9 @@
 //! SS/LIDAR/FFFFFF.laz
 //! ```
 //! x, y and z are the world's, at the frame's pose, in steps of 0.1 mm. `gps_time` is seconds after
-//! the start of the sequence, `intensity` that of the scan times 65535, `point_source_id` the
-//! number of the LiDAR, from 1. `classification` is by the table `asprs` unless another is given;
+//! the start of the sequence, `intensity` that of the scan times 65535, `point_source_id` and
+//! `user_data` the number of the LiDAR, from 1, `scan_angle` the pulse's from straight down.
+//! `classification` is by the table `asprs` unless another is given;
 //! what the data set knows besides is in extra dimensions: `class` and `semantic`, the object's
 //! `instance` (as in instance maps), `ring`, `pulse`, `range`, `range_true`, `incidence_cos`,
 //! `flags`.
@@ -103,8 +104,10 @@ impl Scan<'_> {
             let point = LazPoint {
                 recorded,
                 world_m: self.world_from_lidar.transform_point(position_m),
+                from_scanner_m: self.world_from_lidar.transform_vector(position_m),
                 time_s: self.time_s,
                 lidar: self.lidar,
+                source: u16::from(self.lidar) + 1,
                 class: self.labels.id_of_semantic(recorded.point.semantic) as u8,
             };
             writer.put(&point).expect(known);

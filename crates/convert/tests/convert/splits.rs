@@ -1,0 +1,73 @@
+//! Data sets that are split, in formats with a place for it.
+
+use std::path::Path;
+
+use nemoral_convert::FormatName;
+use nemoral_dataset::{DatasetHeader, Split};
+use serde_json::Value;
+
+use crate::common::{Made, header, made_of, text};
+
+/// A data set for tests, of one sequence.
+fn split() -> DatasetHeader {
+    let mut header = header();
+    header.sequences[0].split = Some(Split::Val);
+    header
+}
+
+fn json(path: impl AsRef<Path>) -> Value {
+    serde_json::from_str(&text(path)).expect("JSON")
+}
+
+fn made(format: FormatName) -> Made {
+    made_of(format, &split())
+}
+
+#[test]
+fn hugging_face_has_a_folder_for_each() {
+    let made = made(FormatName::HuggingFace);
+    let rows = text(made.out.join("data/validation/metadata.jsonl"));
+    assert_eq!(rows.lines().count(), 6);
+    for row in rows.lines() {
+        let row: Value = serde_json::from_str(row).expect("JSON");
+        let picture = row["file_name"].as_str().expect("a path");
+        assert!(made.out.join("data/validation").join(picture).is_file());
+        assert_eq!(
+            (&row["lens"], row["distortion"].as_array().map(Vec::len)),
+            (&Value::from("pinhole"), Some(5))
+        );
+    }
+    assert!(!made.out.join("data/metadata.jsonl").exists());
+    let card = text(made.out.join("README.md"));
+    assert!(
+        card.contains("  - split: validation\n    path: data/validation/**\n"),
+        "{card}"
+    );
+    let croissant = json(made.out.join("croissant.json"));
+    assert_eq!(croissant["recordSet"][0]["name"], "pictures-validation");
+    let rows = &croissant["distribution"][0];
+    assert_eq!(rows["contentUrl"], "data/validation/metadata.jsonl");
+    assert_eq!(
+        croissant["recordSet"][0]["field"][0]["source"]["fileObject"]["@id"],
+        rows["@id"]
+    );
+}
+
+#[test]
+fn coco_has_lists_for_each() {
+    let made = made(FormatName::Coco);
+    for list in ["instances", "panoptic"] {
+        let found = json(made.out.join(format!("{list}_val.json")));
+        assert_eq!(found["images"].as_array().map(Vec::len), Some(6));
+        assert!(!made.out.join(format!("{list}.json")).exists());
+    }
+}
+
+#[test]
+fn shards_of_webdataset_are_called_by_it() {
+    let made = made(FormatName::WebDataset);
+    let shard = made.out.join("val-00-000000.tar");
+    let bytes = std::fs::read(shard).expect("a shard");
+    let text = String::from_utf8_lossy(&bytes[512..4096]);
+    assert!(text.contains("\"split\":\"val\""), "{text}");
+}
