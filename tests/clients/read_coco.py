@@ -26,10 +26,10 @@ def kinds_of(sequence):
         return {int(row["image_id"]): row["kind"] for row in csv.DictReader(file)}
 
 
-def main(dataset, out):
-    dataset, out = Path(dataset), Path(out)
-    coco = COCO(str(out / "instances.json"))
-    panoptic = json.loads((out / "panoptic.json").read_text())
+def check(dataset, out, split):
+    """Checks the lists of a split (`_train`), or of all; how many of what there are."""
+    coco = COCO(str(out / f"instances{split}.json"))
+    panoptic = json.loads((out / f"panoptic{split}.json").read_text())
     segments = {a["image_id"]: a for a in panoptic["annotations"]}
     classes = {c["id"]: c for c in panoptic["categories"]}
     names = {c["id"]: c["name"] for c in coco.loadCats(coco.getCatIds())}
@@ -84,7 +84,15 @@ def main(dataset, out):
     precision = evaluation.eval["precision"][:, :, :, 0, -1]
     ap = precision[precision > -1].mean()
     assert ap == 1.0, ap
-    print(f"coco: {len(coco.imgs)} pictures, {objects} objects, {parts} segments equal; AP {ap}")
+    return len(coco.imgs), objects, parts
+
+
+def main(dataset, out):
+    dataset, out = Path(dataset), Path(out)
+    splits = [path.stem.removeprefix("instances") for path in sorted(out.glob("instances*.json"))]
+    counts = np.sum([check(dataset, out, split) for split in splits], axis=0)
+    pictures, objects, parts = counts.tolist()
+    print(f"coco: {pictures} pictures, {objects} objects, {parts} segments equal; AP 1.0")
 
 
 main(*sys.argv[1:])

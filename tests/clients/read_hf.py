@@ -24,12 +24,23 @@ from PIL import Image
 def main(dataset, out):
     dataset, out = Path(dataset), Path(out)
     manifest = json.loads((dataset / "dataset.json").read_text())
-    loaded = datasets.load_dataset(str(out), split="train")
+    loaded = datasets.load_dataset(str(out))
+    own = {s["number"]: s.get("split") for s in manifest["sequences"]}
+    names = {None: "train", "train": "train", "val": "validation", "test": "test"}
+    assert set(loaded) == {names[split] for split in own.values()}, loaded
     expected = sum(len(cameras(manifest, f["sequence"])) for f in manifest["frames"])
-    assert len(loaded) == expected, (len(loaded), expected)
-    columns = {n for n, f in loaded.features.items() if isinstance(f, datasets.Image)}
-    assert columns == {"image", "semantic", "instance", "depth", "normals"}, loaded.features
-    for row in loaded:
+    rows = [(split, row) for split, part in loaded.items() for row in part]
+    assert len(rows) == expected, (len(rows), expected)
+    for part in loaded.values():
+        columns = {n for n, f in part.features.items() if isinstance(f, datasets.Image)}
+        assert columns == {"image", "semantic", "instance", "depth", "normals"}, part.features
+    for split, row in rows:
+        assert names[own[row["sequence"]]] == split
+        lens = cameras(manifest, row["sequence"])
+        lens = next(c["intrinsics"] for c in lens if c["name"] == row["camera"])
+        lens = lens.get("distortion", {"model": "none"})
+        assert row["lens"] == {"none": "pinhole"}.get(lens["model"], lens["model"])
+        assert row["distortion"][0] == lens.get("k1", 0) and len(row["distortion"]) == 5
         source = dataset / "sequences" / f"{row['sequence']:02}"
         first = cameras(manifest, row["sequence"])[0]["name"] == row["camera"]
         folder = source if first else source / row["camera"]
@@ -47,10 +58,11 @@ def main(dataset, out):
     metadata = mlcroissant.Dataset(jsonld=str(out / "croissant.json")).metadata
     errors = sorted(metadata.ctx.issues.errors)
     assert not errors, errors
-    print(f"hf: {len(loaded)} rows equal; Croissant: 0 errors, "
+    print(f"hf: {len(rows)} rows equal; Croissant: 0 errors, "
           f"{len(metadata.ctx.issues.warnings)} warnings {sorted(metadata.ctx.issues.warnings)}")
-    records = mlcroissant.Dataset(jsonld=str(out / "croissant.json")).records("pictures")
-    assert sum(1 for _ in records) == expected
+    parts = {f"-{names[split]}" if split else "" for split in own.values()}
+    croissant = mlcroissant.Dataset(jsonld=str(out / "croissant.json"))
+    assert sum(1 for part in parts for _ in croissant.records(f"pictures{part}")) == expected
 
 
 main(*sys.argv[1:])

@@ -19,8 +19,11 @@ def main(dataset, out):
     images = points = 0
     worst = 0.0
     for file in sorted(out.glob("*/transforms.json")):
-        meta = json.loads(file.read_text())
-        by_name = {f["file_path"]: f for f in meta["frames"]}
+        metas = [json.loads(path.read_text()) for path in file.parent.glob("transforms*.json")]
+        # nerfstudio takes the file's model for all of its frames.
+        assert all(f["camera_model"] == m["camera_model"] for m in metas for f in m["frames"])
+        meta = metas[0]
+        by_name = {f["file_path"]: f for m in metas for f in m["frames"]}
         for frame in frames(manifest, int(file.parent.name)):
             world = scan(dataset, manifest, frame)
             for camera in cameras(manifest, frame["sequence"]):

@@ -40,6 +40,11 @@ const CORE_S_PER_MEGABOUNCE: f64 = 3.0;
 /// The same for the light of each lamp in a megapixel.
 const CORE_S_PER_MEGALAMP: f64 = 0.9;
 
+/// Seconds of one core to grow the plants of all sequences, with eight trees of each species; and
+/// to grow a world of its own around its first frame, at least and with trees to 300 m.
+const CORE_S_PER_LIBRARY: f64 = 5.0;
+const CORE_S_PER_WORLD: [f64; 2] = [2.0, 10.0];
+
 /// The estimated cost of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
@@ -87,13 +92,17 @@ pub fn estimate(config: &Config, sequences: u32) -> Estimate {
     } else {
         BYTES_PER_POINT
     };
+    let library = CORE_S_PER_LIBRARY * f64::from(config.assets.individuals) / 8.0;
+    let [least, most] = CORE_S_PER_WORLD;
+    let far = (config.chunks.visible_radius_m / 300.0).powi(2);
+    let growing = library + f64::from(sequences) * (least + (most - least) * far);
     let frames = config.frames as f64 * f64::from(sequences);
     bytes += pulses * RETURNS * per_point;
     seconds += rays / 1e6 * CORE_S_PER_MEGARAY;
     Estimate {
         frames: config.frames.saturating_mul(sequences.into()),
         gigabytes: frames * bytes / 1e9,
-        core_minutes: frames * seconds / 60.0,
+        core_minutes: (growing + frames * seconds) / 60.0,
     }
 }
 

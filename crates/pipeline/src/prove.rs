@@ -1,6 +1,6 @@
 //! The checks of a world before its first frame.
 
-use crate::config::Config;
+use crate::config::{Camera, CameraOptics, Config};
 use crate::plan::Runner;
 use crate::{Error, ForestPlan};
 
@@ -33,11 +33,53 @@ pub(crate) fn prove(
         .note()
         .map(str::to_owned)
         .into_iter()
+        .chain(stocking_note(config))
+        .chain(
+            config
+                .all_cameras()
+                .filter_map(|(path, camera)| centre_note(&path, camera)),
+        )
         .chain(ground.note_of_plot())
         .chain(of_plot)
         .chain(runner.get(forest.assets, ())?.models.notes.iter().cloned())
         .collect();
     Ok((!notes.is_empty()).then(|| notes.join("; ")))
+}
+
+/// More basal area than woods have, m²/ha: dense ones have 60, old conifers of wet coasts 100.
+const MOST_BASAL_AREA: f64 = 100.0;
+
+/// A note of a stand that is denser than any.
+fn stocking_note(config: &Config) -> Option<String> {
+    let (assets, placement) = (&config.assets, &config.placement);
+    let per_ha = placement.trees * 1e4 / config.chunks.size_m.powi(2);
+    // The mean square of Weibull's distribution.
+    let gamma = |n: f64| libm::tgamma(1.0 + n / assets.dbh_shape);
+    let mean_square_m2 = assets.dbh_mean_m.powi(2) * gamma(2.0) / gamma(1.0).powi(2);
+    let basal_area = per_ha * std::f64::consts::FRAC_PI_4 * mean_square_m2;
+    (basal_area > MOST_BASAL_AREA).then(|| {
+        format!(
+            "placement.trees and assets.dbh_mean_m ask for {per_ha:.0} trees and about \
+             {basal_area:.0} m² of basal area per hectare; woods rarely have more than 60"
+        )
+    })
+}
+
+/// A note of a camera whose axis is outside of its picture.
+fn centre_note(path: &str, camera: &Camera) -> Option<String> {
+    let CameraOptics::Calibration(c) = &camera.optics else {
+        return None;
+    };
+    let (width, height) = (camera.width_px, camera.height_px);
+    let is_inside =
+        (0.0..=f64::from(width)).contains(&c.cx_px) && (0.0..=f64::from(height)).contains(&c.cy_px);
+    (!is_inside).then(|| {
+        format!(
+            "{path}.calibration: the principal point ({}, {}) is outside of the picture of \
+             {width} x {height}: is it the calibration of a larger one?",
+            c.cx_px, c.cy_px
+        )
+    })
 }
 
 /// Refuses a frame beyond the sequence.

@@ -1,12 +1,14 @@
 //! nerfstudio's `transforms.json`, a folder for each sequence:
 //! ```text
 //! SS/images/CAMERA/FFFFFF.png
-//! SS/transforms.json
+//! SS/transforms.json            the cameras of the first one's kind: a lens, or a fisheye
+//! SS/transforms_fisheye.json    those of the other kind, if there are any (or transforms_lens.json)
 //! ```
 //! `transform_matrix` takes points of the camera (x right, y up, z backward, as OpenGL's) to a
 //! world in metres with z up, whose origin is the first camera's place at the first frame, rounded
 //! to metres, and whose axes are the data set's; `origin_m` is that place. Every frame has its own
-//! camera: `OPENCV` or `OPENCV_FISHEYE`; the first pixel's centre is (0.5, 0.5). `time` is in
+//! camera, but a file has one kind, `OPENCV` or `OPENCV_FISHEYE`, as readers take the file's for
+//! all; the first pixel's centre is (0.5, 0.5). `time` is in
 //! seconds. Source: nerfstudio's page "Data conventions".
 
 use nemoral_dataset::Manifest;
@@ -35,30 +37,48 @@ impl Format for Nerfstudio {
                     return Ok(String::new());
                 };
                 let origin = first.translation_m.round();
-                let mut text = format!(
-                    "{{\"camera_model\":\"OPENCV\",\"orientation_override\":\"none\",\
-                     \"origin_m\":{},\n\"frames\":[",
-                    json!(origin.to_array())
-                );
-                let mut comma = "\n";
-                for frame in source.frames(sequence.number) {
-                    for camera in sequence.cameras {
-                        let pose = frame.world_from_body() * camera.body_from_camera;
-                        let matrix = matrix(&RigidTransform {
-                            translation_m: pose.translation_m - origin,
-                            ..pose
-                        });
-                        let mut one = camera_keys(&camera.intrinsics);
-                        let path = format!("images/{}/{:06}.png", camera.name, frame.index);
-                        one["file_path"] = path.into();
-                        one["time"] = frame.time_s.into();
-                        one["transform_matrix"] = json!(matrix);
-                        text += &format!("{comma}{one}");
-                        comma = ",\n";
+                let is_first_fisheye = is_fisheye(&sequence.cameras[0].intrinsics);
+                for fisheye in [is_first_fisheye, !is_first_fisheye] {
+                    let cameras = || {
+                        sequence
+                            .cameras
+                            .iter()
+                            .filter(|c| is_fisheye(&c.intrinsics) == fisheye)
+                    };
+                    if cameras().next().is_none() {
+                        continue;
                     }
+                    let model = if fisheye { "OPENCV_FISHEYE" } else { "OPENCV" };
+                    let mut text = format!(
+                        "{{\"camera_model\":\"{model}\",\"orientation_override\":\"none\",\
+                     \"origin_m\":{},\n\"frames\":[",
+                        json!(origin.to_array())
+                    );
+                    let mut comma = "\n";
+                    for frame in source.frames(sequence.number) {
+                        for camera in cameras() {
+                            let pose = frame.world_from_body() * camera.body_from_camera;
+                            let matrix = matrix(&RigidTransform {
+                                translation_m: pose.translation_m - origin,
+                                ..pose
+                            });
+                            let mut one = camera_keys(&camera.intrinsics);
+                            let path = format!("images/{}/{:06}.png", camera.name, frame.index);
+                            one["file_path"] = path.into();
+                            one["time"] = frame.time_s.into();
+                            one["transform_matrix"] = json!(matrix);
+                            text += &format!("{comma}{one}");
+                            comma = ",\n";
+                        }
+                    }
+                    text += "\n]}\n";
+                    let name = match fisheye {
+                        kind if kind == is_first_fisheye => "transforms",
+                        true => "transforms_fisheye",
+                        false => "transforms_lens",
+                    };
+                    files.put(format!("{:02}/{name}.json", sequence.number), text);
                 }
-                text += "\n]}\n";
-                files.put(format!("{:02}/transforms.json", sequence.number), text);
                 Ok(String::new())
             })?;
         }
@@ -74,6 +94,10 @@ fn matrix(pose: &RigidTransform) -> [[f64; 4]; 4] {
     }
     .to_rows();
     [a, b, c, [0.0, 0.0, 0.0, 1.0]]
+}
+
+fn is_fisheye(k: &Intrinsics) -> bool {
+    matches!(k.distortion, Distortion::Fisheye { .. })
 }
 
 /// The keys that describe a camera.

@@ -27,6 +27,9 @@ pub(crate) fn compare(
         }
         differs(root, &format!("sequences.{i}"), found, asked)?;
     }
+    // Lists of different lengths are told by their lengths.
+    let [there, wanted] = [&found, &asked].map(|h| Value::from(sequences(h)));
+    differs(root, "number of sequences", &there, &wanted)?;
     differs(root, "", &found, &asked)
 }
 

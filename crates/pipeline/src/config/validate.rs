@@ -273,6 +273,13 @@ impl Config {
             let must = format!("be below assets.dbh_max_m = {}", a.dbh_max_m);
             out.refuse("assets.dbh_min_m", a.dbh_min_m, &must);
         }
+        if !(a.dbh_min_m..=a.dbh_max_m).contains(&a.dbh_mean_m) {
+            let must = format!(
+                "be from assets.dbh_min_m = {} to assets.dbh_max_m = {}",
+                a.dbh_min_m, a.dbh_max_m
+            );
+            out.refuse("assets.dbh_mean_m", a.dbh_mean_m, &must);
+        }
         let shrubs = a.gorse + a.heather + a.bramble + self.share_of_models(ModelKind::Shrub);
         if p.shrubs > 0.0 && shrubs <= 0.0 {
             out.add(

@@ -50,8 +50,10 @@ const CULVERT_M: f64 = 0.8;
 const FACE_SLOPE: f64 = 1.05;
 const FACE_MARGIN: f64 = 0.4;
 
-/// By how much wetter than in the open the ground of a wood is where it is bare mud.
+/// By how much wetter than in the open the ground of a wood is where it is bare mud, and how much
+/// less ragged its border is: litter lies on all but the middle of a hollow.
 const LITTER_OVER_MUD: f64 = 0.2;
+const SMOOTHER: f64 = 0.8;
 
 const THROWN: Domain = Domain::new("pipeline.thrown");
 const HISTORY: Domain = Domain::new("pipeline.history");
@@ -566,8 +568,10 @@ impl ChunkGround {
     pub(crate) fn is_mud(&self, world_m: DVec2, wetness: f64, wave: impl Fn() -> f64) -> bool {
         self.conditions.is_mud(wetness, &wave) && {
             let lies = (0.5 * self.bank_m(world_m) - 0.25).clamp(0.0, 1.0);
-            let covered = LITTER_OVER_MUD * self.litterfall(world_m) * lies;
-            self.conditions.is_mud(wetness - covered, wave)
+            let covered = self.litterfall(world_m) * lies;
+            let wave = || wave() * (1.0 - SMOOTHER * covered);
+            self.conditions
+                .is_mud(wetness - LITTER_OVER_MUD * covered, wave)
         }
     }
 

@@ -12,11 +12,12 @@ section! {
         /// plants. 0 is the world's own or, if there are several sequences, one for each split. No
         /// other value may be in two splits.
         seed: u64 = 0, Whole(0, i64::MAX), "plants are grown once for each split";
-        /// Individuals of each tree species.
+        /// Individuals of each tree species, of which all others are copies. A stand has as many
+        /// shapes, and its diameters and heights are scattered about theirs: take 64 to study those.
         individuals: u32 = 8, Whole(1, 64), "our choice: 8-16 look varied";
         /// Wood thicker than this radius is trunk, thinner wood is canopy.
         trunk_radius_m: f64 = 0.04, Real(0.005, 1.0), "our choice";
-        /// Mean stem diameter at breast height.
+        /// Mean stem diameter at breast height, before diameters are kept within the next two.
         dbh_mean_m: f64 = 0.26, Real(0.08, 0.8), "our choice: managed stands";
         /// Shape of the Weibull distribution of diameters: 1.2 for uneven-aged stands, 3 for
         /// even-aged ones.
