@@ -76,7 +76,7 @@ fn shaded_hit(
     };
     let linear = instance.linear.as_dmat3();
     let [edge_u, edge_v] = shape.edges();
-    let mut blend = None;
+    let mut mixture = None;
     let mut ambient_occlusion = 1.0;
     let card_uv = || surface.card_uv(m.u, m.v);
     let card_uv_area = || surface.window.as_ref().map_or(1.0, TextureWindow::area);
@@ -90,11 +90,8 @@ fn shaded_hit(
             }
             _ => None,
         };
-        blend = mesh.blends.get(number as usize).and_then(|blend| {
-            let [a, b, c] = blend.shares.map(f64::from);
-            let share = (a * (1.0 - u - v) + b * u + c * v) as f32;
-            (share > 0.0).then_some((blend.other, share))
-        });
+        let blend = mesh.blends.get(number as usize).filter(|b| !b.is_uniform());
+        mixture = blend.map(|b| b.at([1.0 - u - v, u, v].map(|weight| weight as f32)));
         if let Some(occlusion) = blas.prototype().ambient_occlusion() {
             ambient_occlusion = occlusion.in_triangle(triangle.corners, u as f32, v as f32);
         }
@@ -134,7 +131,7 @@ fn shaded_hit(
             normal: (shading * side).as_vec3(),
             uv,
             uv_per_m: (uv_area / area).sqrt() as f32,
-            blend,
+            mixture,
             variation: instance.variation,
             ambient_occlusion,
         },

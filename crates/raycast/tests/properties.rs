@@ -8,7 +8,7 @@ use common::{Groups, cube, direction, place, ray, rng, scene, soup};
 use glam::{Mat3, Vec2, Vec3};
 use nemoral_raycast::{Blas, BruteForce, Group, RayScene};
 use nemoral_scene::{
-    AlphaMask, Blend, Card, Hit, Material, MaterialId, MaterialLibrary, Mesh, ObjectId, Ray,
+    AlphaMask, Blend, Card, GroundMixture, Hit, Material, MaterialId, MaterialLibrary, Mesh, ObjectId, Ray,
     RayCaster, Semantic, SurfaceHit,
 };
 use nemoral_seed::Draw;
@@ -201,19 +201,25 @@ fn colours_pass_over_between_the_corners() {
     ]);
     let mut library = plain();
     let other = library.add(Material::plain("other", Semantic::Soil, Vec3::ONE));
-    let shares = [0.0, 0.5, 1.0];
-    mesh.blends = vec![Blend { other, shares }, Blend::NONE];
+    let corners = [[OPAQUE, OPAQUE], [OPAQUE, other], [other, other]];
+    mesh.blends = vec![Blend { corners }, Blend::uniform(OPAQUE)];
     let forest = RayScene::new(alone(
         &common::blas(mesh, Vec::new(), &library),
         Mat3::IDENTITY,
     ));
     let seen = |x: f32, y: f32| {
         let ray = Ray::new(Vec3::new(x, y, 3.0), -Vec3::Z);
-        forest.closest_hit(&ray).expect("a hit").shading.blend
+        forest.closest_hit(&ray).expect("a hit").shading.mixture
     };
-    assert_eq!(seen(2.0, 1.0), Some((other, 0.5)));
-    assert_eq!(seen(1.0, 2.5), Some((other, 0.75)));
-    assert_eq!(seen(0.0, 0.0), None);
+    let mixture = |share: f32| {
+        Some(GroundMixture {
+            materials: [OPAQUE, other, other],
+            shares: [1.0 - share, share, 0.0],
+        })
+    };
+    assert_eq!(seen(2.0, 1.0), mixture(0.5));
+    assert_eq!(seen(1.0, 2.5), mixture(0.75));
+    assert_eq!(seen(0.0, 0.0), mixture(0.0));
     assert_eq!(seen(-8.0, 1.0), None);
 }
 

@@ -39,9 +39,8 @@ pub struct Shading {
     pub uv: Vec2,
     /// Texture repetitions per metre of surface at the hit.
     pub uv_per_m: f32,
-    /// The ground material that the colour blends into here, and its share, 0..=1, before the
-    /// border is roughened.
-    pub blend: Option<(MaterialId, f32)>,
+    /// The ground materials whose colours meet here; `None` where there is the surface's own alone.
+    pub mixture: Option<GroundMixture>,
     /// The instance's colour variation, 0..1; 0.5 is the material's own colour.
     pub variation: f32,
     /// The share of the light from all around that other parts of the same shape let through,

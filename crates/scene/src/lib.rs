@@ -79,7 +79,7 @@ pub use instanced::{InstanceGroup, InstancedScene, PlacedGroup};
 pub use inventory::{DeadwoodRecord, DecayStage, ObjectKind, ObjectRecord, TreeRecord};
 pub use mask::{AlphaMask, MaskError};
 pub use material::{LaserBand, Liquid, Material, MaterialId, MaterialLibrary, Optics};
-pub use mesh::{Blend, Card, Mesh, Triangle};
+pub use mesh::{Blend, Card, GroundMixture, Mesh, Triangle};
 pub use motion::{Shutter, Twist};
 pub use object::ObjectId;
 pub use ontology::{Class, Ontology};

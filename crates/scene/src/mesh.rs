@@ -14,26 +14,80 @@ pub struct Triangle {
     pub material: MaterialId,
 }
 
-/// The blend of a triangle's colour into that of its neighbours, so that no border between two
-/// grounds is sharp.
+/// The materials whose colours a triangle of the ground has at its corners, between which they
+/// pass over into each other, so that no border between grounds is sharp.
 ///
-/// Everything else comes from the triangle's own material: class, roughness, what a laser gets
-/// back.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Everything but colour and roughness comes from the triangle's own material: its class, and what
+/// a laser gets back.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Blend {
-    /// The neighbours' material.
-    pub other: MaterialId,
-    /// Its share at the triangle's corners, 0..=1.
-    pub shares: [f32; 3],
+    /// Of each corner two halves, which are equal inside of a ground.
+    pub corners: [[MaterialId; 2]; 3],
 }
 
 impl Blend {
-    /// No blending.
-    pub const NONE: Self = Self {
-        other: MaterialId(0),
-        shares: [0.0; 3],
-    };
+    /// One material at all corners.
+    #[must_use]
+    pub const fn uniform(material: MaterialId) -> Self {
+        Self {
+            corners: [[material; 2]; 3],
+        }
+    }
+
+    /// The one material of all corners, if there is one.
+    #[must_use]
+    pub fn is_uniform(&self) -> bool {
+        let all = self.corners.as_flattened();
+        all.iter().all(|material| *material == all[0])
+    }
+
+    /// The three lowest of the corners' materials, in order; the last is repeated if there are
+    /// fewer. More than three are rare, and the lowest stands for the others.
+    #[must_use]
+    pub fn materials(&self) -> [MaterialId; 3] {
+        let all = self.corners.as_flattened();
+        let above = |low: MaterialId| all.iter().copied().filter(|&m| m > low).min().unwrap_or(low);
+        let first = all.iter().copied().min().expect("there are six halves");
+        let second = above(first);
+        [first, second, above(second)]
+    }
+
+    /// Which of [`materials`](Self::materials) the halves of each corner are, lower ones first.
+    #[must_use]
+    pub fn numbers(&self) -> [[usize; 2]; 3] {
+        let materials = self.materials();
+        let number = |m: MaterialId| materials.iter().position(|&known| known == m).unwrap_or(0);
+        self.corners.map(|halves| {
+            let mut numbers = halves.map(number);
+            numbers.sort_unstable();
+            numbers
+        })
+    }
+
+    /// The mixture at a place whose weights are those of the corners, which sum to 1.
+    #[must_use]
+    pub fn at(&self, weights: [f32; 3]) -> GroundMixture {
+        let mut shares = [0.0; 3];
+        for (halves, weight) in self.numbers().into_iter().zip(weights) {
+            for number in halves {
+                shares[number] += 0.5 * weight;
+            }
+        }
+        GroundMixture {
+            materials: self.materials(),
+            shares,
+        }
+    }
+}
+
+/// Ground materials that meet at a place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GroundMixture {
+    /// In the order of their ids.
+    pub materials: [MaterialId; 3],
+    /// Of each its share, 0..=1, before borders are roughened. They sum to 1.
+    pub shares: [f32; 3],
 }
 
 /// Indexed triangles with per-vertex normals and texture coordinates.

@@ -52,15 +52,6 @@ pub enum PrototypeError {
         /// How many triangles there are.
         triangles: usize,
     },
-    /// A blend's share is not within 0..=1.
-    Share {
-        /// The shape's name.
-        name: String,
-        /// The triangle's number.
-        triangle: usize,
-        /// The offending share.
-        share: f32,
-    },
     /// A triangle's corner is out of range.
     Index {
         /// The shape's name.
@@ -131,15 +122,6 @@ impl fmt::Display for PrototypeError {
                 f,
                 "shape `{name}` has {blends} blends for {triangles} triangles: give one of each, \
                  or none"
-            ),
-            Self::Share {
-                name,
-                triangle,
-                share,
-            } => write!(
-                f,
-                "shape `{name}`, triangle {triangle}: its blend has a share of {share}, allowed is \
-                 0..=1"
             ),
             Self::Index {
                 name,
@@ -217,15 +199,6 @@ impl Prototype {
                 triangles: mesh.triangles.len(),
             });
         }
-        for (triangle, blend) in mesh.blends.iter().enumerate() {
-            if let Some(&share) = blend.shares.iter().find(|s| !(0.0..=1.0).contains(*s)) {
-                return Err(PrototypeError::Share {
-                    name,
-                    triangle,
-                    share,
-                });
-            }
-        }
         for (i, triangle) in mesh.triangles.iter().enumerate() {
             if let Some(&index) = triangle.corners.iter().find(|&&c| c as usize >= vertices) {
                 return Err(PrototypeError::Index {
@@ -240,7 +213,7 @@ impl Prototype {
             .triangles
             .iter()
             .map(|t| t.material)
-            .chain(mesh.blends.iter().map(|b| b.other))
+            .chain(mesh.blends.iter().flat_map(|b| b.corners).flatten())
             .chain(cards.iter().map(|c| c.material));
         let materials = library.materials().len();
         for material in used {

@@ -140,7 +140,7 @@ fn edges<const N: usize>(corners: [u32; N]) -> [Edge; N] {
 pub(crate) fn find(mesh: &Mesh, library: &MaterialLibrary) -> Vec<Quad> {
     let masked = |i: usize| {
         let material = library.get(mesh.triangles[i].material);
-        let blends = mesh.blends.get(i).is_some_and(|b| b.shares != [0.0; 3]);
+        let blends = mesh.blends.get(i).is_some_and(|b| !b.is_uniform());
         material.mask.is_some() && !blends
     };
     let count = mesh.triangles.len();

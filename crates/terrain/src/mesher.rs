@@ -120,8 +120,8 @@ impl GroundMesher {
     /// position modulo 1024 m. Triangles are counter-clockwise seen from above. `material` is
     /// called for each vertex, with its world position and whether it is inside the zone, on both
     /// sides if it is on a break-line. A triangle is of the material of its corners; where these
-    /// differ, of that of its centroid. Where materials meet they blend within a cell, half and
-    /// half on the line.
+    /// differ, of that of its centroid. Where materials meet, their colours pass over into each
+    /// other within a cell, half and half on the line ([`Blend`]).
     ///
     /// Vertices on a border shared by two chunks have the same bits on both sides, if `surface` and
     /// `zones` are pure functions of the world position there.
@@ -411,23 +411,8 @@ impl Cutter<'_> {
             (self.material)((a + b + c) / 3.0, inside)
         };
         work.mesh.triangles.push(Triangle { corners, material });
-        work.mesh.blends.push(blend(material, sides));
+        work.mesh.blends.push(Blend { corners: sides });
     }
-}
-
-/// The blend of a triangle of `material` by its corners. Where three materials meet, it blends into
-/// one of the other two.
-fn blend(material: MaterialId, corners: [[MaterialId; 2]; 3]) -> Blend {
-    let others = corners.as_flattened().iter().filter(|&&m| m != material);
-    // The lowest is taken, whichever corner comes first.
-    let Some(&other) = others.min_by_key(|m| m.0) else {
-        return Blend::NONE;
-    };
-    let shares = corners.map(|sides| {
-        let of_other = sides.iter().filter(|&&side| side == other).count();
-        0.5 * of_other as f32
-    });
-    Blend { other, shares }
 }
 
 /// A zero of `f` in 0..1 between values of different signs, to within `step` or [`ROOT_M`] of

@@ -119,13 +119,9 @@ fn shares_inside(m: &Mesh) -> Vec<f32> {
     assert_eq!(m.blends.len(), m.triangles.len());
     let mut shares = vec![f32::NAN; m.positions.len()];
     for (t, blend) in m.triangles.iter().zip(&m.blends) {
-        for (corner, share) in t.corners.into_iter().zip(blend.shares) {
-            assert!(share == 0.0 || blend.other != t.material);
-            let inside = if t.material == INSIDE {
-                1.0 - share
-            } else {
-                share
-            };
+        for (corner, halves) in t.corners.into_iter().zip(blend.corners) {
+            let of_zone = halves.iter().filter(|&&half| half == INSIDE).count();
+            let inside = 0.5 * of_zone as f32;
             let known = &mut shares[corner as usize];
             assert!(known.is_nan() || *known == inside, "{known} {inside}");
             *known = inside;

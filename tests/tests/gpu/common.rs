@@ -57,6 +57,7 @@ impl RandomForest {
         };
         let soil = floor("soil", Vec3::splat(0.2));
         let moss = floor("moss", Vec3::new(0.02, 0.1, 0.02));
+        let litter = floor("litter", Vec3::new(0.4, 0.2, 0.1));
         let bark = materials.add(Material::plain("bark", Semantic::Stem, Vec3::splat(0.1)));
         let leaf = |rng: &mut PhiloxRng, semantic, width, height| Material {
             mask: Some(Arc::new(change(mask(rng, width, height)))),
@@ -69,7 +70,7 @@ impl RandomForest {
         let shapes: Vec<Arc<Blas>> = (0..6)
             .map(|_| plant(rng, bark, leaves, &materials))
             .collect();
-        let ground = ground(rng, [soil, moss], &materials);
+        let ground = ground(rng, [soil, moss, litter], &materials);
         let group = |chunk: i32, rng: &mut PhiloxRng| {
             let mut instances = vec![placed(&ground, Vec3::ZERO, Mat3::IDENTITY, ObjectId::NONE)];
             for item in 1..=30_u16 {
@@ -188,10 +189,11 @@ pub(super) fn plant(
     shape(mesh, cards, materials)
 }
 
-/// A chunk of bumpy ground, soil in the south and moss in the north, with a broad border of both.
+/// A chunk of bumpy ground, of the class of soil in the south and of moss in the north, with patches
+/// of soil, moss and litter.
 pub(super) fn ground(
     rng: &mut PhiloxRng,
-    [soil, moss]: [MaterialId; 2],
+    [soil, moss, litter]: [MaterialId; 3],
     materials: &MaterialLibrary,
 ) -> Arc<Blas> {
     const SIDE: u32 = 25;
@@ -211,18 +213,21 @@ pub(super) fn ground(
         for j in 0..SIDE {
             let k = i * (SIDE + 1) + j;
             for corners in [[k, k + SIDE + 1, k + SIDE + 2], [k, k + SIDE + 2, k + 1]] {
-                let (material, other) = if j <= SIDE / 2 {
-                    (soil, moss)
-                } else {
-                    (moss, soil)
+                let material = if j <= SIDE / 2 { soil } else { moss };
+                // Three grounds, of which two meet in many triangles, and all in some.
+                let of_corner = |corner: u32| {
+                    let (column, row) = (corner / (SIDE + 1), corner % (SIDE + 1));
+                    let halves = |n: u32| if n % 5 < 2 { soil } else { moss };
+                    if (column + 2 * row) % 7 == 3 {
+                        [litter; 2]
+                    } else {
+                        [halves(row), halves(row + column / 3)]
+                    }
                 };
-                let shares = corners.map(|corner| {
-                    let north =
-                        ((corner % (SIDE + 1)) as f32 / SIDE as f32 * 1.5 - 0.25).clamp(0.0, 1.0);
-                    if material == moss { 1.0 - north } else { north }
-                });
                 mesh.triangles.push(Triangle { corners, material });
-                mesh.blends.push(Blend { other, shares });
+                mesh.blends.push(Blend {
+                    corners: corners.map(of_corner),
+                });
             }
         }
     }

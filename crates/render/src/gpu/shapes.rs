@@ -6,7 +6,7 @@ use std::sync::{Arc, Weak};
 
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
-use nemoral_scene::{AmbientOcclusion, Blend, Card, Prototype, TextureWindow};
+use nemoral_scene::{AmbientOcclusion, Blend, Card, MaterialId, Prototype, TextureWindow};
 
 use super::buffer_pool::{BufferPool, Range, bytes_of_pages};
 use super::octahedral::octahedral;
@@ -18,6 +18,7 @@ use super::{Gpu, GpuError};
 #[derive(Clone, Copy, Pod, Zeroable)]
 struct TriangleRecord {
     a: [f32; 3],
+    /// See `materials_of`.
     material: u32,
     b: [f32; 3],
     normal_a: u32,
@@ -218,9 +219,11 @@ fn triangles(prototype: &Prototype) -> Vec<TriangleRecord> {
         let [normal_a, normal_b, normal_c] =
             (t.corners).map(|i| octahedral(mesh.normal(i).unwrap_or(flat)));
         let [uv_a, uv_b, uv_c] = t.corners.map(|i| mesh.uv(i).to_array());
+        let blend = mesh.blends.get(i).filter(|b| !b.is_uniform());
+        let lowest = blend.map_or(t.material, |b| b.materials()[0]);
         TriangleRecord {
             a: a.to_array(),
-            material: u32::from(t.material.0),
+            material: materials_of(t.material, lowest),
             b: b.to_array(),
             normal_a,
             c: c.to_array(),
@@ -229,7 +232,7 @@ fn triangles(prototype: &Prototype) -> Vec<TriangleRecord> {
             uv_b,
             uv_c,
             normal_c,
-            extra: match (mesh.blends.get(i), prototype.ambient_occlusion()) {
+            extra: match (blend, prototype.ambient_occlusion()) {
                 (Some(blend), _) => packed_blend(blend),
                 (None, Some(near)) => packed_ambient_occlusion(near, t.corners),
                 (None, None) => 0,
@@ -257,7 +260,7 @@ fn windowed_cards(prototype: &Prototype) -> impl Iterator<Item = TriangleRecord>
         let near = prototype.ambient_occlusion().map(|near| near.cards[i]);
         [[0, 1, 2], [0, 2, 3]].map(|[a, b, c]: [usize; 3]| TriangleRecord {
             a: points[a],
-            material: u32::from(card.material.0),
+            material: materials_of(card.material, card.material),
             b: points[b],
             normal_a: normal,
             c: points[c],
@@ -271,14 +274,34 @@ fn windowed_cards(prototype: &Prototype) -> impl Iterator<Item = TriangleRecord>
     })
 }
 
-/// The other material in the upper bits, above three shares of five bits each, in thirtieths, so
-/// that a half is exact.
-fn packed_blend(blend: &Blend) -> u32 {
-    let [a, b, c] = blend
-        .shares
-        .map(|s| (s.clamp(0.0, 1.0) * 30.0).round() as u32);
-    u32::from(blend.other.0) << 16 | c << 10 | b << 5 | a
+/// A triangle's own material, and above it the lowest of those that meet in its colour.
+fn materials_of(own: MaterialId, lowest: MaterialId) -> u32 {
+    u32::from(lowest.0) << 16 | u32::from(own.0)
 }
+
+/// So many materials have ids that fit into a blend; those of grounds are among the first.
+const BLENDED_MAX: u16 = 1 << 11;
+
+/// The second and the third of a blend's materials, eleven bits each, in bits 16 to 31 and 9 to 14,
+/// and three bits for each corner, which number the pairs of its halves. Materials whose ids are
+/// too high are left out: the lowest stands for them.
+fn packed_blend(blend: &Blend) -> u32 {
+    let fits = |m: &MaterialId| m.0 < BLENDED_MAX;
+    let materials = blend.materials();
+    let [second, third] = [materials[1], materials[2]].map(|m| if fits(&m) { m.0 } else { 0 });
+    let code = |halves: [usize; 2]| {
+        let halves = halves.map(|n| if n == 0 || fits(&materials[n]) { n } else { 0 });
+        let pair = [halves[0].min(halves[1]), halves[0].max(halves[1])];
+        let known = PAIRS.iter().position(|known| *known == pair);
+        known.expect("all pairs of three") as u32
+    };
+    let [a, b, c] = blend.numbers().map(code);
+    let (second, third) = (u32::from(second), u32::from(third));
+    third >> 6 << 27 | second << 16 | (third & 63) << 9 | c << 6 | b << 3 | a
+}
+
+/// The pairs of halves of a corner, as `shares_of` in `surface.wgsl` has them.
+const PAIRS: [[usize; 2]; 6] = [[0, 0], [1, 1], [2, 2], [0, 1], [0, 2], [1, 2]];
 
 /// A byte for each corner, and bit 15, which is not set in any blend.
 fn packed_ambient_occlusion(near: &AmbientOcclusion, corners: [u32; 3]) -> u32 {

@@ -50,8 +50,8 @@ impl Place {
     }
 }
 
-/// The albedo and the roughness of the ground at a hit at a height, from its material and the one
-/// that it blends into there.
+/// The albedo and the roughness of the ground at a hit at a height, from the materials that meet
+/// there.
 pub(crate) fn look(
     materials: &MaterialLibrary,
     hit: &Hit,
@@ -67,22 +67,37 @@ pub(crate) fn look(
         let albedo = of_texture(&m.albedo, place, m.tile_m, footprint_m);
         (albedo, m.roughness)
     };
-    let Some((other, share)) = hit.shading.blend else {
+    let Some(mixture) = hit.shading.mixture else {
         return of(hit.surface.material);
     };
-    // The same patches lie on top on both sides of a border.
-    let share = if hit.surface.material.0 < other.0 {
-        ragged(share, hit.shading.uv)
-    } else {
-        1.0 - ragged(1.0 - share, hit.shading.uv)
+    // Higher materials lie on lower ones, whichever triangle of a border is seen.
+    let ([low, middle, high], [of_low, of_middle, of_high]) = (mixture.materials, mixture.shares);
+    let at_m = hit.shading.uv;
+    let below = || {
+        let share = if of_middle > 0.0 {
+            ragged(of_middle / (of_low + of_middle), at_m)
+        } else {
+            0.0
+        };
+        over(|| of(low), || of(middle), share)
     };
+    over(below, || of(high), ragged(of_high, at_m))
+}
+
+/// A look with a share of another one over it. What is not seen is not looked at.
+fn over(
+    below: impl FnOnce() -> (Vec3, f32),
+    above: impl FnOnce() -> (Vec3, f32),
+    share: f32,
+) -> (Vec3, f32) {
     if share <= 0.0 {
-        of(hit.surface.material)
+        below()
     } else if share >= 1.0 {
-        of(other)
+        above()
     } else {
-        let ((own, rough), (over, over_rough)) = (of(hit.surface.material), of(other));
-        (own.lerp(over, share), rough + share * (over_rough - rough))
+        let ((low, low_rough), (high, high_rough)) = (below(), above());
+        let rough = low_rough + share * (high_rough - low_rough);
+        (low.lerp(high, share), rough)
     }
 }
 
@@ -226,7 +241,7 @@ fn hash(x: u32, y: u32) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nemoral_scene::{Material, Semantic, Shading};
+    use nemoral_scene::{GroundMixture, Material, Semantic, Shading};
     use proptest::prelude::*;
 
     /// A place of level ground.
@@ -312,23 +327,34 @@ mod tests {
                 })
             };
             let (dark, light) = (add(0.1), add(0.5));
-            let colour = |material, blend| {
+            let third = add(0.9);
+            let colour = |material, shares: Option<[f32; 3]>| {
                 let mut hit = Hit::new(1.0, Vec3::Z, material);
                 hit.shading = Shading {
-                    blend,
+                    mixture: shares.map(|shares| GroundMixture {
+                        materials: [dark, light, third],
+                        shares,
+                    }),
                     uv: at,
                     ..hit.shading
                 };
                 let (albedo, roughness) = look(&materials, &hit, 0.0, 0.0);
                 albedo.extend(roughness)
             };
-            let (here, there) = (
-                colour(dark, Some((light, share))),
-                colour(light, Some((dark, 1.0 - share))),
-            );
-            prop_assert!(here.distance(there) < 1e-5, "{here} {there}");
-            prop_assert_eq!(colour(dark, Some((light, 0.0))), colour(dark, None));
-            prop_assert_eq!(colour(dark, Some((light, 1.0))), colour(light, None));
+            // Whichever ground a triangle is of.
+            let two = Some([1.0 - share, share, 0.0]);
+            prop_assert_eq!(colour(dark, two), colour(light, two));
+            for (alone, material) in [dark, light, third].into_iter().enumerate() {
+                let mut shares = [0.0; 3];
+                shares[alone] = 1.0;
+                prop_assert_eq!(colour(dark, Some(shares)), colour(material, None));
+            }
+            // A third one begins from nothing.
+            let three = |little: f32| {
+                let rest = 1.0 - little;
+                colour(dark, Some([rest * (1.0 - share), rest * share, little]))
+            };
+            prop_assert!(three(1e-4).distance(colour(dark, two)) < 1e-2);
         }
     }
 

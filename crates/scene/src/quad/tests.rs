@@ -139,8 +139,7 @@ fn what_is_no_leaf_stays_triangles() {
         |m| m.uvs[3].x += 0.1,
         |m| {
             let blend = Blend {
-                other: MaterialId(0),
-                shares: [0.5; 3],
+                corners: [[MaterialId(0), MaterialId(1)]; 3],
             };
             m.blends = vec![blend; 2];
         },

@@ -382,22 +382,24 @@ fn shade(s: Surface, pixel: vec2f) -> vec3f {
     var roughness = m.transmittance.w;
     if is_ground {
         let place = vec3f(s.uv, s.point.z + frame.eye.z);
-        var share = 0.0;
-        if s.other_share > 0.0 {
-            if s.material < s.other {
-                share = ragged(s.other_share, s.uv);
-            } else {
-                share = 1.0 - ragged(1.0 - s.other_share, s.uv);
+        // Higher grounds lie on lower ones.
+        var grounds = s.grounds;
+        var covers = vec3f(1.0, 0.0, 0.0);
+        if s.shares.y > 0.0 {
+            covers.y = ragged(s.shares.y / (s.shares.x + s.shares.y), s.uv);
+        }
+        if s.shares.z > 0.0 {
+            covers.z = ragged(s.shares.z, s.uv);
+        }
+        for (var i = 0u; i < 3u; i++) {
+            let is_hidden = (i == 0u && max(covers.y, covers.z) >= 1.0)
+                || (i == 1u && covers.z >= 1.0);
+            if covers[i] > 0.0 && !is_hidden {
+                let tile = materials[grounds[i]].mean_albedo.w;
+                let over = ground(grounds[i], place, s.shading_normal, tile, width);
+                reflectance = mix(reflectance, over, covers[i]);
+                roughness = mix(roughness, materials[grounds[i]].transmittance.w, covers[i]);
             }
-        }
-        if share < 1.0 {
-            reflectance = ground(s.material, place, s.shading_normal, m.mean_albedo.w, width);
-        }
-        if share > 0.0 {
-            let tile = materials[s.other].mean_albedo.w;
-            let over = ground(s.other, place, s.shading_normal, tile, width);
-            reflectance = mix(reflectance, over, share);
-            roughness = mix(roughness, materials[s.other].transmittance.w, share);
         }
     } else {
         reflectance = sample(s.material, s.uv, width / sqrt(cosine) * s.uv_per_m);

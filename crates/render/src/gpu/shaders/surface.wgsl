@@ -89,7 +89,7 @@ fn primitive(index: u32) -> Primitive {
     if CARDS {
         return Primitive(a, b, c, word.w);
     }
-    return Primitive(a, b - a, c - a, word.w);
+    return Primitive(a, b - a, c - a, word.w & 0xffffu);
 }
 
 // The position on the grid, relative to the frame's origin.
@@ -374,9 +374,9 @@ struct Surface {
     shading_normal: vec3f,
     uv: vec2f,
     uv_per_m: f32,
-    // The ground that the colour blends into, and its share.
-    other: u32,
-    other_share: f32,
+    // The grounds that meet in the colour, by their ids, and their shares.
+    grounds: vec3u,
+    shares: vec3f,
     // The share of light from all around that near parts of the shape let through.
     ambient_occlusion: f32,
 }
@@ -401,6 +401,8 @@ fn surface(vertex: Vertex, eye: vec3f, ray: vec4f) -> Surface {
     s.uv = uv_at(vertex.primitive, m);
     s.uv_per_m = inverseSqrt(area);
     s.ambient_occlusion = 1.0;
+    s.grounds = vec3u(p.material);
+    s.shares = vec3f(1.0, 0.0, 0.0);
     if !CARDS {
         let b = primitives[vertex.primitive * 5u + 3u];
         let c = primitives[vertex.primitive * 5u + 4u];
@@ -416,9 +418,11 @@ fn surface(vertex: Vertex, eye: vec3f, ray: vec4f) -> Surface {
             s.ambient_occlusion = dot(
                 vec3f(vec3u(c.w, c.w >> 16u, c.w >> 24u) & vec3u(255u)) / 255.0, weights);
         } else {
-            s.other = c.w >> 16u;
-            s.other_share = dot(
-                vec3f(vec3u(c.w, c.w >> 5u, c.w >> 10u) & vec3u(31u)) / 30.0, weights);
+            let lowest = primitives[vertex.primitive * 5u].w >> 16u;
+            let third = ((c.w >> 27u) << 6u) | ((c.w >> 9u) & 63u);
+            s.grounds = vec3u(lowest, (c.w >> 16u) & 0x7ffu, third);
+            s.shares = shares_of(c.w) * weights.x + shares_of(c.w >> 3u) * weights.y
+                + shares_of(c.w >> 6u) * weights.z;
         }
         let st = bitcast<vec4f>(b);
         let eu = st.zw - st.xy;
@@ -429,6 +433,18 @@ fn surface(vertex: Vertex, eye: vec3f, ray: vec4f) -> Surface {
         s.ambient_occlusion = mix(mix(near.x, near.y, s.uv.x), mix(near.w, near.z, s.uv.x), s.uv.y);
     }
     return s;
+}
+
+// The shares of the grounds at a corner, by the pair of its halves, as `PAIRS` in shapes.rs.
+fn shares_of(corner: u32) -> vec3f {
+    switch corner & 7u {
+        case 1u: { return vec3f(0.0, 1.0, 0.0); }
+        case 2u: { return vec3f(0.0, 0.0, 1.0); }
+        case 3u: { return vec3f(0.5, 0.5, 0.0); }
+        case 4u: { return vec3f(0.5, 0.0, 0.5); }
+        case 5u: { return vec3f(0.0, 0.5, 0.5); }
+        default: { return vec3f(1.0, 0.0, 0.0); }
+    }
 }
 
 // The inverse of the octahedral map; vertex normals are packed with it.
