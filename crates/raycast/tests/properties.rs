@@ -8,8 +8,8 @@ use common::{Groups, cube, direction, place, ray, rng, scene, soup};
 use glam::{Mat3, Vec2, Vec3};
 use nemoral_raycast::{Blas, BruteForce, Group, RayScene};
 use nemoral_scene::{
-    AlphaMask, Blend, Card, GroundMixture, Hit, Material, MaterialId, MaterialLibrary, Mesh, ObjectId, Ray,
-    RayCaster, Semantic, SurfaceHit,
+    AlphaMask, Blend, Card, GroundMixture, Hit, Material, MaterialId, MaterialLibrary, Mesh,
+    ObjectId, Ray, RayCaster, Semantic, SurfaceHit,
 };
 use nemoral_seed::Draw;
 use proptest::prelude::*;

@@ -2,7 +2,7 @@
 
 use glam::{Vec2, Vec3};
 
-use crate::{MaterialId, ObjectId};
+use crate::{GroundMixture, MaterialId, ObjectId};
 
 /// The nearest opaque surface point on a ray, with what is needed to label and to shade it.
 ///
@@ -81,7 +81,7 @@ impl Shading {
             normal,
             uv: Vec2::ZERO,
             uv_per_m: 1.0,
-            blend: None,
+            mixture: None,
             variation: 0.5,
             ambient_occlusion: 1.0,
         }

@@ -47,7 +47,13 @@ impl Blend {
     #[must_use]
     pub fn materials(&self) -> [MaterialId; 3] {
         let all = self.corners.as_flattened();
-        let above = |low: MaterialId| all.iter().copied().filter(|&m| m > low).min().unwrap_or(low);
+        let above = |low: MaterialId| {
+            all.iter()
+                .copied()
+                .filter(|&m| m > low)
+                .min()
+                .unwrap_or(low)
+        };
         let first = all.iter().copied().min().expect("there are six halves");
         let second = above(first);
         [first, second, above(second)]
@@ -156,5 +162,33 @@ impl Card {
     #[must_use]
     pub fn area_m2(&self) -> f32 {
         self.edge_u.cross(self.edge_v).length()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn grounds_meet_by_the_corners_halves() {
+        let [a, b, c, d] = [2, 5, 9, 11].map(MaterialId);
+        let blend = Blend {
+            corners: [[c, c], [a, b], [b, a]],
+        };
+        assert!(!blend.is_uniform() && Blend::uniform(b).is_uniform());
+        assert_eq!(blend.materials(), [a, b, c]);
+        assert_eq!(blend.numbers(), [[2, 2], [0, 1], [0, 1]]);
+        assert_eq!(blend.at([0.5, 0.25, 0.25]).shares, [0.25, 0.25, 0.5]);
+        // Two are told by the last again, and of four the lowest stands for the highest.
+        let two = Blend {
+            corners: [[c, c], [a, a], [a, c]],
+        };
+        assert_eq!(two.materials(), [a, c, c]);
+        assert_eq!(two.at([0.0, 0.0, 1.0]).shares, [0.5, 0.5, 0.0]);
+        let four = Blend {
+            corners: [[a, b], [c, c], [d, d]],
+        };
+        assert_eq!(four.materials(), [a, b, c]);
+        assert_eq!(four.at([0.25, 0.25, 0.5]).shares, [0.625, 0.125, 0.25]);
     }
 }

@@ -455,7 +455,7 @@ mod tests {
                 corners: [0, 1, 2],
                 material: MaterialId(0),
             }],
-            blends: vec![Blend::NONE],
+            blends: vec![Blend::uniform(MaterialId(0))],
         };
         spoil(&mut mesh);
         match Prototype::new("heap", mesh, Vec::new(), &library) {
@@ -500,7 +500,7 @@ mod tests {
         assert_eq!(refused(|m| m.normals.clear()), "");
         assert_eq!(refused(|m| m.uvs.clear()), "");
         type Spoil = fn(&mut Mesh);
-        let spoilt: [(Spoil, &str); 9] = [
+        let spoilt: [(Spoil, &str); 7] = [
             (
                 |m| *m = Mesh::default(),
                 "shape `heap` has neither triangles nor cards",
@@ -510,16 +510,8 @@ mod tests {
                 "shape `heap` has 3 positions, 3 normals and 2 uvs: give one of each, or none",
             ),
             (
-                |m| m.blends.push(Blend::NONE),
+                |m| m.blends.push(Blend::uniform(MaterialId(0))),
                 "shape `heap` has 2 blends for 1 triangles: give one of each, or none",
-            ),
-            (
-                |m| m.blends[0].shares[2] = 1.5,
-                "shape `heap`, triangle 0: its blend has a share of 1.5, allowed is 0..=1",
-            ),
-            (
-                |m| m.blends[0].shares[0] = f32::NAN,
-                "shape `heap`, triangle 0: its blend has a share of NaN, allowed is 0..=1",
             ),
             (
                 |m| m.triangles[0].corners[1] = 3,
@@ -530,7 +522,7 @@ mod tests {
                 "shape `heap`: material 1 of 1 does not exist",
             ),
             (
-                |m| m.blends[0].other = MaterialId(7),
+                |m| m.blends[0].corners[2][1] = MaterialId(7),
                 "shape `heap`: material 7 of 1 does not exist",
             ),
             (

@@ -201,7 +201,7 @@ impl Stage<Forest> for ImageStage {
     );
     type Output = Vec<CameraImages>;
     const ID: &'static str = "frame.images";
-    const VERSION: u32 = 14;
+    const VERSION: u32 = 15;
 
     fn fingerprint(&self, _: &mut Hasher) {}
 
