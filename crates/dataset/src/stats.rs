@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::path::Path;
 
-use crate::formats::images;
 use crate::overlap::Overlap;
 use crate::{Dataset, Error, Manifest, Watch};
 
@@ -62,9 +61,12 @@ pub struct Stats {
     pub classes: Vec<ClassShare>,
     /// Trees in `trees.csv`.
     pub trees: usize,
-    /// Diameter at breast height, metres; `None` without trees.
+    /// How many of them have a diameter at breast height of 7 cm and more, as inventories count
+    /// them.
+    pub measured_trees: usize,
+    /// Diameter at breast height of these, metres; `None` without any.
     pub dbh_m: Option<Quantiles>,
-    /// Height of trees, metres; `None` without trees.
+    /// Their height, metres; `None` without any.
     pub tree_height_m: Option<Quantiles>,
     /// Planar depth of pixels that hold a surface, to 1/256 m; `None` without such pixels.
     pub depth_m: Option<Quantiles>,
@@ -96,12 +98,13 @@ impl fmt::Display for Stats {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(
             f,
-            "{} frames in {} sequences, {:.1} MB, {} points, {} trees",
+            "{} frames in {} sequences, {:.1} MB, {} points, {} trees, {} of 7 cm and more",
             self.frames,
             self.sequences,
             self.bytes as f64 / 1e6,
             self.points(),
-            self.trees
+            self.trees,
+            self.measured_trees
         )?;
         let percent = |part: u64, whole: u64| 100.0 * part as f64 / whole.max(1) as f64;
         writeln!(f, "{:<16}{:>12}{:>12}", "class", "pixels", "points")?;
@@ -206,6 +209,7 @@ pub fn stats_watched(dir: &Path, watch: &Watch) -> Result<Stats, Error> {
     for track in &manifest.tracks {
         trees.extend(dataset.trees(track.sequence)?);
     }
+    let measured = || trees.iter().filter(|t| t.dbh_m >= MEASURED_DBH_M);
     let share = |c: &nemoral_scene::Class| ClassShare {
         id: c.id,
         name: c.name.clone(),
@@ -226,8 +230,9 @@ pub fn stats_watched(dir: &Path, watch: &Watch) -> Result<Stats, Error> {
             .map(share)
             .collect(),
         trees: trees.len(),
-        dbh_m: quantiles(trees.iter().map(|t| t.dbh_m).collect()),
-        tree_height_m: quantiles(trees.iter().map(|t| t.height_m).collect()),
+        measured_trees: measured().count(),
+        dbh_m: quantiles(measured().map(|t| t.dbh_m).collect()),
+        tree_height_m: quantiles(measured().map(|t| t.height_m).collect()),
         depth_m: depths.quantiles(),
         range_m: ranges.quantiles(),
         overlap: quantiles(overlap.shares()),
@@ -295,18 +300,22 @@ fn quantiles(mut values: Vec<f64>) -> Option<Quantiles> {
     })
 }
 
-/// Counts in steps of 1/256 m, for more numbers than fit into memory.
+/// From this diameter on trees are measured in inventories, metres.
+const MEASURED_DBH_M: f64 = 0.07;
+
+/// Counts in steps of 1/256 m up to 4 km, for more numbers than fit into memory.
 struct Histogram(Vec<u64>);
 
 impl Histogram {
     fn new() -> Self {
-        Self(vec![0; 1 << 16])
+        Self(vec![0; 1 << 20])
     }
 
     fn add(&mut self, metres: f32) {
-        match images::depth_to_u16(metres) {
-            0 => {}
-            bin => self.0[usize::from(bin)] += 1,
+        if metres > 0.0 {
+            let bin = (metres * 256.0).round() as usize;
+            let last = self.0.len() - 1;
+            self.0[bin.clamp(1, last)] += 1;
         }
     }
 
@@ -337,11 +346,12 @@ mod tests {
 
     #[test]
     fn a_histogram_gives_the_quantiles_of_its_values() {
-        let values: Vec<f64> = (1..=1001).map(|i| f64::from(i) / 8.0).collect();
+        // Up to a kilometre.
+        let values: Vec<f64> = (1..=1001).map(|i| f64::from(i)).collect();
         let mut histogram = Histogram::new();
         values.iter().for_each(|&v| histogram.add(v as f32));
         assert_eq!(histogram.quantiles(), quantiles(values.clone()));
-        assert_eq!(quantiles(values).map(|q| q.median), Some(501.0 / 8.0));
+        assert_eq!(quantiles(values).map(|q| q.median), Some(501.0));
         assert_eq!(quantiles(Vec::new()), None);
         assert_eq!(Histogram::new().quantiles(), None);
     }

@@ -189,6 +189,7 @@ pub(crate) fn stats(
             "bytes": stats.bytes,
             "classes": classes.collect::<Vec<_>>(),
             "trees": stats.trees,
+            "measured_trees": stats.measured_trees,
             "dbh_m": quantiles(stats.dbh_m),
             "tree_height_m": quantiles(stats.tree_height_m),
             "depth_m": quantiles(stats.depth_m),
