@@ -246,7 +246,10 @@ fn quantiles(stats: &Stats) -> Vec<(&'static str, Option<[f64; 5]>)> {
     let row = |q: Quantiles| [q.min, q.p05, q.median, q.p95, q.max];
     let percent = |q: Quantiles| row(q).map(|v| 100.0 * v);
     vec![
-        ("Diameter at breast height (7 cm and more), m", stats.dbh_m.map(row)),
+        (
+            "Diameter at breast height (7 cm and more), m",
+            stats.dbh_m.map(row),
+        ),
         ("Height of these trees, m", stats.tree_height_m.map(row)),
         ("Depth of pixels, m", stats.depth_m.map(row)),
         ("Range of points, m", stats.range_m.map(row)),
