@@ -347,7 +347,7 @@ mod tests {
     #[test]
     fn a_histogram_gives_the_quantiles_of_its_values() {
         // Up to a kilometre.
-        let values: Vec<f64> = (1..=1001).map(|i| f64::from(i)).collect();
+        let values: Vec<f64> = (1..=1001).map(f64::from).collect();
         let mut histogram = Histogram::new();
         values.iter().for_each(|&v| histogram.add(v as f32));
         assert_eq!(histogram.quantiles(), quantiles(values.clone()));

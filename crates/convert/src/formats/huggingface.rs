@@ -295,8 +295,8 @@ fn card(source: &Source, labels: &Labels, pictures: usize, parts: &[Part]) -> St
          - `depth`: planar depth, 16 bits, 256 for a metre; 0 for none.\n\
          - `normals`: the surface normal in the camera's frame (x right, y down, z forward),\n  \
            127.5 (n + 1); (0, 0, 0) for none.\n\
-         - `fx`, `fy`, `cx`, `cy`: pixels; the first pixel's centre is at (0.5, 0.5). `lens` and\n  \
-           `distortion`: OpenCV's coefficients, k1 k2 p1 p2 k3, or k1 to k4 of a fisheye.\n\
+         - `fx`, `fy`, `cx`, `cy`: pixels; the first pixel's centre is at (0.5, 0.5). `lens`\n  \
+           and `distortion`: OpenCV's coefficients, k1 k2 p1 p2 k3, or k1 to k4 of a fisheye.\n\
          - `world_from_camera`: the pose, 3 × 4, metres.\n\n\
          All maps are exact at the pixel's centre.\n\n\
          | class | name |\n|---|---|\n{}",

@@ -2,7 +2,8 @@
 //! ```text
 //! SS/images/CAMERA/FFFFFF.png
 //! SS/transforms.json            the cameras of the first one's kind: a lens, or a fisheye
-//! SS/transforms_fisheye.json    those of the other kind, if there are any (or transforms_lens.json)
+//! SS/transforms_fisheye.json    those of the other kind, if there are any; or
+//!                               transforms_lens.json
 //! ```
 //! `transform_matrix` takes points of the camera (x right, y up, z backward, as OpenGL's) to a
 //! world in metres with z up, whose origin is the first camera's place at the first frame, rounded

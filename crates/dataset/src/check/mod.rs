@@ -72,8 +72,9 @@ impl fmt::Display for CheckReport {
 }
 
 /// Checks a data set from its files alone: structure, sizes, checksums; ids against
-/// `instances.csv` and the class table; poses, calibration and inertial measurements against `dataset.json` and each other; that splits
-/// have no seed and no tree in common; and the agreement of LiDAR and camera.
+/// `instances.csv` and the class table; poses, calibration and inertial measurements against
+/// `dataset.json` and each other; that splits have no seed and no tree in common; and the agreement
+/// of LiDAR and camera.
 ///
 /// # Errors
 /// If the folder holds no finished data set. Whatever is wrong with a finished one is in the

@@ -152,8 +152,8 @@ pixels from the first camera's frame, first LiDAR to camera; Tr_NAME of further 
 first camera; D2, D_NAME (OpenCV's k1 k2 p1 p2 k3) or F2, \
 F_NAME (its fisheye's k1 to k4) where a lens distorts |
 | `sequences/NN/times.txt` | seconds |
-{imu}| `sequences/NN/trees.csv`, `instances.csv` | the inventory: positions in the sequence's world, \
-sizes, species |
+{imu}| `sequences/NN/trees.csv`, `instances.csv` | the inventory: positions in the sequence's \
+world, sizes, species |
 | `sequences/NN/config.toml` | every key of the sequence, with what was drawn for it |
 | `ontology.yaml` | the class table in SemanticKITTI's form |
 | `dataset.json` | versions, seed, configuration, keys, mounts, frames, sizes, BLAKE3 checksums |

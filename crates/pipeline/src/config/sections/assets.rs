@@ -13,7 +13,7 @@ section! {
         /// other value may be in two splits.
         seed: u64 = 0, Whole(0, i64::MAX), "plants are grown once for each split";
         /// Individuals of each tree species, of which all others are copies. A stand has as many
-        /// shapes, and its diameters and heights are scattered about theirs: take 64 to study those.
+        /// shapes, and its diameters and heights are scattered about theirs: 64 to study those.
         individuals: u32 = 8, Whole(1, 64), "our choice: 8-16 look varied";
         /// Wood thicker than this radius is trunk, thinner wood is canopy.
         trunk_radius_m: f64 = 0.04, Real(0.005, 1.0), "our choice";
