@@ -189,8 +189,8 @@ pub(super) fn plant(
     shape(mesh, cards, materials)
 }
 
-/// A chunk of bumpy ground, of the class of soil in the south and of moss in the north, with patches
-/// of soil, moss and litter.
+/// A chunk of bumpy ground, of the class of soil in the south and of moss in the north, with
+/// patches of soil, moss and litter.
 pub(super) fn ground(
     rng: &mut PhiloxRng,
     [soil, moss, litter]: [MaterialId; 3],

@@ -337,12 +337,12 @@ fn pictures(
 fn baseline_px(sequence: &Sequence<'_>, camera: usize) -> f64 {
     let (left, right) = (&sequence.cameras[0], &sequence.cameras[camera]);
     let left_from_right = relative(&left.body_from_camera, &right.body_from_camera);
-    let DVec3 { x, y, z } = left_from_right.translation_m;
+    let apart_m = left_from_right.translation_m;
     let is_pair = right.name == RIGHT
         && left_from_right.rotation.angle_between(DQuat::IDENTITY) < 1e-6
-        && y.hypot(z) < 1e-6;
+        && apart_m.distance(DVec3::X * apart_m.x) < 1e-6;
     if is_pair {
-        -right.intrinsics.fx * x
+        -right.intrinsics.fx * apart_m.x
     } else {
         0.0
     }
