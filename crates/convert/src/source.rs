@@ -146,11 +146,12 @@ impl Source {
         })
     }
 
-    /// The split that the data set has for a sequence; `None` if it is not split.
+    /// The [`split`](Self::split) of a sequence; `None` if the data set is not split.
     #[must_use]
     pub fn own_split(&self, sequence: u32) -> Option<Split> {
-        let spec = self.manifest().header.sequence(sequence);
-        spec.and_then(|spec| spec.split)
+        let mut all = self.manifest().header.sequences.iter();
+        let has_splits = all.any(|s| s.split.is_some());
+        has_splits.then(|| self.split(sequence))
     }
 
     /// The split of a sequence: the data set's own. If it has none, the last one of several
@@ -158,7 +159,8 @@ impl Source {
     #[must_use]
     pub fn split(&self, sequence: u32) -> Split {
         let all = &self.manifest().header.sequences;
-        let own = self.own_split(sequence);
+        let own = self.manifest().header.sequence(sequence);
+        let own = own.and_then(|spec| spec.split);
         let has_splits = all.iter().any(|s| s.split.is_some());
         let is_last = all.len() > 1 && all.last().is_some_and(|s| s.number == sequence);
         own.unwrap_or(if is_last && !has_splits {

@@ -20,22 +20,12 @@ const DBH: [&str; 6] = [
     "diameter_mm",
 ];
 const HEIGHT: [&str; 2] = ["height_m", "height"];
-/// The columns that are read besides those of diameters and heights.
-const OTHERS: [&str; 13] = [
-    "x_m",
-    "x",
-    "easting",
-    "y_m",
-    "y",
-    "northing",
-    "species",
-    "alive",
-    "id",
-    "tree_id",
-    "tree",
-    "stem_id",
-    "age_class",
-];
+const X: [&str; 3] = ["x_m", "x", "easting"];
+const Y: [&str; 3] = ["y_m", "y", "northing"];
+const ID: [&str; 4] = ["id", "tree_id", "tree", "stem_id"];
+const SPECIES: &str = "species";
+const ALIVE: &str = "alive";
+const AGE_CLASS: &str = "age_class";
 /// Coordinates are within this, metres: projected ones are.
 pub(crate) const REACH_M: f64 = 5e7;
 
@@ -83,17 +73,18 @@ pub struct Stem {
 /// in degrees, there are none, or more than [`MAX_STEMS`].
 pub fn read_stem_map(bytes: &[u8]) -> Result<Vec<Stem>, ImportError> {
     let mut table = Table::new(bytes)?;
-    let x = table.needed(&["x_m", "x", "easting"])?;
-    let y = table.needed(&["y_m", "y", "northing"])?;
-    let species = table.column(&["species"])?;
+    let x = table.needed(&X)?;
+    let y = table.needed(&Y)?;
+    let species = table.column(&[SPECIES])?;
     let height = table.column(&HEIGHT)?;
-    let age_class = table.column(&["age_class"])?;
-    let alive = table.column(&["alive"])?;
-    let id = table.column(&["id", "tree_id", "tree", "stem_id"])?;
-    if table.columns().iter().any(|c| c == "dbh") {
-        let message =
-            "has a column `dbh`, whose unit is not known: call it dbh_m, dbh_cm or dbh_mm";
-        return Err(ImportError::file(message));
+    let age_class = table.column(&[AGE_CLASS])?;
+    let alive = table.column(&[ALIVE])?;
+    let id = table.column(&ID)?;
+    let without_unit = |c: &&String| ["dbh", "diameter"].contains(&c.as_str());
+    if let Some(column) = table.columns().iter().find(without_unit) {
+        return Err(ImportError::file(format!(
+            "has a column `{column}`, whose unit is not known: call it dbh_m, dbh_cm or dbh_mm"
+        )));
     }
     let dbh = table.column(&DBH)?;
     let dbh = dbh.map(|column| {
@@ -105,9 +96,11 @@ pub fn read_stem_map(bytes: &[u8]) -> Result<Vec<Stem>, ImportError> {
         (column, table.columns()[column].clone(), per_m)
     });
     let mut stems: Vec<Stem> = Vec::new();
+    let mut saplings = 0;
     let mut places: BTreeMap<[u64; 2], u64> = BTreeMap::new();
     table.rows(|row| {
         if age_class.and_then(|column| row.text(column)) == Some("sapling") {
+            saplings += 1;
             return Ok(());
         }
         if stems.len() == MAX_STEMS {
@@ -169,6 +162,10 @@ pub fn read_stem_map(bytes: &[u8]) -> Result<Vec<Stem>, ImportError> {
         });
         Ok(())
     })?;
+    if stems.is_empty() && saplings > 0 {
+        let message = format!("has {saplings} saplings and no tree: saplings are left out");
+        return Err(ImportError::file(message));
+    }
     if stems.is_empty() {
         return Err(ImportError::file("has no trees below its header"));
     }
@@ -197,9 +194,15 @@ pub fn read_stem_map(bytes: &[u8]) -> Result<Vec<Stem>, ImportError> {
 pub fn unread_columns(bytes: &[u8]) -> Result<(Vec<String>, bool), ImportError> {
     let table = Table::new(bytes)?;
     let is_size = |name: &str| DBH.contains(&name) || HEIGHT.contains(&name);
+    let is_other = |name: &str| {
+        X.contains(&name)
+            || Y.contains(&name)
+            || ID.contains(&name)
+            || [SPECIES, ALIVE, AGE_CLASS].contains(&name)
+    };
     let names = table.columns().iter().map(String::as_str);
     let has_sizes = names.clone().any(is_size);
-    let unread = names.filter(|name| !is_size(name) && !OTHERS.contains(name));
+    let unread = names.filter(|name| !is_size(name) && !is_other(name));
     Ok((unread.map(str::to_owned).collect(), has_sizes))
 }
 
@@ -299,6 +302,8 @@ mod tests {
         assert!(refused("x,species\n1,beech\n").contains("no column `y_m`"));
         assert!(refused("x,x_m,y\n1,1,1\n").contains("say the same"));
         assert!(refused("x,y,dbh\n1,1,30\n").contains("dbh_cm"));
+        assert!(refused("x,y,Diameter\n1,1,30\n").contains("`diameter`"));
+        assert!(refused("x,y,age_class\n1,1,sapling\n").contains("has 1 saplings"));
         assert!(refused("x,y,dbh_cm\n1,1,30\n2,2,3000\n").contains("line 3: dbh_cm = 3000"));
         assert!(refused("x,y,height\n1,1,0.4\n").contains("line 2: height_m = 0.4"));
         assert!(refused("x,y\n1,\n").contains("line 2: y is missing"));

@@ -40,7 +40,8 @@ const CORE_S_PER_MEGABOUNCE: f64 = 3.0;
 /// The same for the light of each lamp in a megapixel.
 const CORE_S_PER_MEGALAMP: f64 = 0.9;
 
-/// Seconds of one core to grow the plants of all sequences, with eight trees of each species; and
+/// Seconds of one core to grow the plants that all sequences share, with eight trees of each
+/// species (splits, and sequences with an `assets.seed` of their own, grow theirs); and
 /// to grow a world of its own around its first frame, at least and with trees to 300 m.
 const CORE_S_PER_LIBRARY: f64 = 5.0;
 const CORE_S_PER_WORLD: [f64; 2] = [2.0, 10.0];

@@ -218,12 +218,12 @@ fn conclude(world: &World, runner: &Runner<'_>, writer: &Writer) -> Result<(), E
     (runner.store()).retain(|stage, at| at == At::World || needed.contains(&stage));
     let (number, config) = (world.sequence.number, &world.sequence.config);
     let mut track = track((number, config), &world.forest, runner)?;
-    if config.imu.enabled {
-        track.imu = Some(imu_texts(config, &world.forest, runner)?);
-    }
     let frames = writer.frames().into_iter();
     let frames = frames.filter(|f| f.0 == number).map(|f| f.1);
     let all = inventory(config, &world.forest, runner, frames)?;
+    if config.imu.enabled {
+        track.imu = Some(imu_texts(config, &world.forest, runner)?);
+    }
     let tables = WorldTables {
         trees: &all.trees,
         deadwood: &all.deadwood,

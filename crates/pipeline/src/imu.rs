@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use nemoral_dataset::ImuTexts;
+use nemoral_dataset::{ImuReading, ImuTexts};
 use nemoral_files::{Folder, InnerPath, PendingFile};
 use nemoral_imu::{ImuMotion, ImuNoise, ImuSample, euroc, motions};
 use nemoral_scene::RigidTransform;
@@ -19,7 +19,7 @@ use crate::{Error, ForestPlan, Recorder};
 
 const IMU: Domain = Domain::new("pipeline.imu");
 
-/// The most samples of a drive, some days of them.
+/// The most samples that are made of a drive, some days of them.
 const MOST_SAMPLES: f64 = 1e8;
 
 /// Rates and forces beyond these, 2000 °/s and 16 g, are beyond a unit's range.
@@ -128,6 +128,31 @@ impl Recorder {
         let leave = |place_m| self.free_around(place_m);
         let measured = measure(config, self.forest(), &self.runner(), each, leave)?;
         Ok(MeasuredMotion { note, ..measured })
+    }
+
+    /// What the unit measures, all of it, as a data set has it.
+    ///
+    /// # Errors
+    /// As [`Recorder::measure_motion`], and if there are more samples than a data set's sequence
+    /// may have.
+    pub fn imu_readings(&self) -> Result<Vec<ImuReading>, Error> {
+        if let Some(message) = self.sequence().config.too_many_samples() {
+            return Err(Error::request(message));
+        }
+        let mut all = Vec::new();
+        self.measure_motion(|motion, sample| {
+            all.push(ImuReading {
+                time_ns: (sample.time_s * 1e9).round() as i64,
+                angular_rate_rad_s: sample.angular_rate_rad_s,
+                specific_force_m_s2: sample.specific_force_m_s2,
+                world_from_imu: motion.world_from_imu,
+                velocity_m_s: motion.velocity_m_s,
+                gyroscope_bias_rad_s: sample.gyroscope_bias_rad_s,
+                accelerometer_bias_m_s2: sample.accelerometer_bias_m_s2,
+            });
+            Ok(())
+        })?;
+        Ok(all)
     }
 
     /// Refuses robots that do not drive, and says what a user should know about a drive.

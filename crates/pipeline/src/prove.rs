@@ -53,9 +53,16 @@ const MOST_BASAL_AREA: f64 = 100.0;
 fn stocking_note(config: &Config) -> Option<String> {
     let (assets, placement) = (&config.assets, &config.placement);
     let per_ha = placement.trees * 1e4 / config.chunks.size_m.powi(2);
-    // The mean square of Weibull's distribution.
-    let gamma = |n: f64| libm::tgamma(1.0 + n / assets.dbh_shape);
-    let mean_square_m2 = assets.dbh_mean_m.powi(2) * gamma(2.0) / gamma(1.0).powi(2);
+    // Weibull's distribution, kept within its limits.
+    const RANKS: u32 = 64;
+    let scale_m = assets.dbh_mean_m / libm::tgamma(1.0 + 1.0 / assets.dbh_shape);
+    let dbh_m = |rank: u32| {
+        let above = 1.0 - (f64::from(rank) + 0.5) / f64::from(RANKS);
+        let drawn_m = scale_m * libm::pow(-libm::log(above), 1.0 / assets.dbh_shape);
+        drawn_m.clamp(assets.dbh_min_m, assets.dbh_max_m)
+    };
+    let squares_m2: f64 = (0..RANKS).map(|rank| dbh_m(rank).powi(2)).sum();
+    let mean_square_m2 = squares_m2 / f64::from(RANKS);
     let basal_area = per_ha * std::f64::consts::FRAC_PI_4 * mean_square_m2;
     (basal_area > MOST_BASAL_AREA).then(|| {
         format!(
@@ -92,4 +99,58 @@ pub(crate) fn within_sequence(config: &Config, frame: u64) -> Result<(), Error> 
         "frame {frame}: the sequence has {frames} frames, counted from 0; the config's `frames` \
          makes it longer"
     )))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::Layers;
+
+    fn config(settings: &[&str]) -> Config {
+        let layers = Layers {
+            settings: settings.iter().map(|&s| s.to_owned()).collect(),
+            ..Layers::default()
+        };
+        layers.load().expect("sound")
+    }
+
+    #[test]
+    fn stands_that_are_denser_than_any_are_told() {
+        assert_eq!(stocking_note(&config(&[])), None);
+        // 1200 trees of 40 cm on a hectare, and as many of which none is thicker than 20 cm.
+        let dense = config(&["placement.trees=300", "assets.dbh_mean_m=0.4"]);
+        let note = stocking_note(&dense).expect("a note");
+        assert!(note.contains("1200 trees and about 1"), "{note}");
+        let thin = [
+            "assets.dbh_mean_m=0.2",
+            "assets.dbh_max_m=0.2",
+            "assets.dbh_shape=1",
+        ];
+        assert_eq!(
+            stocking_note(&config(&[&["placement.trees=300"], &thin[..]].concat())),
+            None
+        );
+    }
+
+    #[test]
+    fn calibrations_of_larger_pictures_are_told() {
+        let note = |settings: &[&str]| {
+            let config = config(settings);
+            let mut notes = config
+                .all_cameras()
+                .map(|(path, camera)| centre_note(&path, camera));
+            notes.next().flatten()
+        };
+        let large = "camera.calibration={ fx_px = 1200.0, cx_px = 1920.0, cy_px = 1080.0 }";
+        let told = note(&[large]).expect("a note");
+        assert!(
+            told.contains("(1920, 1080) is outside of the picture of 1280 x 720"),
+            "{told}"
+        );
+        assert_eq!(
+            note(&[large, "camera.width_px=3840", "camera.height_px=2160"]),
+            None
+        );
+        assert_eq!(note(&[]), None);
+    }
 }

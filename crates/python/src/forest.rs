@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use etcetera::BaseStrategy;
-use nemoral_dataset::{ImuReading, SequenceSpec};
+use nemoral_dataset::SequenceSpec;
 use nemoral_pipeline::config::{Config, Sequences};
 use nemoral_pipeline::plan::Cache;
 use nemoral_pipeline::{Backend, BackendChoice, Observation, Recorder};
@@ -359,20 +359,7 @@ impl Forest {
     /// What the inertial measurement unit measures along a sequence's drive, as columns.
     fn imu<'py>(&self, py: Python<'py>, sequence: u32) -> PyResult<Bound<'py, PyDict>> {
         let readings = self.with(py, sequence, move |_, world| {
-            let mut all = Vec::new();
-            world.recorder.measure_motion(|motion, sample| {
-                all.push(ImuReading {
-                    time_ns: (sample.time_s * 1e9).round() as i64,
-                    angular_rate_rad_s: sample.angular_rate_rad_s,
-                    specific_force_m_s2: sample.specific_force_m_s2,
-                    world_from_imu: motion.world_from_imu,
-                    velocity_m_s: motion.velocity_m_s,
-                    gyroscope_bias_rad_s: sample.gyroscope_bias_rad_s,
-                    accelerometer_bias_m_s2: sample.accelerometer_bias_m_s2,
-                });
-                Ok(())
-            })?;
-            Ok(all)
+            Ok(world.recorder.imu_readings()?)
         })?;
         imu::columns(py, &readings)
     }

@@ -124,9 +124,10 @@ class Stats:
     """What a data set holds."""
 
     values: dict[str, Any]
-    """``sequences``, ``frames``, ``bytes``, ``trees``; ``classes`` with pixels and points of each;
-    quantiles of ``dbh_m``, ``tree_height_m``, ``depth_m``, ``range_m``, ``overlap``; ``balance`` with
-    the goal of each target and its share before and after."""
+    """``sequences``, ``frames``, ``bytes``, ``trees``, ``measured_trees`` (of 7 cm and more);
+    ``classes`` with pixels and points of each; quantiles of ``dbh_m`` and ``tree_height_m`` of
+    these trees, ``depth_m``, ``range_m``, ``overlap``; ``balance`` with the goal of each target and
+    its share before and after."""
     text: str
     """The same as a table."""
 

@@ -290,8 +290,9 @@ class Forest:
             ``accelerometer_bias_m_s2`` (N, 3).
 
         Raises:
-            ConfigError: if the robot stands at stations or takes poses of a file, between which
-                nothing says how it moves.
+            ValueError: if the robot stands at stations, takes poses of a file, between which nothing
+                says how it moves, or frames are chosen by `balance.targets`; or if there are more
+                than five million samples.
         """
         return self._live.imu(self._sequence(sequence))
 

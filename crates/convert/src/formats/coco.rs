@@ -112,52 +112,50 @@ fn write_lists(
     let notes = sink.notes();
     let pictures = || keys.iter().map(|key| read(&notes.of(key)?));
     let (instances, panoptics) = (format!("instances{suffix}"), format!("panoptic{suffix}"));
-    {
-        sink.stream(&instances, &format!("{instances}.json"), |out| {
-            out.put(format!(
-                "{{\"info\":{},\n\"licenses\":{},\n",
-                info,
-                licences(source)
-            ))?;
-            out.put(format!("\"categories\":{},\n", kinds_json()))?;
-            write_images(out, pictures())?;
-            let (mut image, mut id) = (0, 0);
-            let mut list = List::begin(out, "annotations")?;
-            for frame in pictures() {
-                for picture in frame? {
-                    image += 1;
-                    for object in &picture.objects {
-                        id += 1;
-                        list.item(out, &annotation(id, image, &picture, object))?;
-                    }
+    sink.stream(&instances, &format!("{instances}.json"), |out| {
+        out.put(format!(
+            "{{\"info\":{},\n\"licenses\":{},\n",
+            info,
+            licences(source)
+        ))?;
+        out.put(format!("\"categories\":{},\n", kinds_json()))?;
+        write_images(out, pictures())?;
+        let (mut image, mut id) = (0, 0);
+        let mut list = List::begin(out, "annotations")?;
+        for frame in pictures() {
+            for picture in frame? {
+                image += 1;
+                for object in &picture.objects {
+                    id += 1;
+                    list.item(out, &annotation(id, image, &picture, object))?;
                 }
             }
-            list.end(out)?;
-            out.put("}\n")
-        })?;
-        sink.stream(&panoptics, &format!("{panoptics}.json"), |out| {
-            out.put(format!(
-                "{{\"info\":{},\n\"licenses\":{},\n",
-                info,
-                licences(source)
-            ))?;
-            out.put(format!(
-                "\"categories\":{},\n",
-                classes_json(labels, things)
-            ))?;
-            write_images(out, pictures())?;
-            let mut image = 0;
-            let mut list = List::begin(out, "annotations")?;
-            for frame in pictures() {
-                for picture in frame? {
-                    image += 1;
-                    list.item(out, &panoptic(image, &picture, things))?;
-                }
+        }
+        list.end(out)?;
+        out.put("}\n")
+    })?;
+    sink.stream(&panoptics, &format!("{panoptics}.json"), |out| {
+        out.put(format!(
+            "{{\"info\":{},\n\"licenses\":{},\n",
+            info,
+            licences(source)
+        ))?;
+        out.put(format!(
+            "\"categories\":{},\n",
+            classes_json(labels, things)
+        ))?;
+        write_images(out, pictures())?;
+        let mut image = 0;
+        let mut list = List::begin(out, "annotations")?;
+        for frame in pictures() {
+            for picture in frame? {
+                image += 1;
+                list.item(out, &panoptic(image, &picture, things))?;
             }
-            list.end(out)?;
-            out.put("}\n")
-        })
-    }
+        }
+        list.end(out)?;
+        out.put("}\n")
+    })
 }
 
 /// The kind of each object, by its id in instance maps.

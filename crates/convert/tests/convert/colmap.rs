@@ -125,8 +125,12 @@ fn colmaps_poses_and_lenses_project_points_as_ours() {
 fn nerfstudios_transforms_project_points_as_ours() {
     for header in headers() {
         let made = made_of(FormatName::Nerfstudio, &header);
-        let json: serde_json::Value =
-            serde_json::from_str(&text(made.out.join("00/transforms.json"))).expect("JSON");
+        // Lenses and fisheyes are in files of their own.
+        let files = ["transforms", "transforms_fisheye", "transforms_lens"];
+        let files = files.map(|file| made.out.join(format!("00/{file}.json")));
+        let files: Vec<serde_json::Value> = (files.iter().filter(|path| path.is_file()))
+            .map(|path| serde_json::from_str(&text(path)).expect("JSON"))
+            .collect();
         let vector = |v: &serde_json::Value| -> Vec<f64> {
             v.as_array()
                 .expect("a list")
@@ -134,10 +138,19 @@ fn nerfstudios_transforms_project_points_as_ours() {
                 .filter_map(|n| n.as_f64())
                 .collect()
         };
-        let origin = DVec3::from_slice(&vector(&json["origin_m"]));
-        let frames = json["frames"].as_array().expect("frames");
-        assert_eq!(frames.len(), 6);
-        for (i, one) in frames.iter().enumerate() {
+        let origin = DVec3::from_slice(&vector(&files[0]["origin_m"]));
+        let all = files
+            .iter()
+            .flat_map(|f| f["frames"].as_array().expect("frames"));
+        let all: Vec<_> = all.collect();
+        assert_eq!(all.len(), 6);
+        let frame = |i: usize| {
+            let (index, camera) = ([1, 2, 4][i / 2], &header.sequences[0].cameras[i % 2].name);
+            let path = format!("images/{camera}/{index:06}.png");
+            let found = all.iter().find(|one| one["file_path"] == *path);
+            *found.unwrap_or_else(|| panic!("no {path}"))
+        };
+        for (i, one) in (0..6).map(frame).enumerate() {
             let rows = one["transform_matrix"].as_array().expect("rows");
             let rows: Vec<DVec4> = rows.iter().map(|r| DVec4::from_slice(&vector(r))).collect();
             let back = DMat4::from_cols(rows[0], rows[1], rows[2], rows[3])

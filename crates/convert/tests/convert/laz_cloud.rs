@@ -171,6 +171,22 @@ fn what_cannot_be_is_refused() {
         error.to_string().contains("the scanners were within"),
         "{error}"
     );
+    // A plot without points of a class is no mistake.
+    let trunk = expected(&made).into_iter().find(|(_, class)| *class == 3);
+    let centre_m = trunk.expect("a trunk").0.truncate();
+    let params = CloudParams {
+        crop: Some(Crop::Circle {
+            centre_m,
+            radius_m: 0.01,
+        }),
+        only: vec!["snow".to_owned()],
+        ..CloudParams::default()
+    };
+    let empty = Cloud::open(made.dataset.root(), params).expect("a cloud");
+    let none = folder.path().join("none.laz");
+    let written = laz_cloud(&empty, &none, &LazCloudParams::default()).expect("written");
+    assert_eq!(written[0].points, 0);
+    std::fs::remove_file(none).expect("it was written");
     let params = CloudParams {
         only: vec!["Trunk".to_owned()],
         ..CloudParams::default()

@@ -1,9 +1,11 @@
-//! Data sets that are split, in formats with a place for it.
+//! Data sets that are split by their sequences, or by the kinds of their lenses, in formats with a
+//! place for it.
 
 use std::path::Path;
 
 use nemoral_convert::FormatName;
 use nemoral_dataset::{DatasetHeader, Split};
+use nemoral_scene::Distortion;
 use serde_json::Value;
 
 use crate::common::{Made, header, made_of, text};
@@ -70,4 +72,31 @@ fn shards_of_webdataset_are_called_by_it() {
     let bytes = std::fs::read(shard).expect("a shard");
     let text = String::from_utf8_lossy(&bytes[512..4096]);
     assert!(text.contains("\"split\":\"val\""), "{text}");
+}
+
+#[test]
+fn nerfstudio_has_a_file_for_each_kind_of_lens() {
+    let mut header = header();
+    let [k1, k2, k3, k4] = [0.02, 0.003, -0.001, 0.0005];
+    header.sequences[0].cameras[1].intrinsics.distortion = Distortion::Fisheye { k1, k2, k3, k4 };
+    let made = made_of(FormatName::Nerfstudio, &header);
+    for (file, model, camera) in [
+        ("transforms", "OPENCV", "front"),
+        ("transforms_fisheye", "OPENCV_FISHEYE", "right"),
+    ] {
+        let found = json(made.out.join(format!("00/{file}.json")));
+        assert_eq!(found["camera_model"], model);
+        let frames = found["frames"].as_array().expect("frames");
+        assert_eq!(frames.len(), 3);
+        for frame in frames {
+            assert_eq!(frame["camera_model"], model);
+            let path = frame["file_path"].as_str().expect("a path");
+            assert!(path.starts_with(&format!("images/{camera}/")), "{path}");
+        }
+    }
+    header.sequences[0].cameras.swap(0, 1);
+    let made = made_of(FormatName::Nerfstudio, &header);
+    let first = json(made.out.join("00/transforms.json"));
+    assert_eq!(first["camera_model"], "OPENCV_FISHEYE");
+    assert!(made.out.join("00/transforms_lens.json").is_file());
 }

@@ -53,7 +53,7 @@ pub struct CloudPoint {
     pub world_m: DVec3,
     /// The surface's normal in the world.
     pub normal: DVec3,
-    /// The vector from the scanner to it, in the world.
+    /// The vector to it from where the scanner was at the frame's time, in the world.
     pub from_scanner_m: DVec3,
     /// The number of the scan among those of the sequence, from 0: all scans of a frame follow each
     /// other.
@@ -161,6 +161,7 @@ impl Cloud {
     ) -> Result<u64, E> {
         let mut filled = HashSet::new();
         let mut count = 0;
+        let mut is_anything_there = self.params.crop.is_none();
         let frames = self.dataset.frames();
         let frames = frames.iter().filter(|f| f.sequence == self.number);
         let total = frames.clone().count();
@@ -171,6 +172,10 @@ impl Cloud {
                     let point = &recorded.point;
                     let position_m = point.position_m.as_dvec3();
                     let world_m = world_from_lidar.transform_point(position_m);
+                    if !self.within(world_m) {
+                        continue;
+                    }
+                    is_anything_there = true;
                     if !self.keeps(&recorded, world_m, &mut filled) {
                         continue;
                     }
@@ -189,7 +194,7 @@ impl Cloud {
             }
             self.watch.done(frame + 1, total, record)?;
         }
-        if count == 0 && self.params.crop.is_some() {
+        if !is_anything_there {
             return Err(self.nothing_there().into());
         }
         Ok(count)
@@ -215,9 +220,6 @@ impl Cloud {
     fn keeps(&self, p: &PlyPoint, world_m: DVec3, filled: &mut HashSet<[i64; 3]>) -> bool {
         let odd = PointFlags::MIXED | PointFlags::FALSE_ALARM | PointFlags::MIRRORED;
         if self.params.pure && p.point.flags.has(odd) || !self.only.has(p) {
-            return false;
-        }
-        if !self.within(world_m) {
             return false;
         }
         // The set is only asked whether it contains a point, so its order does not matter.

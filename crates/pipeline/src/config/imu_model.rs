@@ -6,8 +6,9 @@ use nemoral_scene::RigidTransform;
 use super::mount::mount;
 use super::{Config, Imu, RobotPath};
 
-/// The most samples of a sequence in a data set, seven hours at 200 Hz, which a table holds.
-const MOST_SAMPLES: f64 = 5e6;
+/// The most samples that are kept in memory, as those of a data set's sequence are: seven hours at
+/// 200 Hz.
+const MOST_KEPT: f64 = 5e6;
 
 impl Imu {
     /// The position and direction of the unit on the body.
@@ -60,6 +61,26 @@ impl Config {
         }
     }
 
+    /// Why so many samples of a unit as its drive has are not kept.
+    pub(crate) fn too_many_samples(&self) -> Option<String> {
+        let robot = &self.robot;
+        let interval_s = if robot.spacing_s > 0.0 {
+            robot.spacing_s
+        } else {
+            robot.spacing_m / robot.speed_m_s
+        };
+        let last_s = (self.frames.max(1) - 1) as f64 * interval_s;
+        (last_s * self.imu.rate_hz >= MOST_KEPT).then(|| {
+            format!(
+                "imu.rate_hz = {}: must be at most {:.1} with {} frames in {last_s:.0} s: a \
+                 sequence has at most {MOST_KEPT:e} samples",
+                self.imu.rate_hz,
+                (MOST_KEPT / last_s * 10.0).floor() / 10.0,
+                self.frames
+            )
+        })
+    }
+
     /// What is impossible about the unit of a data set: keys and messages.
     pub(super) fn imu_problems(&self) -> Vec<(String, String)> {
         let mut out = Vec::new();
@@ -73,23 +94,8 @@ impl Config {
             );
             out.push(("imu.enabled".to_owned(), message));
         }
-        let robot = &self.robot;
-        let interval_s = if robot.spacing_s > 0.0 {
-            robot.spacing_s
-        } else {
-            robot.spacing_m / robot.speed_m_s
-        };
-        let last_s = (self.frames.max(1) - 1) as f64 * interval_s;
-        if last_s * self.imu.rate_hz >= MOST_SAMPLES {
-            let message = format!(
-                "imu.rate_hz = {}: must be at most {:.1} with {} frames in {last_s:.0} s: a \
-                 sequence has at most {MOST_SAMPLES:e} samples",
-                self.imu.rate_hz,
-                (MOST_SAMPLES / last_s * 10.0).floor() / 10.0,
-                self.frames
-            );
-            out.push(("imu.rate_hz".to_owned(), message));
-        }
+        let too_many = self.too_many_samples();
+        out.extend(too_many.map(|message| ("imu.rate_hz".to_owned(), message)));
         out
     }
 }

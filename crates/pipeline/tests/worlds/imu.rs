@@ -71,7 +71,7 @@ fn integrated_it_leads_from_frame_to_frame() {
                 assert!(truth.translation_m.distance(wanted.translation_m) < 1e-9);
                 assert!(truth.rotation.angle_between(wanted.rotation) < 1e-7);
                 let drift_m = at.distance(wanted.translation_m);
-                assert!(drift_m < 0.01, "{path}, sample {i}: {drift_m} m");
+                assert!(drift_m < 0.015, "{path}, sample {i}: {drift_m} m");
                 assert!(middle.angle_between(wanted.rotation) < 3e-3);
             }
             velocity += step_s * acceleration(middle, motion);

@@ -32,7 +32,7 @@ const EXTRA: [(&str, u8, u16); 9] = [
 pub(crate) struct LazPoint<'a> {
     pub(crate) recorded: &'a PlyPoint,
     pub(crate) world_m: DVec3,
-    /// The vector from the scanner to it, in the world.
+    /// The vector to it from where the scanner was at the frame's time, in the world.
     pub(crate) from_scanner_m: DVec3,
     /// `point_source_id`.
     pub(crate) source: u16,
@@ -178,7 +178,7 @@ fn record(p: &LazPoint<'_>, steps: DVec3) -> Vec<u8> {
     }
     out.u16((point.intensity.clamp(0.0, 1.0) * 65535.0).round() as u16);
     let (number, returns) = (point.return_number.clamp(1, 15), point.returns.clamp(1, 15));
-    out.bytes(&[number | returns << 4, 0, p.class, p.lidar + 1]);
+    out.bytes(&[number | returns << 4, 0, p.class, p.lidar.saturating_add(1)]);
     out.bytes(&scan_angle(p.from_scanner_m, point.position_m.y).to_le_bytes());
     out.u16(p.source);
     out.f64(p.time_s + point.time_ns as f64 * 1e-9);
@@ -193,8 +193,8 @@ fn record(p: &LazPoint<'_>, steps: DVec3) -> Vec<u8> {
     out.0
 }
 
-/// The angle of a pulse from straight down, in steps of 0.006°, negative to the left of where the
-/// scanner looks.
+/// The angle at which a point was seen, from straight down, in steps of 0.006°, negative to the left
+/// of where the scanner looks.
 fn scan_angle(from_scanner_m: DVec3, left_m: f32) -> i16 {
     const STEP_DEG: f64 = 0.006;
     let level_m = from_scanner_m.truncate().length();

@@ -160,6 +160,14 @@ fn impossible_combinations_are_refused_where_they_stand() {
             "[assets]\nmaritime_pine = 0\neucalyptus = 0\nenglish_oak = 0",
             "are all 0",
         ),
+        (
+            "[assets]\ndbh_mean_m = 0.7",
+            "assets.dbh_mean_m = 0.7: must be from assets.dbh_min_m = 0.1 to assets.dbh_max_m",
+        ),
+        (
+            "[imu]\nenabled = true\n[robot.stations]",
+            "imu.enabled = true: must be false with [robot.stations]: the robot stands still",
+        ),
         ("[lidar]\nwavelength_nm = 1000", "must be 905 or 1550"),
         (
             "[robot]\nstart_x_m = 1e8\n[chunks]\nsize_m = 20\nvisible_radius_m = 100\n\

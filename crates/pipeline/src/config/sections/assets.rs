@@ -17,7 +17,7 @@ section! {
         individuals: u32 = 8, Whole(1, 64), "our choice: 8-16 look varied";
         /// Wood thicker than this radius is trunk, thinner wood is canopy.
         trunk_radius_m: f64 = 0.04, Real(0.005, 1.0), "our choice";
-        /// Mean stem diameter at breast height, before diameters are kept within the next two.
+        /// Mean stem diameter at breast height, before diameters are kept within the limits.
         dbh_mean_m: f64 = 0.26, Real(0.08, 0.8), "our choice: managed stands";
         /// Shape of the Weibull distribution of diameters: 1.2 for uneven-aged stands, 3 for
         /// even-aged ones.
