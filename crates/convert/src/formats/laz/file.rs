@@ -193,8 +193,8 @@ fn record(p: &LazPoint<'_>, steps: DVec3) -> Vec<u8> {
     out.0
 }
 
-/// The angle at which a point was seen, from straight down, in steps of 0.006°, negative to the left
-/// of where the scanner looks.
+/// The angle at which a point was seen, from straight down, in steps of 0.006°, negative to the
+/// left of where the scanner looks.
 fn scan_angle(from_scanner_m: DVec3, left_m: f32) -> i16 {
     const STEP_DEG: f64 = 0.006;
     let level_m = from_scanner_m.truncate().length();
