@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 
 use nemoral_dataset::FileRecord;
 use nemoral_files::{EntryKind, Folder, InnerPath, Lock, PendingFile, Syncer, is_temporary_name};
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use crate::{Error, digest};
@@ -137,10 +138,22 @@ impl Notes {
     /// [`Error::Files`], and [`Error::Damaged`] if someone has changed it meanwhile.
     pub fn of(&self, key: &str) -> Result<String, Error> {
         let record = read_record(&self.folder, key)?;
-        record.map(|r| r.note).ok_or_else(|| Error::Damaged {
+        record.map(|r| r.note).ok_or_else(|| self.changed(key))
+    }
+
+    /// The same, read as JSON.
+    ///
+    /// # Errors
+    /// As [`Notes::of`], and if it is not what the step returned.
+    pub(crate) fn json<T: DeserializeOwned>(&self, key: &str) -> Result<T, Error> {
+        serde_json::from_str(&self.of(key)?).map_err(|_| self.changed(key))
+    }
+
+    fn changed(&self, key: &str) -> Error {
+        Error::Damaged {
             path: self.folder.root().to_owned(),
             cause: format!("the record of step {key} was changed"),
-        })
+        }
     }
 }
 

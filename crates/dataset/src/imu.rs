@@ -6,7 +6,7 @@ use nemoral_scene::RigidTransform;
 use nemoral_scene::glam::{DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 
-use crate::{Dataset, Error, layout, serde_scene};
+use crate::{Dataset, Error, FileRecord, layout, serde_scene};
 
 /// The inertial measurement unit of a sequence.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -80,6 +80,15 @@ impl Dataset {
             (&place(samples), &texts.samples),
             (&place(states), &texts.states),
         )
+    }
+
+    /// The records of the files of a sequence's unit; none if it has none.
+    pub(crate) fn imu_records(&self, sequence: u32) -> Vec<&FileRecord> {
+        let paths = layout::IMU_FILES.map(|name| layout::sequence_file(sequence, name));
+        let files = self.manifest().files.iter();
+        files
+            .filter(|f| paths.iter().any(|path| f.path.as_str() == path))
+            .collect()
     }
 
     /// The files of a sequence's unit; `None` if it has none.

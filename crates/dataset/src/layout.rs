@@ -233,7 +233,12 @@ pub(crate) fn common_files<'a>(
             files.push((path(DEADWOOD), limits::TABLE_BYTES));
         }
         if sequence.imu.is_some() {
-            files.extend(IMU_FILES.map(|name| (path(name), limits::TABLE_BYTES)));
+            let [samples, sensor, states] = IMU_FILES;
+            files.extend([
+                (path(samples), limits::TABLE_BYTES),
+                (path(sensor), limits::TEXT_BYTES),
+                (path(states), limits::TABLE_BYTES),
+            ]);
         }
     }
     files.sort();

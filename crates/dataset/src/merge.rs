@@ -7,7 +7,8 @@ use crate::formats::tables::{self, Tables};
 use crate::manifest::ranges;
 use crate::writer::Drive;
 use crate::{
-    Dataset, DatasetHeader, Error, Manifest, OpenMode, Watch, Writer, layout, output::compare,
+    Dataset, DatasetHeader, Error, FileRecord, Manifest, OpenMode, Watch, Writer, layout,
+    output::compare,
 };
 
 /// How [`merge`] treats its output folder and missing frames.
@@ -58,6 +59,8 @@ pub fn merge_watched(
     }
     let mut header = first.manifest().header.clone();
     let mut drives: BTreeMap<u32, Drive> = BTreeMap::new();
+    // Inertial measurements are compared by their checksums, and read when they are written.
+    let mut measured: BTreeMap<u32, (&Dataset, Vec<&FileRecord>)> = BTreeMap::new();
     for part in &parts {
         compare::compare(part.root(), &part.manifest().header, &header)?;
         part.verify_common_files()?;
@@ -69,12 +72,14 @@ pub fn merge_watched(
                 poses: part.read_text(&path(layout::POSES))?,
                 times: part.read_text(&path(layout::TIMES))?,
                 balance: track.balance.clone(),
-                imu: part.imu_texts(track.sequence)?,
             };
+            let imu = part.imu_records(track.sequence);
+            let our_imu = measured.entry(track.sequence);
+            let (_, our_imu) = our_imu.or_insert_with(|| (part, imu.clone()));
             let ours = drives
                 .entry(track.sequence)
                 .or_insert_with(|| drive.clone());
-            if *ours != drive {
+            if *ours != drive || *our_imu != imu {
                 return Err(Error::Mismatch {
                     path: part.root().to_owned(),
                     field: format!("track of sequence {}", track.sequence),
@@ -121,7 +126,8 @@ pub fn merge_watched(
         let tables = tables_of(&parts, sequence)?;
         let spec = writer.header().sequence(sequence);
         let spec = spec.expect("a manifest's tracks are of sequences");
-        writer.put_sequence(spec, drive, &tables)?;
+        let imu = measured[&sequence].0.imu_texts(sequence)?;
+        writer.put_sequence(spec, drive, &tables, imu.as_ref())?;
     }
     writer.finish()
 }

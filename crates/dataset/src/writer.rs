@@ -269,7 +269,6 @@ impl Writer {
             poses: kitti::encode_poses(&relative.collect::<Vec<_>>()),
             times: kitti::encode_times(&times),
             balance: track.balance.clone(),
-            imu: track.imu.clone(),
         };
         let trees = tables::tree_rows(world.trees)?;
         let objects = tables::object_rows(world.objects)?;
@@ -279,7 +278,7 @@ impl Writer {
             deadwood,
             objects,
         };
-        self.put_sequence(spec, &drive, &tables)
+        self.put_sequence(spec, &drive, &tables, track.imu.as_ref())
     }
 
     /// The same from prepared tables and tracks, as merging has them.
@@ -288,6 +287,7 @@ impl Writer {
         spec: &SequenceSpec,
         drive: &Drive,
         tables: &Tables,
+        imu: Option<&ImuTexts>,
     ) -> Result<(), Error> {
         if self.drives().contains_key(&spec.number) {
             return Err(Error::invalid("sequence", spec.number, "written once"));
@@ -305,9 +305,9 @@ impl Writer {
                 "none: has_deadwood is false",
             ));
         }
-        if spec.imu.is_some() != drive.imu.is_some() {
+        if spec.imu.is_some() != imu.is_some() {
             let word = |is_there| if is_there { "there" } else { "none" };
-            let [found, asked] = [drive.imu.is_some(), spec.imu.is_some()].map(word);
+            let [found, asked] = [imu.is_some(), spec.imu.is_some()].map(word);
             let allowed = format!("the header's: {asked}");
             return Err(Error::invalid("track.imu", found, allowed));
         }
@@ -334,7 +334,7 @@ impl Writer {
         for (path, text) in common.into_iter().chain(of_deadwood) {
             put(&path, &text)?;
         }
-        for (name, text) in drive.imu.iter().flat_map(ImuTexts::files) {
+        for (name, text) in imu.into_iter().flat_map(ImuTexts::files) {
             put(&path(name), text)?;
         }
         let record = TrackRecord {
@@ -588,7 +588,6 @@ pub(crate) struct Drive {
     pub(crate) poses: String,
     pub(crate) times: String,
     pub(crate) balance: Option<BalanceRecord>,
-    pub(crate) imu: Option<ImuTexts>,
 }
 
 fn size<T>(image: &Image<T>) -> (usize, usize) {

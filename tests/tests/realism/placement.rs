@@ -8,7 +8,7 @@ use nemoral_pipeline::ForestPlan;
 use nemoral_pipeline::config::Config;
 use nemoral_pipeline::plan::Runner;
 use nemoral_pipeline::world::assets::WorldAssets;
-use nemoral_pipeline::world::ground::ChunkGround;
+use nemoral_pipeline::world::chunk_ground::ChunkGround;
 use nemoral_placement::Placement;
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, ObjectKind};

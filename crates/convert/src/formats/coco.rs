@@ -87,7 +87,8 @@ impl Format for Coco {
         // What is a thing in one split is so in all.
         let mut things = BTreeSet::new();
         for key in parts.values().flatten() {
-            let segments = read(&notes.of(key)?)?.into_iter().flat_map(|p| p.segments);
+            let pictures: Vec<Picture> = notes.json(key)?;
+            let segments = pictures.into_iter().flat_map(|p| p.segments);
             things.extend(segments.filter(|s| s.instance > 0).map(|s| s.class));
         }
         for (split, keys) in &parts {
@@ -110,7 +111,7 @@ fn write_lists(
     // One frame's notes are in memory at a time, so they are read again for each list.
     let info = info(source);
     let notes = sink.notes();
-    let pictures = || keys.iter().map(|key| read(&notes.of(key)?));
+    let pictures = || keys.iter().map(|key| notes.json::<Vec<Picture>>(key));
     let (instances, panoptics) = (format!("instances{suffix}"), format!("panoptic{suffix}"));
     sink.stream(&instances, &format!("{instances}.json"), |out| {
         out.put(format!(
@@ -197,10 +198,6 @@ pub(super) fn needs_cameras(format: &'static str, manifest: &Manifest) -> Result
         format,
         reason: "the data set has no camera; make it with camera.enabled = true".to_owned(),
     })
-}
-
-fn read(note: &str) -> Result<Vec<Picture>, Error> {
-    Ok(serde_json::from_str(note).expect("a sealed record has what was written"))
 }
 
 /// Puts a frame's pictures, and returns what is in them.

@@ -24,7 +24,7 @@ use crate::labels::Labels;
 use crate::{Error, Format, FrameRef, Sequence, Sink, Source, Table, pictures};
 
 /// The name of the camera that is KITTI's right one.
-const RIGHT: &str = "right";
+pub(super) const RIGHT: &str = "right";
 
 /// The format.
 #[derive(Debug)]
@@ -99,10 +99,9 @@ impl Format for Kitti {
         let notes = sink.notes();
         let mut points: BTreeMap<u16, u64> = BTreeMap::new();
         for key in &keys {
-            let counts: BTreeMap<u16, u64> = serde_json::from_str(&notes.of(key)?)
-                .expect("a sealed record has what was written");
-            for (id, count) in counts {
-                *points.entry(id).or_default() += count;
+            for (id, count) in notes.json::<BTreeMap<u16, u64>>(key)? {
+                let sum = points.entry(id).or_default();
+                *sum = sum.saturating_add(count);
             }
         }
         sink.step("ontology", |files| {

@@ -9,11 +9,11 @@
 //! world in metres with z up, whose origin is the first camera's place at the first frame, rounded
 //! to metres, and whose axes are the data set's; `origin_m` is that place. Every frame has its own
 //! camera, but a file has one kind, `OPENCV` or `OPENCV_FISHEYE`, as readers take the file's for
-//! all; the first pixel's centre is (0.5, 0.5). `time` is in
-//! seconds. Source: nerfstudio's page "Data conventions".
+//! all; the first pixel's centre is (0.5, 0.5). `time` is in seconds. Source: nerfstudio's page
+//! "Data conventions".
 
-use nemoral_dataset::Manifest;
-use nemoral_scene::glam::DQuat;
+use nemoral_dataset::{CameraSpec, Manifest};
+use nemoral_scene::glam::{DQuat, DVec3};
 use nemoral_scene::{Distortion, Intrinsics, RigidTransform};
 use serde_json::{Value, json};
 
@@ -38,53 +38,53 @@ impl Format for Nerfstudio {
                     return Ok(String::new());
                 };
                 let origin = first.translation_m.round();
+                let cameras = sequence.cameras.iter();
+                let (fisheyes, others): (Vec<_>, Vec<_>) =
+                    cameras.partition(|c| is_fisheye(&c.intrinsics));
                 let is_first_fisheye = is_fisheye(&sequence.cameras[0].intrinsics);
-                for fisheye in [is_first_fisheye, !is_first_fisheye] {
-                    let cameras = || {
-                        sequence
-                            .cameras
-                            .iter()
-                            .filter(|c| is_fisheye(&c.intrinsics) == fisheye)
-                    };
-                    if cameras().next().is_none() {
-                        continue;
+                for (name, cameras, is_fisheye) in [
+                    ("transforms_fisheye", fisheyes, true),
+                    ("transforms_lens", others, false),
+                ] {
+                    let is_first = is_fisheye == is_first_fisheye;
+                    let name = if is_first { "transforms" } else { name };
+                    if !cameras.is_empty() {
+                        let text = transforms(source, sequence.number, &cameras, origin);
+                        files.put(format!("{:02}/{name}.json", sequence.number), text);
                     }
-                    let model = if fisheye { "OPENCV_FISHEYE" } else { "OPENCV" };
-                    let mut text = format!(
-                        "{{\"camera_model\":\"{model}\",\"orientation_override\":\"none\",\
-                     \"origin_m\":{},\n\"frames\":[",
-                        json!(origin.to_array())
-                    );
-                    let mut comma = "\n";
-                    for frame in source.frames(sequence.number) {
-                        for camera in cameras() {
-                            let pose = frame.world_from_body() * camera.body_from_camera;
-                            let matrix = matrix(&RigidTransform {
-                                translation_m: pose.translation_m - origin,
-                                ..pose
-                            });
-                            let mut one = camera_keys(&camera.intrinsics);
-                            let path = format!("images/{}/{:06}.png", camera.name, frame.index);
-                            one["file_path"] = path.into();
-                            one["time"] = frame.time_s.into();
-                            one["transform_matrix"] = json!(matrix);
-                            text += &format!("{comma}{one}");
-                            comma = ",\n";
-                        }
-                    }
-                    text += "\n]}\n";
-                    let name = match fisheye {
-                        kind if kind == is_first_fisheye => "transforms",
-                        true => "transforms_fisheye",
-                        false => "transforms_lens",
-                    };
-                    files.put(format!("{:02}/{name}.json", sequence.number), text);
                 }
                 Ok(String::new())
             })?;
         }
         Ok(())
     }
+}
+
+/// The file of some cameras, which are of one kind.
+fn transforms(source: &Source, sequence: u32, cameras: &[&CameraSpec], origin: DVec3) -> String {
+    let model = camera_model(&cameras[0].intrinsics);
+    let mut text = format!(
+        "{{\"camera_model\":\"{model}\",\"orientation_override\":\"none\",\
+         \"origin_m\":{},\n\"frames\":[",
+        json!(origin.to_array())
+    );
+    let mut comma = "\n";
+    for frame in source.frames(sequence) {
+        for camera in cameras {
+            let pose = frame.world_from_body() * camera.body_from_camera;
+            let matrix = matrix(&RigidTransform {
+                translation_m: pose.translation_m - origin,
+                ..pose
+            });
+            let mut one = camera_keys(&camera.intrinsics);
+            one["file_path"] = format!("images/{}/{:06}.png", camera.name, frame.index).into();
+            one["time"] = frame.time_s.into();
+            one["transform_matrix"] = json!(matrix);
+            text += &format!("{comma}{one}");
+            comma = ",\n";
+        }
+    }
+    text + "\n]}\n"
 }
 
 /// The pose of a camera whose axes are OpenGL's, from that of one whose axes are OpenCV's.
@@ -101,10 +101,18 @@ fn is_fisheye(k: &Intrinsics) -> bool {
     matches!(k.distortion, Distortion::Fisheye { .. })
 }
 
+fn camera_model(k: &Intrinsics) -> &'static str {
+    if is_fisheye(k) {
+        "OPENCV_FISHEYE"
+    } else {
+        "OPENCV"
+    }
+}
+
 /// The keys that describe a camera.
 fn camera_keys(k: &Intrinsics) -> Value {
     let mut keys = json!({
-        "camera_model": "OPENCV", "w": k.width, "h": k.height,
+        "camera_model": camera_model(k), "w": k.width, "h": k.height,
         "fl_x": k.fx, "fl_y": k.fy, "cx": k.cx, "cy": k.cy,
     });
     match k.distortion {
@@ -114,7 +122,6 @@ fn camera_keys(k: &Intrinsics) -> Value {
             }
         }
         Distortion::Fisheye { k1, k2, k3, k4 } => {
-            keys["camera_model"] = "OPENCV_FISHEYE".into();
             for (key, value) in [("k1", k1), ("k2", k2), ("k3", k3), ("k4", k4)] {
                 keys[key] = value.into();
             }

@@ -30,7 +30,8 @@ impl Checker<'_> {
         let Some(last_s) = drive.times.last() else {
             return;
         };
-        let wanted = (last_s * imu.rate_hz + 1e-6).floor() as usize + 1;
+        let intervals = (last_s * imu.rate_hz + 1e-6).floor() as usize;
+        let wanted = intervals.saturating_add(1);
         if readings.len() != wanted {
             let message = format!(
                 "has {} samples: {wanted} are made in {last_s} s at {} Hz",

@@ -14,7 +14,7 @@ use crate::recording::scene::FrameScene;
 use crate::world::assets::WorldAssets;
 use crate::world::cameras::CameraRig;
 use crate::world::chunk_geometry::ObjectGeometry;
-use crate::world::ground::ChunkGround;
+use crate::world::chunk_ground::ChunkGround;
 use crate::world::trajectory::{RobotTrajectory, Surroundings};
 use crate::world::uncovered::{Trunks, UncoveredGeometry};
 

@@ -9,7 +9,7 @@ use crate::recording::pose::FramePose;
 use crate::world::assets::WorldAssets;
 use crate::world::balance::{BalanceChoice, BalanceRecipe, Land, Pilot};
 use crate::world::chunk_geometry::{LitterGeometry, ObjectGeometry, UndergrowthGeometry};
-use crate::world::ground::ChunkGround;
+use crate::world::chunk_ground::ChunkGround;
 use crate::world::lidars::LidarRig;
 use crate::world::trajectory::{RobotTrajectory, Surroundings};
 

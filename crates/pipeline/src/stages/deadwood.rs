@@ -7,8 +7,9 @@ use nemoral_stand::{FallenStem, settle};
 
 use crate::plan::{AnyChunk, Forest, Hasher, Node, OfWorld, Stage, Values};
 use crate::world::assets::WorldAssets;
+use crate::world::chunk_ground::ChunkGround;
 use crate::world::deadwood::{LogRecipe, Surroundings};
-use crate::world::ground::{ChunkGround, GroundModel};
+use crate::world::ground::GroundModel;
 use crate::{Error, InputFiles};
 
 /// Finds places for the logs of a chunk among what stands in it and its neighbours.

@@ -5,7 +5,8 @@ use nemoral_seed::Key;
 
 use crate::Error;
 use crate::plan::{Forest, Hasher, OfWorld, Stage, Values};
-use crate::world::ground::{ChunkGround, GroundModel};
+use crate::world::chunk_ground::ChunkGround;
+use crate::world::ground::GroundModel;
 use crate::world::ground_recipe::GroundRecipe;
 
 /// Makes the [`GroundModel`].

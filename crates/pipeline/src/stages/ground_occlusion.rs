@@ -9,7 +9,7 @@ use crate::Error;
 use crate::plan::{Forest, Hasher, Node, OfWorld, Stage, Values};
 use crate::world::assets::{LyingSnow, WorldAssets};
 use crate::world::chunk_geometry::{ObjectGeometry, UndergrowthGeometry};
-use crate::world::ground::ChunkGround;
+use crate::world::chunk_ground::ChunkGround;
 use crate::world::snow::SnowCover;
 
 /// Measures the [`GroundOcclusion`] by what belongs to a chunk; `None` where nothing stands.

@@ -8,8 +8,8 @@ use crate::Error;
 use crate::plan::{AnyChunk, Forest, Hasher, Node, OfWorld, Stage, Values};
 use crate::world::assets::WorldAssets;
 use crate::world::chunk_geometry::{LitterGeometry, ObjectGeometry};
+use crate::world::chunk_ground::ChunkGround;
 use crate::world::flora::Flora;
-use crate::world::ground::ChunkGround;
 use crate::world::litter::{GroundHeights, LitterPatch, Stems, instances};
 
 /// Lays the litter of a chunk among the stems in it and in its neighbours.

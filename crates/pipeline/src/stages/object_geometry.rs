@@ -8,7 +8,7 @@ use crate::plan::{Forest, Hasher, Node, OfWorld, Stage, Values};
 use crate::pool::in_pool;
 use crate::world::assets::WorldAssets;
 use crate::world::chunk_geometry::ObjectGeometry;
-use crate::world::ground::ChunkGround;
+use crate::world::chunk_ground::ChunkGround;
 use crate::world::ground_mesh::GroundMeshRecipe;
 use crate::world::water::sheets;
 use crate::{Error, InputFiles};

@@ -7,7 +7,8 @@ use nemoral_seed::Key;
 
 use crate::plan::{AnyChunk, Forest, Hasher, Node, OfWorld, Stage, Values};
 use crate::world::assets::WorldAssets;
-use crate::world::ground::{ChunkGround, GroundModel};
+use crate::world::chunk_ground::ChunkGround;
+use crate::world::ground::GroundModel;
 use crate::world::outcrops::outcrops;
 use crate::world::placement::{PlacementRecipe, is_free, woody_sites};
 use crate::{Error, InputFiles};

@@ -8,7 +8,8 @@ use nemoral_stand::{FallenStem, InstanceVariation, SceneObjects};
 use crate::Error;
 use crate::plan::{Forest, Hasher, Node, OfWorld, Stage, Values};
 use crate::world::assets::WorldAssets;
-use crate::world::ground::{ChunkGround, GroundModel};
+use crate::world::chunk_ground::ChunkGround;
+use crate::world::ground::GroundModel;
 use crate::world::object_sites::object_sites;
 
 /// Numbers the sites of a chunk and puts them on its ground.

@@ -13,7 +13,7 @@ use crate::pool::in_pool;
 use crate::recording::scene::chunk_offset_m;
 use crate::world::assets::{LyingSnow, WorldAssets};
 use crate::world::chunk_geometry::ObjectGeometry;
-use crate::world::ground::ChunkGround;
+use crate::world::chunk_ground::ChunkGround;
 use crate::world::snow::SnowCover;
 
 /// The chunks whose trees may hide the sky from a chunk: as many rings as cover the reach of the

@@ -6,8 +6,8 @@ use nemoral_seed::Key;
 use nemoral_stand::SkyViewFactor;
 
 use crate::plan::{Forest, Hasher, Node, OfWorld, Stage, Values};
+use crate::world::chunk_ground::ChunkGround;
 use crate::world::flora::{Flora, FloraRecipe, seedlings};
-use crate::world::ground::ChunkGround;
 use crate::world::patch::Patch;
 use crate::{Error, InputFiles};
 

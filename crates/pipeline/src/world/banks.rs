@@ -7,7 +7,7 @@ use nemoral_seed::{Domain, Draw, Key};
 use nemoral_stand::{GroundPlane, LOW_PLANT_VARIATION};
 use nemoral_trails::TrailZone;
 
-use super::ground::ChunkGround;
+use super::chunk_ground::ChunkGround;
 use crate::Error;
 
 const BANKS: Domain = Domain::new("pipeline.banks");

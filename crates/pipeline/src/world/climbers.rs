@@ -10,7 +10,8 @@ use nemoral_seed::{Domain, Draw, Key};
 use nemoral_stand::{FERN_FIELD, Field, LowPlant, SceneObject, SceneObjects};
 
 use super::assets::{ClimberShapes, WorldAssets};
-use super::ground::{ChunkGround, TerrainField};
+use super::chunk_ground::ChunkGround;
+use super::ground::TerrainField;
 use crate::{Error, config};
 
 const CLIMBERS: Domain = Domain::new("pipeline.climbers");

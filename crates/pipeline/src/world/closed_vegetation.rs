@@ -8,7 +8,8 @@ use nemoral_scene::{ChunkCoord, PlantCommunity, Surface, TrailSurfaceKind};
 use nemoral_seed::{Domain, Draw, Key};
 use nemoral_stand::{Closed, Communities, CommunityParams, PatchKind, Site, SkyViewFactor};
 
-use super::ground::{ChunkGround, TerrainField};
+use super::chunk_ground::ChunkGround;
+use super::ground::TerrainField;
 use super::patch::Patch;
 use crate::Error;
 

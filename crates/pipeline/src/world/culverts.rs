@@ -6,7 +6,7 @@ use nemoral_seed::{Domain, Key};
 use nemoral_stand::LowPlant;
 use nemoral_trails::{DressingKind, TrailDressing};
 
-use super::ground::ChunkGround;
+use super::chunk_ground::ChunkGround;
 
 const CULVERTS: Domain = Domain::new("pipeline.culverts");
 

@@ -11,7 +11,8 @@ use nemoral_stand::{
 };
 
 use super::assets::WorldAssets;
-use super::ground::{ChunkGround, GroundModel};
+use super::chunk_ground::ChunkGround;
+use super::ground::GroundModel;
 use super::thrown::{LOG_REACH_M, ThrownTree};
 use crate::config::{self, Config};
 use crate::plan::{Encode, Encoder};

@@ -17,7 +17,8 @@ use super::litter::{GroundHeights, LitterLayer, LitterPatch, Stems};
 use super::outcrops::bareness;
 use super::patch::Patch;
 
-use super::ground::{ChunkGround, TerrainField};
+use super::chunk_ground::ChunkGround;
+use super::ground::TerrainField;
 use crate::Error;
 use crate::config::way_model::skid_brash;
 use crate::config::{self, Config};

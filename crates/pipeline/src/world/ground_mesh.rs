@@ -12,7 +12,8 @@ use nemoral_terrain::{GroundMesher, GroundZones, MeshParams, ZoneSample};
 use nemoral_trails::{TrailPlace, TrailSurfaceKind, TrailZone};
 
 use super::assets::{LyingSnow, WorldAssets};
-use super::ground::{ChunkGround, TerrainField};
+use super::chunk_ground::ChunkGround;
+use super::ground::TerrainField;
 use super::snow::SnowCover;
 use super::water::WaterMaterials;
 use crate::Error;

@@ -19,7 +19,8 @@ use nemoral_trails::TrailZone;
 
 use super::assets::WorldAssets;
 use super::chunk_geometry::ObjectGeometry;
-use super::ground::{ChunkGround, TerrainField};
+use super::chunk_ground::ChunkGround;
+use super::ground::TerrainField;
 use super::ground_mesh::floor_composition;
 use super::low_plants::near;
 use crate::{Error, config};

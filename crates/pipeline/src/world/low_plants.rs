@@ -12,9 +12,9 @@ use nemoral_trails::{DressingKind, TrailDressing};
 
 use super::assets::WorldAssets;
 use super::banks::banks;
+use super::chunk_ground::ChunkGround;
 use super::closed_vegetation::trodden_chance;
 use super::culverts::culverts;
-use super::ground::ChunkGround;
 use super::patch::Patch;
 use super::stream_stones::StreamStones;
 use crate::Error;

@@ -6,6 +6,7 @@ pub(crate) mod banks;
 pub(crate) mod built_ways;
 pub mod cameras;
 pub mod chunk_geometry;
+pub mod chunk_ground;
 pub(crate) mod climbers;
 pub(crate) mod closed_vegetation;
 pub(crate) mod communities;

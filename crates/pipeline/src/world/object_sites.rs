@@ -7,9 +7,10 @@ use nemoral_stand::{FallenStem, OBJECT_VARIATION, ObjectSite, ObjectSize, StandL
 use nemoral_trails::{DressingKind, TrailDressing};
 
 use super::assets::WorldAssets;
+use super::chunk_ground::ChunkGround;
 use super::deadwood::lying_sites;
 use super::edge_trees::light_from;
-use super::ground::{ChunkGround, GroundModel};
+use super::ground::GroundModel;
 use super::meadows::Meadows;
 use super::stream_stones::boulders;
 use crate::site::PLOT_LAYER;

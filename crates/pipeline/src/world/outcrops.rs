@@ -6,7 +6,8 @@ use nemoral_scene::{ChunkCoord, Surface};
 use nemoral_seed::{Domain, Draw, Key};
 use nemoral_stand::{Field, FieldParams, GroundConditions};
 
-use super::ground::{ChunkGround, TerrainField};
+use super::chunk_ground::ChunkGround;
+use super::ground::TerrainField;
 use super::placement::is_free;
 use crate::Error;
 

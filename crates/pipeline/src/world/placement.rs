@@ -12,7 +12,8 @@ use nemoral_seed::{Domain, Key};
 use nemoral_stand::StandLayer;
 
 use super::assets::{Standing, WorldAssets};
-use super::ground::{ChunkGround, GroundModel};
+use super::chunk_ground::ChunkGround;
+use super::ground::GroundModel;
 use super::meadows::at_edges;
 use crate::Error;
 use crate::config::{self, Config};

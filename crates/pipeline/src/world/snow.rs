@@ -3,7 +3,7 @@
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{Surface, SurfaceSample};
 
-use super::ground::ChunkGround;
+use super::chunk_ground::ChunkGround;
 
 /// The share of the snow of the open that reaches the ground in a wood: crowns hold up to two
 /// thirds of it (Varhola et al. 2010, "Forest canopy effects on snow accumulation and ablation").

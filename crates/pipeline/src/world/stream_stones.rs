@@ -9,7 +9,7 @@ use nemoral_stand::{LowPlant, ObjectSite, ObjectSize};
 use nemoral_water::Section;
 
 use super::assets::WorldAssets;
-use super::ground::ChunkGround;
+use super::chunk_ground::ChunkGround;
 
 const COBBLES: Domain = Domain::new("pipeline.stream.cobbles");
 const STONES: Domain = Domain::new("pipeline.stream.stones");

@@ -10,7 +10,7 @@ use nemoral_seed::{Domain, Draw, Key};
 use nemoral_stand::{SceneObject, SceneObjects};
 
 use super::assets::WorldAssets;
-use super::ground::ChunkGround;
+use super::chunk_ground::ChunkGround;
 
 const SURFACE_ROOTS: Domain = Domain::new("pipeline.surface_roots");
 

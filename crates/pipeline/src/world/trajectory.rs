@@ -9,7 +9,7 @@ use nemoral_trails::TrailPath;
 use nemoral_trajectory::{Obstacle, Obstacles, Polyline, Stance, Trajectory};
 use nemoral_water::WaterNear;
 
-use super::ground::ChunkGround;
+use super::chunk_ground::ChunkGround;
 use super::thrown::LOG_REACH_M;
 use crate::Error;
 use crate::plan::Demand;

@@ -11,7 +11,7 @@ use nemoral_scene::{
 };
 use nemoral_water::WaterKind;
 
-use super::ground::ChunkGround;
+use super::chunk_ground::ChunkGround;
 use crate::Error;
 
 /// The materials of waters and their beds.

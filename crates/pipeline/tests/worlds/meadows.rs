@@ -1,7 +1,7 @@
 //! Meadows and clearings, and what the lie of the ground does: trees end where the wood does, a
 //! mantle closes its edge, grass covers what is kept, moss is where it is wet.
 
-use nemoral_pipeline::world::ground::ChunkGround;
+use nemoral_pipeline::world::chunk_ground::ChunkGround;
 use nemoral_placement::Site;
 use nemoral_realism::World;
 use nemoral_scene::ChunkCoord;

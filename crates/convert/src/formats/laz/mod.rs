@@ -4,9 +4,9 @@
 //! ```
 //! x, y and z are the world's, at the frame's pose, in steps of 0.1 mm. `gps_time` is seconds after
 //! the start of the sequence, `intensity` that of the scan times 65535, `point_source_id` and
-//! `user_data` the number of the LiDAR, from 1, `scan_angle` that from straight
-//! down at which the scanner saw the point from where it was at the frame's time.
-//! `classification` is by the table `asprs` unless another is given;
+//! `user_data` the number of the LiDAR, from 1, `scan_angle` that from straight down at
+//! which the scanner saw the point from where it was at the frame's time. `classification` is by
+//! the table `asprs` unless another is given;
 //! what the data set knows besides is in extra dimensions: `class` and `semantic`, the object's
 //! `instance` (as in instance maps), `ring`, `pulse`, `range`, `range_true`, `incidence_cos`,
 //! `flags`.

@@ -12,7 +12,7 @@ pub(super) const FRAME: &str = "imu";
 
 /// How long before the first frame, and after the last, readings are written, nanoseconds: scans
 /// begin before their frame's time and end after it.
-const AROUND_NS: i64 = 1_000_000_000;
+const AROUND_NS: u64 = 1_000_000_000;
 
 /// Of a drive's readings those around these frames, whose times are in nanoseconds, in parts: up to
 /// each frame, and for the last frame all that follow.
@@ -20,13 +20,15 @@ pub(super) fn parts<'a>(
     readings: &'a [ImuReading],
     frames_ns: &[u64],
 ) -> impl Iterator<Item = &'a [ImuReading]> {
-    let until = |at_ns: i64| readings.partition_point(|reading| time_ns(reading) as i64 <= at_ns);
-    let first = frames_ns
-        .first()
-        .map_or(0, |first| until(*first as i64 - AROUND_NS));
+    let until = |at_ns: u64| readings.partition_point(|reading| time_ns(reading) <= at_ns);
+    let before = |first: &u64| match first.checked_sub(AROUND_NS) {
+        Some(at_ns) => until(at_ns),
+        None => 0,
+    };
+    let first = frames_ns.first().map_or(0, before);
     let ends = frames_ns.iter().enumerate().map(|(i, time_ns)| {
         let is_last = i + 1 == frames_ns.len();
-        until(*time_ns as i64 + if is_last { AROUND_NS } else { 0 })
+        until(time_ns.saturating_add(if is_last { AROUND_NS } else { 0 }))
     });
     let ends: Vec<usize> = ends.collect();
     (0..ends.len()).map(move |i| {

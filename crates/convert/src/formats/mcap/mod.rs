@@ -27,9 +27,10 @@ mod imu;
 
 use nemoral_dataset::{CameraSpec, Manifest, PlyPoint};
 use nemoral_scene::glam::{DQuat, DVec3};
-use nemoral_scene::{Distortion, Image, Ontology, RigidTransform, Twist};
+use nemoral_scene::{Image, Ontology, RigidTransform, Twist};
 
-use crate::geometry::relative;
+use crate::formats::kitti::RIGHT;
+use crate::geometry::{lens, relative};
 use crate::labels::Labels;
 use crate::{Error, Format, FrameRef, Sequence, Sink, Source, Stream, Table};
 use bag::Durability;
@@ -37,8 +38,6 @@ use cdr::Cdr;
 use container::{Channel, Container, Message};
 
 const MAP: &str = "map";
-/// The further camera that is the right one of a stereo pair.
-const RIGHT: &str = "right";
 const BODY: &str = "base_link";
 /// The channels that are not a sensor's.
 const TF_STATIC: usize = 0;
@@ -145,7 +144,7 @@ fn metadata(source: &Source, sequence: &Sequence<'_>, file: &str) -> Result<Stri
     let readings = source.imu(sequence.number)?;
     let parts: Vec<_> = imu::parts(&readings, &times_ns).collect();
     let readings: usize = parts.iter().map(|part| part.len()).sum();
-    times_ns.extend(parts.concat().iter().map(imu::time_ns));
+    times_ns.extend(parts.iter().copied().flatten().map(imu::time_ns));
     // The mounts are told once, all else at each frame, but readings.
     let count = |i, channel: &Channel| match i {
         TF_STATIC => frames.min(1),
@@ -164,7 +163,7 @@ fn metadata(source: &Source, sequence: &Sequence<'_>, file: &str) -> Result<Stri
 const START_NS: u64 = 1_000_000_000;
 
 fn time_ns(frame: &FrameRef<'_>) -> u64 {
-    START_NS + (frame.time_s * 1e9).round() as u64
+    START_NS.saturating_add((frame.time_s * 1e9).round() as u64)
 }
 
 fn message(channel: usize, frame: &FrameRef<'_>, data: Vec<u8>) -> Message {
@@ -352,10 +351,9 @@ fn baseline_px(sequence: &Sequence<'_>, camera: usize) -> f64 {
 fn camera_info(frame: &FrameRef<'_>, camera: &CameraSpec, baseline_px: f64) -> Vec<u8> {
     let k = &camera.intrinsics;
     let (cx, cy) = (k.cx - 0.5, k.cy - 0.5);
-    let (model, d) = match k.distortion {
-        Distortion::BrownConrady { k1, k2, k3, p1, p2 } => ("plumb_bob", vec![k1, k2, p1, p2, k3]),
-        Distortion::Fisheye { k1, k2, k3, k4 } => ("equidistant", vec![k1, k2, k3, k4]),
-        _ => ("plumb_bob", vec![0.0; 5]),
+    let (model, d) = match lens(&k.distortion) {
+        ("fisheye", [d @ .., _]) => ("equidistant", d.to_vec()),
+        (_, d) => ("plumb_bob", d.to_vec()),
     };
     let mut out = Cdr::new();
     out.header(time_ns(frame), &camera.name)
@@ -364,20 +362,8 @@ fn camera_info(frame: &FrameRef<'_>, camera: &CameraSpec, baseline_px: f64) -> V
     out.text(model).u32(d.len() as u32).f64s(&d);
     out.f64s(&[k.fx, 0.0, cx, 0.0, k.fy, cy, 0.0, 0.0, 1.0]);
     out.f64s(&[1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]);
-    out.f64s(&[
-        k.fx,
-        0.0,
-        cx,
-        baseline_px,
-        0.0,
-        k.fy,
-        cy,
-        0.0,
-        0.0,
-        0.0,
-        1.0,
-        0.0,
-    ]);
+    out.f64s(&[k.fx, 0.0, cx, baseline_px]);
+    out.f64s(&[0.0, k.fy, cy, 0.0, 0.0, 0.0, 1.0, 0.0]);
     // No binning, and the whole picture.
     out.u32(0).u32(0).u32(0).u32(0).u32(0).u32(0).u8(0);
     out.finish()
