@@ -39,6 +39,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             .map(|species| StandSpecies {
                 species,
                 dbh_mean_m: 0.3,
+                trees_per_ha: 300.0,
             })
             .collect(),
         ..AssetParams::default()

@@ -36,8 +36,9 @@ pub use materials::{GroundMaterials, TrailMaterials};
 pub use nemoral_scene::ParamError;
 pub use serialize::DeserializeError;
 pub use tree::{
-    Allometry, BarkKind, BarkLayer, BarkLook, BranchLevel, CrownForm, DeadBranches, FlareLobe,
-    FoliageCard, FoliageForm, FruitLook, GrownTree, GrowthParams, LeafKind, LeafLook, LeafPhase,
-    LeafStage, Phenology, Season, ShedBark, ShedLook, SizeClass, Species, SpeciesError, StemForm,
-    Taper, TreeMaterials, TreeSize, TreeStructure, WoodNode, grow, grow_snag, grow_with_structure,
+    Allometry, BarkKind, BarkLayer, BarkLook, BranchLevel, Competition, Competitors,
+    CrownCompetition, CrownForm, DeadBranches, FlareLobe, FoliageCard, FoliageForm, FruitLook,
+    GrownTree, GrowthParams, LeafKind, LeafLook, LeafPhase, LeafStage, Phenology, Season, ShedBark,
+    ShedLook, SizeClass, Species, SpeciesError, StemForm, Taper, TreeMaterials, TreeSize,
+    TreeStructure, WoodNode, grow, grow_snag, grow_with_structure,
 };

@@ -28,8 +28,8 @@ use crate::materials::{self, GroundMaterials, Timing, Wanted, WorldMaterials};
 use crate::plant::shape::Shape;
 use crate::plant::surface_root::LOBE_M;
 use crate::tree::{
-    FlareLobe, GrownTree, GrowthParams, Season, SizeClass, Species, TreeMaterials, TreeSize, grow,
-    grow_snag, individual_rank,
+    Competitors, FlareLobe, GrownTree, GrowthParams, Season, SizeClass, Species, TreeMaterials,
+    TreeSize, grow, grow_snag, individual_rank,
 };
 use nemoral_scene::ParamError;
 
@@ -106,6 +106,8 @@ pub struct StandSpecies {
     pub species: Species,
     /// Mean diameter at breast height before truncation, metres, 0.08..=1.0.
     pub dbh_mean_m: f64,
+    /// How many of its trees stand on a hectare of the stand, 0..=20,000.
+    pub trees_per_ha: f64,
 }
 
 /// The distribution of diameters at breast height: a truncated Weibull distribution (shape 2.5 to 4
@@ -240,6 +242,7 @@ impl Default for AssetParams {
         let of = |species, dbh_mean_m| StandSpecies {
             species,
             dbh_mean_m,
+            trees_per_ha: 150.0,
         };
         Self {
             species: vec![
@@ -303,6 +306,8 @@ impl AssetParams {
             }
             let field = format!("species[{i}].dbh_mean_m");
             ParamError::check_within(field, of.dbh_mean_m, 0.08, 1.0)?;
+            let field = format!("species[{i}].trees_per_ha");
+            ParamError::check_within(field, of.trees_per_ha, 0.0, 20_000.0)?;
         }
         let n = f64::from(self.individuals_per_species);
         ParamError::check_within("individuals_per_species", n, 1.0, 64.0)?;
@@ -338,6 +343,26 @@ impl AssetParams {
         ParamError::check_within("stand.shape", stand.shape, 1.0, 6.0)?;
         ParamError::check_within("stand.dbh_min_m", stand.dbh_min_m, 0.07, 0.5)?;
         ParamError::check_within("stand.dbh_max_m", stand.dbh_max_m, stand.dbh_min_m, 1.5)
+    }
+
+    /// The stand's trees as competitors of each other.
+    #[must_use]
+    pub fn competitors(&self) -> Competitors {
+        const CLASSES: u32 = 32;
+        let StandParams {
+            shape,
+            dbh_min_m,
+            dbh_max_m,
+        } = self.stand;
+        Competitors::new(self.species.iter().flat_map(|of| {
+            let per_ha = of.trees_per_ha / f64::from(CLASSES);
+            (0..CLASSES).map(move |class| {
+                let rank = (f64::from(class) + 0.5) / f64::from(CLASSES);
+                let limits = [dbh_min_m, dbh_max_m];
+                let dbh_m = of.species.dbh_of_rank(of.dbh_mean_m, shape, limits, rank);
+                (&of.species, dbh_m, per_ha)
+            })
+        }))
     }
 }
 
@@ -381,6 +406,7 @@ impl Library {
             params,
             materials: &materials,
             masks: &masks,
+            competitors: params.competitors(),
             growth: GrowthParams {
                 trunk_radius_m: params.trunk_radius_m,
                 ..GrowthParams::default()
@@ -522,6 +548,7 @@ struct TreeGrower<'a> {
     materials: &'a WorldMaterials,
     masks: &'a MaskCoverage,
     growth: GrowthParams,
+    competitors: Competitors,
 }
 
 impl TreeGrower<'_> {
@@ -554,13 +581,14 @@ impl TreeGrower<'_> {
         let StandSpecies {
             species,
             dbh_mean_m,
+            ..
         } = &self.params.species[index];
         let stand = &self.params.stand;
         let limits = [stand.dbh_min_m, stand.dbh_max_m];
         let inside = || {
             let number = [number, of];
             let dbh_m = species.dbh_of_individual(*dbh_mean_m, stand.shape, limits, number, of_all);
-            species.draw_size(dbh_m, key.item(1))
+            species.draw_size_among(dbh_m, &self.competitors.of(dbh_m), key.item(1))
         };
         let (size, part, growth) = match kind {
             TreeKind::Living => (inside(), "", self.growth),

@@ -11,6 +11,7 @@ static LIBRARY: LazyLock<Library> = LazyLock::new(|| {
     let of = |name: &str| StandSpecies {
         species: Species::built_in(name).expect("a built-in species"),
         dbh_mean_m: 0.25,
+        trees_per_ha: 300.0,
     };
     let params = AssetParams {
         species: ["english_oak", "scots_pine"].map(of).to_vec(),

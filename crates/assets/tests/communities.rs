@@ -19,6 +19,7 @@ fn params(communities: &[PlantCommunity]) -> AssetParams {
         species: vec![StandSpecies {
             species: Species::built_in("silver_birch").expect("a built-in species"),
             dbh_mean_m: 0.15,
+            trees_per_ha: 300.0,
         }],
         individuals_per_species: 1,
         communities: communities.to_vec(),

@@ -15,6 +15,7 @@ fn params(edge_trees: bool) -> AssetParams {
             .map(|name| StandSpecies {
                 species: Species::built_in(name).expect("a built-in species"),
                 dbh_mean_m: 0.3,
+                trees_per_ha: 300.0,
             })
             .collect(),
         individuals_per_species: INDIVIDUALS as u32,

@@ -13,6 +13,7 @@ fn params(names: &[&str]) -> AssetParams {
             .map(|name| StandSpecies {
                 species: Species::built_in(name).expect("a built-in species"),
                 dbh_mean_m: 0.15,
+                trees_per_ha: 300.0,
             })
             .collect(),
         individuals_per_species: 1,

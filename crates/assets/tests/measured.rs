@@ -31,6 +31,7 @@ static LIBRARY: LazyLock<Library> = LazyLock::new(|| {
         species: species
             .map(|s| StandSpecies {
                 dbh_mean_m: s.class_dbh_m(SizeClass::Middle),
+                trees_per_ha: 300.0,
                 species: s,
             })
             .collect(),

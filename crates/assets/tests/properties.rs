@@ -604,6 +604,7 @@ fn bark_does_not_repeat_up_a_stem() {
                 .map(|species| StandSpecies {
                     species,
                     dbh_mean_m: 0.25,
+                    trees_per_ha: 300.0,
                 })
                 .collect(),
             ..params()
@@ -690,6 +691,7 @@ proptest! {
         n in 0_u32..80,
         radius in 0.0_f64..0.3,
         mean in 0.0_f64..1.2,
+        per_ha in -1_000.0_f64..25_000.0,
         shape in 0.5_f64..7.0,
         low in 0.0_f64..0.6,
         high in 0.0_f64..2.0,
@@ -706,16 +708,19 @@ proptest! {
                 StandSpecies {
                     species: Species::beech(),
                     dbh_mean_m: 0.3,
+                    trees_per_ha: 300.0,
                 },
                 StandSpecies {
                     species: Species::cork_oak(),
                     dbh_mean_m: mean,
+                    trees_per_ha: per_ha,
                 },
             ],
             ..AssetParams::default()
         };
         let good = [
             ((0.08..=1.0).contains(&mean), "species[1].dbh_mean_m"),
+            ((0.0..=20_000.0).contains(&per_ha), "species[1].trees_per_ha"),
             ((1..=64).contains(&n), "individuals_per_species"),
             ((0.01..=0.2).contains(&radius), "trunk_radius_m"),
             ((1.0..=6.0).contains(&shape), "stand.shape"),

@@ -12,6 +12,7 @@ fn library(day_of_year: Option<f64>) -> Library {
     let of = |species| StandSpecies {
         species,
         dbh_mean_m: 0.25,
+        trees_per_ha: 300.0,
     };
     let params = AssetParams {
         species: vec![

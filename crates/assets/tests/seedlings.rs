@@ -18,6 +18,7 @@ fn grow(species: Vec<Species>, seedlings_per_species: u32) -> Library {
     let of = |species| StandSpecies {
         species,
         dbh_mean_m: 0.2,
+        trees_per_ha: 300.0,
     };
     let params = AssetParams {
         species: species.into_iter().map(of).collect(),

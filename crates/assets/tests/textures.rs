@@ -15,6 +15,7 @@ fn grow(textures: bool) -> Library {
         species: vec![StandSpecies {
             species: Species::built_in("silver_birch").expect("a built-in species"),
             dbh_mean_m: 0.15,
+            trees_per_ha: 300.0,
         }],
         individuals_per_species: 1,
         snags_per_species: 1,

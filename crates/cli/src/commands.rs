@@ -91,15 +91,11 @@ fn run_imu(a: &Imu, program: Option<&Path>) -> Result<bool, Failure> {
     let measured = recorder.write_imu(&a.out)?;
     let (samples, out) = (measured.samples, a.out.display());
     say(&format!("{samples} samples in {out}"))?;
-    if let Some(about_drive) = measured.note {
-        note(&about_drive);
+    if let Some(about_drive) = &measured.note {
+        note(about_drive);
     }
-    if measured.out_of_range > 0 {
-        note(&format!(
-            "{} samples are beyond 2000 degrees a second or 16 g, as where a robot turns back in \
-             no time",
-            measured.out_of_range
-        ));
+    if let Some(beyond) = measured.range_note() {
+        note(&beyond);
     }
     if let Some(no_cache) = no_cache {
         note(&no_cache);

@@ -1,7 +1,7 @@
 //! The true motion of an inertial measurement unit.
 
-use nemoral_scene::RigidTransform;
-use nemoral_scene::glam::{DQuat, DVec3};
+use nemoral_scene::glam::DVec3;
+use nemoral_scene::{RigidTransform, rotation_vector};
 
 /// Standard gravity, m/s².
 pub const GRAVITY_M_S2: f64 = 9.80665;
@@ -115,20 +115,11 @@ impl<E, F: FnMut(f64) -> Result<RigidTransform, E>> Iterator for Motions<F> {
     }
 }
 
-/// The axis of a rotation times its angle, at most π.
-fn rotation_vector(rotation: DQuat) -> DVec3 {
-    let q = if rotation.w < 0.0 {
-        -rotation
-    } else {
-        rotation
-    };
-    q.to_scaled_axis()
-}
-
 #[cfg(test)]
 mod tests {
     use std::convert::Infallible;
 
+    use nemoral_scene::glam::DQuat;
     use proptest::prelude::*;
 
     use super::*;
@@ -164,6 +155,17 @@ mod tests {
                 prop_assert!(motion.specific_force_m_s2.distance(wanted) < 2e-4);
                 let speed = rate.abs() * radius_m.hypot(lever_m);
                 prop_assert!((motion.velocity_m_s.length() - speed).abs() < 2e-4);
+            }
+        }
+    }
+
+    #[test]
+    fn the_slowest_turns_are_measured() {
+        // The rate of the earth, and a thousandth of it.
+        for (rate_hz, rate) in [(4000.0, 7.29e-5), (1000.0, 7.29e-5), (200.0, 7.29e-8)] {
+            let pose = |t: f64| RigidTransform::from_xyz_rpy(DVec3::ZERO, 0.0, 0.0, rate * t);
+            for motion in all(rate_hz, 5, pose) {
+                assert!((motion.angular_rate_rad_s.z / rate - 1.0).abs() < 1e-6);
             }
         }
     }

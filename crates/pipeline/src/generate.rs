@@ -175,7 +175,7 @@ pub fn generate(
         if done == request.frames.count() {
             note_memory(&world, &runner, observer)?;
         }
-        conclude(&world, &runner, &writer)?;
+        conclude(&world, &runner, &writer, observer)?;
     }
     // A resumed folder may have frames of sequences of which none are asked for now.
     let mut others: Vec<u32> = writer
@@ -187,7 +187,7 @@ pub fn generate(
     others.retain(|number| !numbers.contains(number));
     for number in others {
         let world = worlds.enter(number)?;
-        conclude(&world, &worlds.runner(&world), &writer)?;
+        conclude(&world, &worlds.runner(&world), &writer, observer)?;
     }
     let manifest = writer.finish()?;
     observer.spent(spent);
@@ -211,7 +211,12 @@ fn note_memory(world: &World, runner: &Runner<'_>, observer: &dyn Observer) -> R
 }
 
 /// Writes the files of a sequence whose frames are done.
-fn conclude(world: &World, runner: &Runner<'_>, writer: &Writer) -> Result<(), Error> {
+fn conclude(
+    world: &World,
+    runner: &Runner<'_>,
+    writer: &Writer,
+    observer: &dyn Observer,
+) -> Result<(), Error> {
     // The frames are done, and the rest needs only what is of the world, and objects, which are
     // little.
     let needed = [ChoiceStage::ID, SceneObjectStage::ID];
@@ -222,7 +227,11 @@ fn conclude(world: &World, runner: &Runner<'_>, writer: &Writer) -> Result<(), E
     let frames = frames.filter(|f| f.0 == number).map(|f| f.1);
     let all = inventory(config, &world.forest, runner, frames)?;
     if config.imu.enabled {
-        track.imu = Some(imu_texts(config, &world.forest, runner)?);
+        let (texts, measured) = imu_texts(config, &world.forest, runner)?;
+        if let Some(note) = measured.range_note() {
+            observer.note(&note);
+        }
+        track.imu = Some(texts);
     }
     let tables = WorldTables {
         trees: &all.trees,

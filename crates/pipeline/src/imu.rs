@@ -14,7 +14,7 @@ use crate::chunks::ChunkManager;
 use crate::config::Config;
 use crate::plan::Runner;
 use crate::prove::prove;
-use crate::world::trajectory::Surroundings;
+use crate::world::trajectory::{RobotTrajectory, Surroundings};
 use crate::{Error, ForestPlan, Recorder};
 
 const IMU: Domain = Domain::new("pipeline.imu");
@@ -31,10 +31,24 @@ const MOST_M_S2: f64 = 157.0;
 pub struct MeasuredMotion {
     /// The number of samples.
     pub samples: u64,
-    /// How many of them are beyond 2000 °/s or 16 g, as where a robot turns back in no time.
+    /// How many of them are beyond 2000 °/s or 16 g.
     pub out_of_range: u64,
     /// What a user should know about the drive.
     pub note: Option<String>,
+}
+
+impl MeasuredMotion {
+    /// What a user should know about the samples.
+    #[must_use]
+    pub fn range_note(&self) -> Option<String> {
+        (self.out_of_range > 0).then(|| {
+            format!(
+                "{} of {} samples of the inertial unit are beyond 2000 degrees a second or 16 g, \
+                 which is beyond the range of most: it drives fast over what its ground is like",
+                self.out_of_range, self.samples
+            )
+        })
+    }
 }
 
 /// Hands over what the unit of a config measures along its drive, in the order of time; `leave` is
@@ -60,7 +74,8 @@ fn measure(
     let params = config.imu.params();
     let key = Key::world(config.seed).domain(IMU);
     let mut noise = ImuNoise::new(&params, key).map_err(|e| Error::request(e.to_string()))?;
-    let last_s = trajectory.time_s(config.frames - 1);
+    let first_s = trajectory.time_s(0);
+    let last_s = trajectory.time_s(config.frames - 1) - first_s;
     let intervals = (last_s * params.rate_hz + 1e-6).floor();
     if intervals >= MOST_SAMPLES {
         return Err(Error::request(format!(
@@ -73,6 +88,10 @@ fn measure(
     let mut left_m = None;
     for motion in motions(params.rate_hz, samples, pose) {
         let motion = motion?;
+        let motion = ImuMotion {
+            time_s: first_s + motion.time_s,
+            ..motion
+        };
         let sample = noise.measure(&motion);
         each(&motion, &sample)?;
         measured.samples += 1;
@@ -94,7 +113,8 @@ pub(crate) fn imu_texts(
     config: &Config,
     forest: &ForestPlan,
     runner: &Runner<'_>,
-) -> Result<ImuTexts, Error> {
+) -> Result<(ImuTexts, MeasuredMotion), Error> {
+    refuse_too_many(config, &*runner.get(forest.trajectory, ())?)?;
     let manager = ChunkManager::new(config.chunks.clone());
     let mut texts = ImuTexts {
         samples: euroc::SAMPLES_HEADER.to_owned(),
@@ -107,8 +127,15 @@ pub(crate) fn imu_texts(
         Ok(())
     };
     let leave = |place_m| manager.evict(runner.store(), place_m, &[]);
-    measure(config, forest, runner, each, leave)?;
-    Ok(texts)
+    let measured = measure(config, forest, runner, each, leave)?;
+    Ok((texts, measured))
+}
+
+/// Refuses more samples than a data set's sequence may have.
+fn refuse_too_many(config: &Config, trajectory: &RobotTrajectory) -> Result<(), Error> {
+    let last_s = trajectory.time_s(config.frames - 1) - trajectory.time_s(0);
+    let too_many = config.too_many_in(last_s);
+    too_many.map_or(Ok(()), |message| Err(Error::request(message)))
 }
 
 impl Recorder {
@@ -117,8 +144,8 @@ impl Recorder {
     /// recorder, too.
     ///
     /// # Errors
-    /// If the robot does not drive: at stations, or at poses of a file, between which nothing says
-    /// how it moves; if the ground cannot be made; and the first error of `each`.
+    /// If the robot does not drive: at stations, or at places beside its path; if the ground cannot
+    /// be made; and the first error of `each`.
     pub fn measure_motion(
         &self,
         each: impl FnMut(&ImuMotion, &ImuSample) -> Result<(), Error>,
@@ -136,9 +163,8 @@ impl Recorder {
     /// As [`Recorder::measure_motion`], and if there are more samples than a data set's sequence
     /// may have.
     pub fn imu_readings(&self) -> Result<Vec<ImuReading>, Error> {
-        if let Some(message) = self.sequence().config.too_many_samples() {
-            return Err(Error::request(message));
-        }
+        let trajectory = self.runner().get(self.forest().trajectory, ())?;
+        refuse_too_many(&self.sequence().config, &trajectory)?;
         let mut all = Vec::new();
         self.measure_motion(|motion, sample| {
             all.push(ImuReading {
@@ -160,8 +186,8 @@ impl Recorder {
         let config = &self.sequence().config;
         if let Some((path, why)) = config.motion_is_unknown() {
             return Err(Error::request(format!(
-                "{path}: has no motion to measure: {why}; a drive along a trail, a wander or a \
-                 straight line has"
+                "{path}: has no motion to measure: {why}; a drive along a trail, a wander, a \
+                 straight line or a file's poses has"
             )));
         }
         prove(config, self.forest(), &self.runner())

@@ -2,6 +2,8 @@
 
 use crate::config::{Camera, CameraOptics, Config};
 use crate::plan::Runner;
+use crate::recording::pose::half_scan_s;
+use crate::world::trajectory::RobotTrajectory;
 use crate::{Error, ForestPlan};
 
 /// Computes everything that a world's frames have in common. The result is a list of notes for the
@@ -19,7 +21,7 @@ pub(crate) fn prove(
         )));
     }
     runner.get(forest.cameras, ())?;
-    runner.get(forest.lidars, ())?;
+    let lidars = runner.get(forest.lidars, ())?;
     runner.get(forest.placement, ())?;
     let ground = runner.get(forest.ground_model, ())?;
     let on_trails = ground.measured_trees_on_trails();
@@ -33,6 +35,12 @@ pub(crate) fn prove(
         .note()
         .map(str::to_owned)
         .into_iter()
+        .chain(trajectory.frames().and_then(|f| frames_note(config, f)))
+        .chain(overlap_note(
+            &trajectory,
+            config.frames,
+            2.0 * half_scan_s(&lidars),
+        ))
         .chain(stocking_note(config))
         .chain(
             config
@@ -44,6 +52,25 @@ pub(crate) fn prove(
         .chain(runner.get(forest.assets, ())?.models.notes.iter().cloned())
         .collect();
     Ok((!notes.is_empty()).then(|| notes.join("; ")))
+}
+
+/// A note of a path that goes on after the last frame.
+fn frames_note(config: &Config, of_path: u64) -> Option<String> {
+    let frames = config.frames;
+    (of_path > frames)
+        .then(|| format!("the robot's path has {of_path} places; frames = {frames} are made"))
+}
+
+/// A note of scans that begin before the one before has ended.
+fn overlap_note(trajectory: &RobotTrajectory, frames: u64, scan_s: f64) -> Option<String> {
+    let step_s = |frame: u64| trajectory.time_s(frame + 1) - trajectory.time_s(frame);
+    let least_s = (0..frames - 1).take(10_000).map(step_s).reduce(f64::min)?;
+    (scan_s > least_s * (1.0 + 1e-6)).then(|| {
+        format!(
+            "a scan takes {scan_s:.3} s and frames are {least_s:.3} s apart: scans overlap in time, as \
+             those of no scanner do; robot.spacing_s sets their interval"
+        )
+    })
 }
 
 /// More basal area than woods have, m²/ha: dense ones have 60, old conifers of wet coasts 100.

@@ -80,7 +80,7 @@ pub use inventory::{DeadwoodRecord, DecayStage, ObjectKind, ObjectRecord, TreeRe
 pub use mask::{AlphaMask, MaskError};
 pub use material::{LaserBand, Liquid, Material, MaterialId, MaterialLibrary, Optics};
 pub use mesh::{Blend, Card, GroundMixture, Mesh, Triangle};
-pub use motion::{Shutter, Twist};
+pub use motion::{Shutter, Twist, rotation_vector};
 pub use object::ObjectId;
 pub use ontology::{Class, Ontology};
 pub use param_error::ParamError;

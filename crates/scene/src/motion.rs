@@ -36,7 +36,7 @@ impl Twist {
         if first == last {
             return Self::STILL;
         }
-        let turn = (first.rotation.inverse() * last.rotation).to_scaled_axis();
+        let turn = rotation_vector(first.rotation.inverse() * last.rotation);
         let halfway = first.rotation * DQuat::from_scaled_axis(turn / 2.0);
         let way = last.translation_m - first.translation_m;
         Self {
@@ -64,6 +64,26 @@ impl Twist {
             linear_m_s: back * (self.linear_m_s + swing),
             angular_rad_s: back * self.angular_rad_s,
         }
+    }
+}
+
+/// The axis of a rotation times its angle, radians, at most π: the shorter way around, whichever of
+/// the two quaternions of a rotation it is. The smallest rotations count, too.
+#[must_use]
+pub fn rotation_vector(rotation: DQuat) -> DVec3 {
+    // Below this, atan(x) is x to the last bit.
+    const SMALL: f64 = 1e-9;
+    let q = if rotation.w < 0.0 {
+        -rotation
+    } else {
+        rotation
+    };
+    let axis = q.xyz();
+    let sine = axis.length();
+    if sine < SMALL {
+        axis * (2.0 / q.w)
+    } else {
+        axis * (2.0 * libm::atan2(sine, q.w) / sine)
     }
 }
 
@@ -167,6 +187,12 @@ mod tests {
                 translation_m: at + way,
             };
             let twist = Twist::between(&first, &last, duration);
+            // The same rotation has two quaternions.
+            let other = RigidTransform {
+                rotation: -last.rotation,
+                ..last
+            };
+            prop_assert_eq!(Twist::between(&first, &other, duration), twist);
             // Half of the duration, from the middle in both directions.
             let middle = RigidTransform {
                 rotation: first.rotation * DQuat::from_scaled_axis(turn / 2.0),
@@ -174,6 +200,13 @@ mod tests {
             };
             prop_assert!(close(&(middle * twist.after(duration / 2.0)), &last));
             prop_assert!(close(&(middle * twist.after(-duration / 2.0)), &first));
+        }
+
+        #[test]
+        fn rotation_vectors_are_exact_at_any_size(turn in vector(1.0), exponent in -12_i32..1) {
+            let turn = turn * 10_f64.powi(exponent);
+            let found = rotation_vector(DQuat::from_scaled_axis(turn));
+            prop_assert!(found.distance(turn) <= 4e-15 * turn.length(), "{found} {turn}");
         }
 
         /// What is mounted on a moving body follows the body, to the second order in time.

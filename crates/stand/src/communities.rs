@@ -26,8 +26,11 @@ pub const SWARD_FIELD: FieldParams = FieldParams {
 const FRINGE: f64 = 1.6;
 /// Reeds stand as far from water as the first, metres, and nowhere farther than the second.
 const REEDS_M: [f64; 2] = [1.2, 2.8];
-/// Over this part of a field's quantiles, plants get lower towards the border of their stand.
+/// Over this part of a field's quantiles, plants get lower, and thickets sparser, towards the border
+/// of their stand.
 const BORDER: f64 = 0.06;
+/// The density of a thicket at its border.
+const SPARSE: f64 = 0.2;
 
 /// The conditions for low plants at a place.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -60,6 +63,9 @@ pub struct Closed {
     pub community: PlantCommunity,
     /// Its size relative to that in the middle of a stand, 0.45..=1.
     pub vigour: f64,
+    /// How dense it is relative to the middle of a stand, above 0 and at most 1: thickets end in
+    /// single plants, grass closes up to its border.
+    pub density: f64,
 }
 
 /// The abundance of vegetation that closes over the ground.
@@ -148,9 +154,15 @@ impl<F: Field> Communities<F> {
         });
         let (community, inside, _) = depths.max_by(|a, b| a.2.total_cmp(&b.2))?;
         let community = community.unwrap_or_else(|| self.grass(world_m, site));
+        let within = (inside / BORDER).min(1.0);
         Some(Closed {
             community,
-            vigour: (0.6 + 0.4 * (inside / BORDER).min(1.0)) * site.history.vigour(community),
+            vigour: (0.6 + 0.4 * within) * site.history.vigour(community),
+            density: if community.is_grass() {
+                1.0
+            } else {
+                SPARSE + (1.0 - SPARSE) * within
+            },
         })
     }
 
@@ -266,6 +278,8 @@ mod tests {
             let p = DVec2::new(f64::from(i % 200), f64::from(i / 200)) * 1.7;
             if let Some(closed) = all.at(p, site) {
                 assert!((0.45..=1.0).contains(&closed.vigour));
+                assert!(closed.density > 0.0 && closed.density <= 1.0);
+                assert!(!closed.community.is_grass() || closed.density == 1.0);
                 counts[closed.community.index()] += 1.0 / 40_000.0;
             }
         }

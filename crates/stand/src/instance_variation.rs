@@ -108,7 +108,7 @@ impl VariationPattern {
     fn new(grid: Grid, key: Key) -> Self {
         let mut of_square: Vec<u16> = (0..grid.turns * grid.sizes).collect();
         let mut rng = key.rng();
-        // The shuffle of The shuffle of Fisher and Yates.
+        // The shuffle of Fisher and Yates.
         for i in (1..of_square.len()).rev() {
             of_square.swap(i, rng.below(i as u32 + 1) as usize);
         }

@@ -1,7 +1,7 @@
 //! The pose of a body on the ground, and its motion while a scan is taken.
 
 use nemoral_scene::glam::{DMat3, DQuat, DVec2, DVec3};
-use nemoral_scene::{RigidTransform, Surface};
+use nemoral_scene::{ParamError, RigidTransform, Surface};
 
 /// The footprint of a body on wheels or tracks.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -13,6 +13,15 @@ pub struct Body {
 }
 
 impl Body {
+    /// Checks the values.
+    ///
+    /// # Errors
+    /// If one is not above 0.
+    pub fn check(&self) -> Result<(), ParamError> {
+        ParamError::check_positive("body.wheelbase_m", self.wheelbase_m)?;
+        ParamError::check_positive("body.track_m", self.track_m)
+    }
+
     /// The pose of a body at `world_m` that faces `forward`; four wheels on the ground give height,
     /// pitch and roll.
     #[must_use]
@@ -49,7 +58,8 @@ pub struct PoseTrack {
 }
 
 impl PoseTrack {
-    /// Samples `pose_at` (seconds from the frame's time) from `-half_s` to `half_s`.
+    /// Samples `pose_at` (seconds from the frame's time) from `-half_s` to `half_s`: at most 1/160 s
+    /// apart up to 13 s in all, and 2,049 times from there on. Poses in between are interpolated.
     ///
     /// # Errors
     /// The first error of `pose_at`.
@@ -57,12 +67,11 @@ impl PoseTrack {
         half_s: f64,
         mut pose_at: impl FnMut(f64) -> Result<RigidTransform, E>,
     ) -> Result<Self, E> {
-        // At a walking pace a body moves millimetres between samples, and poses in between are
-        // interpolated.
-        const HALF: i32 = 8;
+        const PER_S: f64 = 160.0;
         let half_s = half_s.max(1e-9);
-        let poses = (-HALF..=HALF)
-            .map(|i| pose_at(f64::from(i) / f64::from(HALF) * half_s))
+        let half = (half_s * PER_S).ceil().clamp(8.0, 1024.0) as i32;
+        let poses = (-half..=half)
+            .map(|i| pose_at(f64::from(i) / f64::from(half) * half_s))
             .collect::<Result<_, E>>()?;
         Ok(Self { half_s, poses })
     }

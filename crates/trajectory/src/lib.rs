@@ -28,9 +28,11 @@ mod beside;
 mod body;
 mod error;
 mod line;
+mod pace;
 mod port;
 mod pose_file;
 mod recording;
+mod spline;
 mod stations;
 mod trajectory;
 mod wander;
@@ -39,11 +41,12 @@ pub use beside::Beside;
 pub use body::{Body, PoseTrack};
 pub use error::Error;
 pub use line::{Heading, ThereAndBack};
+pub use pace::Pace;
 pub use port::{Obstacle, Obstacles, Polyline};
 pub use pose_file::{PoseFormat, read_poses};
 pub use recording::Recording;
 pub use stations::Stations;
-pub use trajectory::{Pace, Path, Stance, Trajectory};
+pub use trajectory::{Path, Stance, Trajectory};
 pub use wander::Wander;
 
 #[cfg(doctest)]

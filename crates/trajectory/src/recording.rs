@@ -1,16 +1,19 @@
 //! Recorded poses with times.
 
 use nemoral_scene::RigidTransform;
-use nemoral_scene::glam::DVec3;
+use nemoral_scene::glam::{DQuat, DVec3};
 
 use crate::Error;
+use crate::spline::NaturalSpline;
 
 /// Poses with their times; frame k is at pose k.
+///
+/// Between poses the body moves smoothly, as a drive does: positions and rotations follow natural
+/// cubic splines through the poses, so that velocities and accelerations are continuous.
 #[derive(Clone, Debug)]
 pub struct Recording {
-    /// The times, which increase.
-    times_s: Vec<f64>,
-    poses: Vec<RigidTransform>,
+    /// The positions, and the rotations' quaternions.
+    curve: NaturalSpline<7>,
     on_ground: bool,
 }
 
@@ -20,7 +23,7 @@ impl Recording {
     /// used; height, pitch and roll come from the ground. Errors call the poses `origin`.
     ///
     /// # Errors
-    /// If there is no pose, times do not increase, or with `on_ground`, if the poses are those of a
+    /// If there is no pose, times are not finite or do not increase, or with `on_ground`, if the poses are those of a
     /// camera, whose z axis points forward.
     pub fn new(
         poses: Vec<(Option<f64>, RigidTransform)>,
@@ -37,7 +40,8 @@ impl Recording {
             .enumerate()
             .map(|(i, (t, _))| t.unwrap_or(i as f64 * step_s))
             .collect();
-        if let Some(i) = times_s.windows(2).position(|w| w[1] <= w[0]) {
+        let increase = |w: &[f64]| w[0].is_finite() && w[1].is_finite() && w[1] > w[0];
+        if let Some(i) = times_s.windows(2).position(|w| !increase(w)) {
             return Err(Error::Times {
                 origin: origin(),
                 pose: i + 2,
@@ -49,9 +53,17 @@ impl Recording {
         if on_ground && moves_along_z(&poses) {
             return Err(Error::CameraAxes { origin: origin() });
         }
+        // Of the two quaternions of a rotation, the one nearer to that before.
+        let mut last = poses[0].rotation;
+        let values = poses.iter().map(|pose| {
+            let q = pose.rotation;
+            last = if last.dot(q) < 0.0 { -q } else { q };
+            let ([x, y, z], [i, j, k, w]) = (pose.translation_m.to_array(), last.to_array());
+            [x, y, z, i, j, k, w]
+        });
+        let values = values.collect();
         Ok(Self {
-            times_s,
-            poses,
+            curve: NaturalSpline::through(times_s, values),
             on_ground,
         })
     }
@@ -59,7 +71,7 @@ impl Recording {
     /// The number of poses.
     #[must_use]
     pub fn count(&self) -> u64 {
-        self.poses.len() as u64
+        self.curve.times().len() as u64
     }
 
     /// Whether only positions on the map and headings are used.
@@ -74,26 +86,24 @@ impl Recording {
     /// If there is no such pose.
     #[must_use]
     pub fn time_s(&self, number: u64) -> f64 {
-        self.times_s[number as usize]
+        self.curve.times()[number as usize]
     }
 
-    /// The pose at a time: between two poses it is on the arc from one to the other; outside of the
-    /// recording it is the nearest pose.
+    /// The pose at a time; outside of the recording the body goes straight on at the speed that it
+    /// has there.
     #[must_use]
     pub fn at(&self, time_s: f64) -> RigidTransform {
-        let (times_s, poses) = (&self.times_s, &self.poses);
-        let after = times_s.partition_point(|&t| t <= time_s);
-        if after == 0 || poses.len() == 1 {
-            return poses[0];
-        }
-        if after == poses.len() {
-            return poses[poses.len() - 1];
-        }
-        let (a, b) = (&poses[after - 1], &poses[after]);
-        let t = (time_s - times_s[after - 1]) / (times_s[after] - times_s[after - 1]);
+        let [x, y, z, i, j, k, w] = self.curve.at(time_s);
+        let rotation = DQuat::from_xyzw(i, j, k, w);
+        // From one pose to the next, a body turns by less than half a turn.
+        let length = rotation.length();
         RigidTransform {
-            rotation: a.rotation.slerp(b.rotation, t),
-            translation_m: a.translation_m.lerp(b.translation_m, t),
+            rotation: if length > 1e-6 {
+                rotation * (1.0 / length)
+            } else {
+                DQuat::IDENTITY
+            },
+            translation_m: DVec3::new(x, y, z),
         }
     }
 }
@@ -118,14 +128,52 @@ mod tests {
     }
 
     #[test]
-    fn between_poses_they_are_blended_and_outside_they_are_held() {
+    fn it_meets_its_poses_and_goes_straight_on_outside() {
         let poses = vec![(Some(1.0), at(0.0)), (Some(3.0), at(1.0))];
         let recording = Recording::new(poses, 9.0, true, "poses").expect("increasing");
         assert_eq!((recording.count(), recording.time_s(1)), (2, 3.0));
-        for (time_s, x_m) in [(0.0, 0.0), (1.0, 0.0), (1.5, 0.25), (3.0, 1.0), (9.0, 1.0)] {
+        for (time_s, x_m) in [(0.0, -0.5), (1.0, 0.0), (1.5, 0.25), (3.0, 1.0), (4.0, 1.5)] {
             let (is, expected) = (recording.at(time_s), at(x_m));
             assert!(is.translation_m.distance(expected.translation_m) < 1e-12);
-            assert!(is.rotation.angle_between(expected.rotation) < 1e-7);
+            // Quaternions that are blended evenly do not turn quite evenly: here by a radian.
+            assert!(
+                is.rotation.angle_between(expected.rotation) < 0.1,
+                "{time_s}"
+            );
+        }
+        let alone = Recording::new(vec![(None, at(0.3))], 1.0, true, "poses").expect("a pose");
+        assert!(alone.at(77.0).rotation.angle_between(at(0.3).rotation) < 1e-7);
+        assert_eq!(alone.at(77.0).translation_m.x, 0.3);
+    }
+
+    /// A drive around a circle, recorded twice a second through more than a whole turn.
+    #[test]
+    fn a_drive_is_found_again_between_its_poses() {
+        let drive = |t: f64| {
+            let (sin, cos) = libm::sincos(0.4 * t);
+            let at = DVec3::new(5.0 * sin, -5.0 * cos, 0.2 * sin);
+            RigidTransform::from_xyz_rpy(at, 0.05 * sin, 0.03 * cos, 0.4 * t)
+        };
+        let poses = (0..60)
+            .map(|i| 0.5 * f64::from(i))
+            .map(|t| (Some(t), drive(t)));
+        let recording = Recording::new(poses.collect(), 1.0, false, "poses").expect("increasing");
+        for i in 300..2700 {
+            let t = 0.01 * f64::from(i);
+            let (is, wanted) = (recording.at(t), drive(t));
+            assert!(
+                is.translation_m.distance(wanted.translation_m) < 1e-4,
+                "at {t}"
+            );
+            assert!(is.rotation.angle_between(wanted.rotation) < 1e-4, "at {t}");
+        }
+        for frame in 0..60 {
+            let (is, wanted) = (
+                recording.at(recording.time_s(frame)),
+                drive(0.5 * frame as f64),
+            );
+            assert!(is.translation_m.distance(wanted.translation_m) < 1e-14);
+            assert!(is.rotation.dot(wanted.rotation).abs() > 1.0 - 1e-15);
         }
     }
 
@@ -161,5 +209,12 @@ mod tests {
             "a.txt: time 1 of pose 2 is not after 1: times must increase"
         );
         assert!(Recording::new(Vec::new(), 0.5, true, "a.txt").is_err());
+        for time_s in [f64::NAN, f64::INFINITY, -5.0] {
+            let poses = vec![(Some(0.0), at(0.0)), (Some(time_s), at(1.0))];
+            assert!(
+                Recording::new(poses, 0.5, true, "a.txt").is_err(),
+                "{time_s}"
+            );
+        }
     }
 }

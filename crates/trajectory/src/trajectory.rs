@@ -1,9 +1,9 @@
 //! A path that a body follows in time.
 
 use nemoral_scene::glam::{DQuat, DVec2, DVec3};
-use nemoral_scene::{RigidTransform, Surface};
+use nemoral_scene::{ParamError, RigidTransform, Surface};
 
-use crate::{Body, Obstacles, Recording, Stations, ThereAndBack, Wander};
+use crate::{Body, Obstacles, Pace, Recording, Stations, ThereAndBack, Wander};
 
 /// The path of a body on the map.
 #[derive(Debug)]
@@ -24,39 +24,6 @@ pub enum Path {
     Stations(Stations),
     /// Poses of a file, one for each frame.
     Recording(Recording),
-}
-
-/// The speed of a body, and the interval of frames.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pace {
-    /// Distance between frames, metres.
-    pub spacing_m: f64,
-    /// Time between frames, seconds; 0 to use the distance instead.
-    pub spacing_s: f64,
-    /// Speed, metres per second; above 0.
-    pub speed_m_s: f64,
-}
-
-impl Pace {
-    /// The time between frames, seconds.
-    #[must_use]
-    pub fn step_s(&self) -> f64 {
-        if self.spacing_s > 0.0 {
-            self.spacing_s
-        } else {
-            self.spacing_m / self.speed_m_s
-        }
-    }
-
-    /// A frame's time, seconds.
-    #[must_use]
-    pub fn time_s(&self, frame: u64) -> f64 {
-        if self.spacing_s > 0.0 {
-            frame as f64 * self.spacing_s
-        } else {
-            frame as f64 * self.spacing_m / self.speed_m_s
-        }
-    }
 }
 
 /// The pose of a body as a pure function of a frame's number and of a time relative to that
@@ -123,6 +90,19 @@ impl Stance {
 }
 
 impl Trajectory {
+    /// Checks the values. Poses of a trajectory that does not pass may not be finite.
+    ///
+    /// # Errors
+    /// If pace, body, or the amplitude or clearance of a wander is out of range.
+    pub fn check(&self) -> Result<(), ParamError> {
+        self.pace.check()?;
+        self.body.check()?;
+        match &self.path {
+            Path::Wander(wander) => wander.check(),
+            _ => Ok(()),
+        }
+    }
+
     /// The number of frames of the path, if it ends.
     #[must_use]
     pub fn frames(&self) -> Option<u64> {
@@ -158,7 +138,7 @@ impl Trajectory {
         offset_s: f64,
         obstacles: &O,
     ) -> Result<Stance, O::Error> {
-        let s = self.pace.speed_m_s * (self.time_s(frame) + offset_s);
+        let s = self.pace.travelled_m(self.time_s(frame) + offset_s);
         let (position_m, forward) = match &self.path {
             Path::ThereAndBack(line) => line.at(s),
             Path::Wander(wander) => wander.at(s, obstacles)?,
@@ -215,6 +195,7 @@ mod tests {
         spacing_m: 3.0,
         spacing_s: 0.0,
         speed_m_s: 1.5,
+        rest_s: 0.0,
     };
     const BODY: Body = Body {
         wheelbase_m: 0.8,
@@ -253,6 +234,15 @@ mod tests {
         };
         assert_eq!((by_time.step_s(), by_time.time_s(8)), (0.25, 2.0));
         assert_eq!(PACE.step_s(), 2.0);
+        assert_eq!(straight.check(), Ok(()));
+        let flat = Trajectory {
+            body: Body {
+                track_m: 0.0,
+                ..BODY
+            },
+            ..straight
+        };
+        assert_eq!(flat.check().expect_err("no track").field, "body.track_m");
     }
 
     #[test]

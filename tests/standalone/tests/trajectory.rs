@@ -15,6 +15,7 @@ const PACE: Pace = Pace {
     spacing_m: 0.5,
     spacing_s: 0.0,
     speed_m_s: 1.0,
+    rest_s: 0.0,
 };
 const BODY: Body = Body {
     wheelbase_m: 0.8,
@@ -60,7 +61,7 @@ fn a_bend_is_driven_there_and_back_on_a_slope() {
         gradient: [0.1, 0.0].into(),
     };
     let bend = Arc::new(Bend { radius_m: 20.0 });
-    let path = ThereAndBack::new(bend, 0.0).expect("long enough to turn on");
+    let path = ThereAndBack::new(bend, 0.0, PACE.speed_m_s).expect("long enough to turn on");
     let trajectory = driven(Path::ThereAndBack(path));
     assert_eq!(trajectory.frames(), None);
     for frame in (0..1000).rev() {

@@ -28,6 +28,7 @@ static LIBRARY: LazyLock<Library> = LazyLock::new(|| {
     let of = |species| StandSpecies {
         species,
         dbh_mean_m: 0.2,
+        trees_per_ha: 300.0,
     };
     let params = AssetParams {
         species: Species::all().into_iter().map(of).collect(),

@@ -166,6 +166,7 @@ fn every_card_of_the_library_lets_through_what_its_mask_does_not_stop() {
     let of = |species| StandSpecies {
         species,
         dbh_mean_m: 0.2,
+        trees_per_ha: 300.0,
     };
     let params = AssetParams {
         species: Species::all().into_iter().map(of).collect(),

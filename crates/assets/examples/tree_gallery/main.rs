@@ -94,6 +94,7 @@ fn grow(species: &[Species], class: SizeClass) -> Result<Library, Box<dyn std::e
     let stand = |s: &Species| StandSpecies {
         species: s.clone(),
         dbh_mean_m: s.class_dbh_m(class),
+        trees_per_ha: 300.0,
     };
     let params = AssetParams {
         species: species.iter().map(stand).collect(),

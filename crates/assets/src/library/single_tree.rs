@@ -30,7 +30,7 @@ pub struct SingleTree {
 
 impl SingleTree {
     /// Grows a living or a dead tree with this diameter at breast height, metres. Everything else
-    /// about its size is drawn from the species' relations.
+    /// about its size is drawn from the species' relations, for a tree of a closed stand.
     ///
     /// # Errors
     /// If the diameter is out of the species' range, or the species is invalid.
@@ -63,6 +63,7 @@ impl SingleTree {
                 trunk_radius_m: params.trunk_radius_m,
                 ..GrowthParams::default()
             },
+            competitors: params.competitors(),
             params: &params,
         };
         let key = key.domain(SINGLE).domain(Domain::new(&species.name));

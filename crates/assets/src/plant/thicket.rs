@@ -29,7 +29,9 @@ pub(crate) fn bracken(height: f32, materials: &WorldMaterials, rng: &mut impl Rn
     let mut shape = Shape::default();
     for foot in scatter(20 + rng.below(5), 0.85, 0.16, rng) {
         let dead = rng.chance(0.10);
-        let length = height * rng.range_f32(1.05, 1.45);
+        // Younger fronds are shorter, and fewer.
+        let late = rng.unit_f32();
+        let length = height * (1.45 - 0.75 * late * late);
         let azimuth = rng.range_f32(0.0, TAU);
         let arch = rng.range_f32(1.15, 1.65) + if dead { 0.5 } else { 0.0 };
         bracken_frond(

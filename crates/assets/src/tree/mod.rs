@@ -41,6 +41,7 @@
 
 mod budget;
 mod catalogue;
+mod competition;
 mod edge;
 mod envelope;
 mod fit;
@@ -61,6 +62,7 @@ mod structure;
 mod sweep;
 
 pub use catalogue::SpeciesError;
+pub use competition::{Competition, Competitors, CrownCompetition};
 pub use flare::FlareLobe;
 pub use grow::{GrownTree, GrowthParams, grow, grow_with_structure};
 pub(crate) use look::linear;

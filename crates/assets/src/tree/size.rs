@@ -2,7 +2,7 @@
 
 use nemoral_seed::{Domain, Draw, Key};
 
-use super::Species;
+use super::{Competition, Species};
 
 const DBH: Domain = Domain::new("assets.tree.dbh");
 const SAPLING: Domain = Domain::new("assets.tree.sapling");
@@ -276,9 +276,17 @@ impl Species {
 
     /// The size of a tree of this diameter (clamped to the species' range): the means of the
     /// published relations, with their scatter. A tree with a wide crown also has more leaves
-    /// (correlation 0.6).
+    /// (correlation 0.6). It is a tree of a closed stand; [`Species::draw_size_among`] draws others.
     #[must_use]
     pub fn draw_size(&self, dbh_m: f64, key: Key) -> TreeSize {
+        self.draw_size_among(dbh_m, &Competition::default(), key)
+    }
+
+    /// [`Species::draw_size`] of a tree under this competition. Its leaf area is in proportion to the
+    /// share of its height that its crown has, as that of trees equally thick is (Valentine et al.
+    /// 1994, "Surrogates for foliar dry matter in loblolly pine").
+    #[must_use]
+    pub fn draw_size_among(&self, dbh_m: f64, competition: &Competition, key: Key) -> TreeSize {
         let al = &self.allometry;
         let [least, most] = al.dbh_range_m;
         let dbh_m = dbh_m.max(least).min(most);
@@ -290,18 +298,16 @@ impl Species {
         let leafy = 0.6 * wide + 0.8 * normal();
         // exp(s z − s²/2) has mean 1.
         let factor = |s: f64, z: f64| libm::exp(s * z - 0.5 * s * s);
-        let [mean_ratio, ratio_sd, ratio_min, ratio_max] = al.crown_ratio;
-        let ratio = al.crown_length.map_or(mean_ratio, |[c, k, p]| {
-            ((c + k * libm::pow(100.0 * dbh_m, p)) / self.mean_height_m(dbh_m))
-                .clamp(ratio_min, ratio_max)
-        });
-        let crown_ratio = (ratio + ratio_sd * normal()).clamp(ratio_min, ratio_max);
+        let [_, ratio_sd, least_ratio, most_ratio] = al.crown_ratio;
+        let ratio = self.mean_crown_ratio(dbh_m, height_m, competition);
+        let longer = ratio / self.mean_crown_ratio(dbh_m, height_m, &Competition::default());
+        let crown_ratio = (ratio + ratio_sd * normal()).clamp(least_ratio, most_ratio);
         TreeSize {
             dbh_m,
             height_m,
             crown_base_m: height_m * (1.0 - crown_ratio),
             crown_radius_m: 0.5 * self.mean_crown_width_m(dbh_m) * factor(al.crown_width_sd, wide),
-            leaf_area_m2: self.mean_leaf_area_m2(dbh_m) * factor(al.leaf_area_sd, leafy),
+            leaf_area_m2: longer * self.mean_leaf_area_m2(dbh_m) * factor(al.leaf_area_sd, leafy),
             lean_rad: (al.lean_sd_deg * normal()).abs().to_radians(),
         }
     }

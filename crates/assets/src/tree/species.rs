@@ -3,6 +3,7 @@
 
 use serde::Deserialize;
 
+use super::competition::CrownCompetition;
 use super::look::{BarkLook, LeafLook};
 use super::phenology::{Phenology, Season, SeasonalLeaves};
 use super::ranges::Ranges;
@@ -65,12 +66,11 @@ pub struct Allometry {
     pub crown_width: [f64; 3],
     /// Standard deviation of ln(crown width) about that.
     pub crown_width_sd: f64,
-    /// Crown length = `[0]` + `[1]` · d^`[2]`, metres. Without it, the mean of the crown ratio is
-    /// used.
-    pub crown_length: Option<[f64; 3]>,
-    /// Crown length / height: mean (unless [`Allometry::crown_length`] gives it), standard
+    /// Crown length / height: mean (unless [`Allometry::competition`] gives it), standard
     /// deviation, least, greatest.
     pub crown_ratio: [f64; 4],
+    /// How the crown answers to competition.
+    pub competition: Option<CrownCompetition>,
     /// One-sided leaf area = `[0]` · d^`[1]`, m².
     pub leaf_area: [f64; 2],
     /// Standard deviation of ln(leaf area) about that.
@@ -322,15 +322,13 @@ impl Allometry {
         r.one("crown_width[1]", slope, 0.01, 5.0)?;
         r.one("crown_width[2]", power, 0.1, 2.0)?;
         r.one("crown_width_sd", self.crown_width_sd, 0.0, 0.5)?;
-        if let Some([c0, c1, power]) = self.crown_length {
-            r.one("crown_length[0]", c0, 0.0, 20.0)?;
-            r.one("crown_length[1]", c1, 0.0, 5.0)?;
-            r.one("crown_length[2]", power, 0.1, 2.0)?;
-        }
         let [mean, sd, low, high] = self.crown_ratio;
         r.pair("crown_ratio", [low, high], 0.12, 0.95)?;
         r.one("crown_ratio[0]", mean, low, high)?;
         r.one("crown_ratio[1]", sd, 0.0, 0.2)?;
+        if let Some(competition) = &self.competition {
+            competition.check(&r)?;
+        }
         r.one("leaf_area[0]", self.leaf_area[0], 1e-4, 10.0)?;
         r.one("leaf_area[1]", self.leaf_area[1], 0.2, 4.0)?;
         r.one("leaf_area_sd", self.leaf_area_sd, 0.0, 0.5)?;

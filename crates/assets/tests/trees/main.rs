@@ -4,6 +4,7 @@
 mod common;
 
 mod allometry;
+mod competition;
 mod requests;
 mod size;
 mod stability;

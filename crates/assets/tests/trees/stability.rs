@@ -64,13 +64,13 @@ const INDIVIDUALS: &str = "0.138010800348 0.475840711052";
 const FINGERPRINTS: [&str; 9] = [
     "bed71d8174f660e4",
     "9f1f6a886617615c",
-    "4c99b1964fe3310b",
-    "c63a711e9db4f7ab",
-    "73f59c75ce5d1caf",
+    "0d8018a15199e9be",
+    "7205c5a7440a107b",
+    "1dcf7961d0b3cca5",
     "79ccf7587bc4f82c",
     "43fa6b898b23166d",
-    "03fb34fbe19bbde3",
-    "85a294130fb26576",
+    "04e62ca3895572b5",
+    "95fa4d4905eac073",
 ];
 const SIZE: &str = "18.755967525 4.727007432 233.612933315";
 const DBH: &str = "0.128658733404";

@@ -27,9 +27,10 @@ impl Checker<'_> {
         let Some(readings) = self.read(&path(samples), read) else {
             return;
         };
-        let Some(last_s) = drive.times.last() else {
+        let [Some(first_s), Some(last_s)] = [drive.times.first(), drive.times.last()] else {
             return;
         };
+        let last_s = last_s - first_s;
         let intervals = (last_s * imu.rate_hz + 1e-6).floor() as usize;
         let wanted = intervals.saturating_add(1);
         if readings.len() != wanted {

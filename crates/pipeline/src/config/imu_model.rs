@@ -51,9 +51,6 @@ impl Config {
     pub(crate) fn motion_is_unknown(&self) -> Option<(&'static str, &'static str)> {
         match &self.robot.path {
             RobotPath::Stations(_) => Some(("robot.stations", "the robot stands still")),
-            RobotPath::File(_) => {
-                Some(("robot.file", "between its poses nothing says how it moves"))
-            }
             _ if self.balance.is_on() => {
                 Some(("balance.targets", "frames are chosen beside the path"))
             }
@@ -64,12 +61,20 @@ impl Config {
     /// Why so many samples of a unit as its drive has are not kept.
     pub(crate) fn too_many_samples(&self) -> Option<String> {
         let robot = &self.robot;
+        // The times of a file are known only where it is read.
+        if matches!(robot.path, RobotPath::File(_)) {
+            return None;
+        }
         let interval_s = if robot.spacing_s > 0.0 {
             robot.spacing_s
         } else {
             robot.spacing_m / robot.speed_m_s
         };
-        let last_s = (self.frames.max(1) - 1) as f64 * interval_s;
+        self.too_many_in((self.frames.max(1) - 1) as f64 * interval_s)
+    }
+
+    /// The same of a drive that takes `last_s`.
+    pub(crate) fn too_many_in(&self, last_s: f64) -> Option<String> {
         (last_s * self.imu.rate_hz >= MOST_KEPT).then(|| {
             format!(
                 "imu.rate_hz = {}: must be at most {:.1} with {} frames in {last_s:.0} s: a \
@@ -90,7 +95,7 @@ impl Config {
         if let Some((key, why)) = self.motion_is_unknown() {
             let message = format!(
                 "imu.enabled = true: must be false with [{key}]: {why}; a drive along a trail, a \
-                 wander or a straight line has a motion to measure"
+                 wander, a straight line or a file's poses has a motion to measure"
             );
             out.push(("imu.enabled".to_owned(), message));
         }

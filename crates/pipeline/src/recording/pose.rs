@@ -110,7 +110,7 @@ impl FramePose {
 }
 
 /// Half the duration of the longest scan, seconds.
-fn half_scan_s(lidars: &[LidarRig]) -> f64 {
+pub(crate) fn half_scan_s(lidars: &[LidarRig]) -> f64 {
     let durations = lidars.iter().map(|l| l.scanner.duration_s());
     durations.fold(0.0, f64::max) / 2.0
 }

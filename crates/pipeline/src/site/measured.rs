@@ -1,11 +1,12 @@
 //! The sizes of the trees of a stem map, and the shapes that are grown for them.
 
-use nemoral_assets::{MeasuredTree, Species, TreeSize};
+use nemoral_assets::{Competitors, MeasuredTree, Species, TreeSize};
 use nemoral_import::Stem;
 use nemoral_scene::glam::DVec2;
 use nemoral_seed::{Domain, Draw, Key};
 
 use crate::config;
+use crate::convex_hull::{area_m2, convex_hull};
 
 const PLOT: Domain = Domain::new("pipeline.plot");
 
@@ -142,7 +143,7 @@ pub(crate) fn measure(
     (stems, of_stem): (&[Stem], &[Option<Named>]),
     species: &[(Species, f64)],
     stand: &config::Assets,
-    shapes: u32,
+    (margin_m, shapes): (f64, u32),
     key: Key,
 ) -> Result<MeasuredStems, String> {
     let key = key.domain(PLOT);
@@ -152,6 +153,7 @@ pub(crate) fn measure(
         ids: stems.iter().map(id).collect(),
         ..MeasuredStems::default()
     };
+    let mut drawn = Vec::new();
     for (i, (stem, known)) in stems.iter().zip(of_stem).enumerate() {
         let key = key.item(i as u64);
         let index = match *known {
@@ -168,8 +170,18 @@ pub(crate) fn measure(
             }
             None => key.rng().weighted(&shares).unwrap_or(0),
         };
-        let sized = size(stem, &species[index].0, stand, key);
-        let (dbh_m, height_m, growth) = sized.map_err(|e| format!("line {}: {e}", stem.line))?;
+        drawn.push((i, index, dbh_m(stem, &species[index].0, stand, key)));
+    }
+    let competitors = competitors(stems, &drawn, species, margin_m);
+    for (i, index, dbh_m) in drawn {
+        let stem = &stems[i];
+        let sized = size(
+            (stem, dbh_m),
+            &species[index].0,
+            &competitors,
+            key.item(i as u64),
+        );
+        let (height_m, growth) = sized.map_err(|e| format!("line {}: {e}", stem.line))?;
         all.stems.push(MeasuredStem {
             number: i,
             species: index,
@@ -191,16 +203,26 @@ pub(crate) fn measure(
     Ok(all)
 }
 
-/// Diameter and height of a stem, and the size in which it is grown.
-fn size(
-    stem: &Stem,
-    species: &Species,
-    stand: &config::Assets,
-    key: Key,
-) -> Result<(f64, f64, TreeSize), String> {
-    let al = &species.allometry;
-    let [least, most] = al.dbh_range_m;
-    let dbh_m = match (stem.dbh_m, stem.height_m) {
+/// The living trees of these numbers, species and diameters as each other's competitors, on the
+/// ground within the margin of them all.
+fn competitors(
+    stems: &[Stem],
+    drawn: &[(usize, usize, f64)],
+    species: &[(Species, f64)],
+    margin_m: f64,
+) -> Competitors {
+    /// A single tree's place.
+    const LEAST_M2: f64 = 100.0;
+    let feet = stems.iter().map(|stem| DVec2::new(stem.x_m, stem.y_m));
+    let m2 = area_m2(&convex_hull(feet.collect()), margin_m).max(LEAST_M2);
+    let alive = drawn.iter().filter(|&&(i, ..)| stems[i].is_alive);
+    Competitors::new(alive.map(|&(_, index, dbh_m)| (&species[index].0, dbh_m, 10_000.0 / m2)))
+}
+
+/// The diameter of a stem, measured or drawn.
+fn dbh_m(stem: &Stem, species: &Species, stand: &config::Assets, key: Key) -> f64 {
+    let least = species.allometry.dbh_range_m[0];
+    match (stem.dbh_m, stem.height_m) {
         (Some(dbh_m), _) => dbh_m,
         // Young trees of a species have a slenderness of about 100 above breast height.
         (None, Some(h)) if h < species.mean_height_m(least) => {
@@ -211,12 +233,23 @@ fn size(
             let limits = [stand.dbh_min_m, stand.dbh_max_m];
             species.draw_dbh(stand.dbh_mean_m, stand.dbh_shape, limits, key)
         }
-    };
+    }
+}
+
+/// The height of a stem of this diameter, and the size in which it is grown.
+fn size(
+    (stem, dbh_m): (&Stem, f64),
+    species: &Species,
+    competitors: &Competitors,
+    key: Key,
+) -> Result<(f64, TreeSize), String> {
+    let al = &species.allometry;
+    let [least, most] = al.dbh_range_m;
     let (height_m, mut growth) = if dbh_m < least {
         let height_m = stem.height_m.unwrap_or(1.3 + 100.0 * dbh_m).max(2.0);
         (height_m, species.draw_sapling(height_m, key))
     } else {
-        let mut growth = species.draw_size(dbh_m, key);
+        let mut growth = species.draw_size_among(dbh_m, &competitors.of(dbh_m), key);
         let height_m = stem.height_m.unwrap_or(growth.height_m);
         // The crown keeps its share of the height.
         let [slender, most_slender] = al.slenderness.map(|s| s * growth.dbh_m);
@@ -248,7 +281,7 @@ fn size(
         growth.crown_base_m *= whole_m / growth.height_m;
         growth.height_m = whole_m;
     }
-    Ok((dbh_m, height_m, growth))
+    Ok((height_m, growth))
 }
 
 impl MeasuredStems {
@@ -303,7 +336,13 @@ mod tests {
         let of_stem = species_of(&stems, &known, &["old_oak".to_owned()], "")?;
         let shares = known.map(|species| (species, 0.5));
         let stand = Config::default().assets;
-        measure((&stems, &of_stem), &shares, &stand, shapes, Key::world(7))
+        measure(
+            (&stems, &of_stem),
+            &shares,
+            &stand,
+            (5.0, shapes),
+            Key::world(7),
+        )
     }
 
     #[test]

@@ -85,8 +85,14 @@ impl SiteSpecies<'_> {
         };
         let of_stem: Vec<_> = of_stem.into_iter().map(|i| i.and_then(place)).collect();
         let shapes = self.site.stems.shapes;
-        measure((&stems, &of_stem), species, self.assets, shapes, key)
-            .map_err(|e| self.of_stems(&e))
+        measure(
+            (&stems, &of_stem),
+            species,
+            self.assets,
+            (self.site.stems.margin_m, shapes),
+            key,
+        )
+        .map_err(|e| self.of_stems(&e))
     }
 
     /// An error in the stem map.

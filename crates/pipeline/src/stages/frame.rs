@@ -41,7 +41,7 @@ impl Stage<Forest> for PoseStage {
     );
     type Output = FramePose;
     const ID: &'static str = "frame.pose";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         let Self {
@@ -202,7 +202,7 @@ impl Stage<Forest> for ImageStage {
     );
     type Output = Vec<CameraImages>;
     const ID: &'static str = "frame.images";
-    const VERSION: u32 = 15;
+    const VERSION: u32 = 16;
 
     fn fingerprint(&self, _: &mut Hasher) {}
 

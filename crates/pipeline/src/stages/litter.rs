@@ -30,7 +30,7 @@ impl Stage<Forest> for LitterStage {
     );
     type Output = Vec<LitterPatch>;
     const ID: &'static str = "chunk.litter";
-    const VERSION: u32 = 3;
+    const VERSION: u32 = 4;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         let Self { chunk_size_m } = self;

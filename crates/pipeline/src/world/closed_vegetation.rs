@@ -16,6 +16,7 @@ use crate::Error;
 const COMMUNITIES: Domain = Domain::new("pipeline.communities");
 const TILES: Domain = Domain::new("pipeline.communities.tiles");
 const BORDERS: Domain = Domain::new("pipeline.communities.borders");
+const STANDS: Domain = Domain::new("pipeline.communities.stands");
 const TRODDEN: Domain = Domain::new("pipeline.communities.trodden");
 
 /// Sides of the cells of wide and narrow tiles, metres. Tiles of the neighbours overlap by half.
@@ -86,12 +87,7 @@ impl ClosedVegetation {
     }
 
     /// What closes over the ground at a place off trails, if it has room there.
-    pub(crate) fn at(
-        &self,
-        world_m: DVec2,
-        ground: &ChunkGround,
-        sky: &SkyViewFactor,
-    ) -> Option<Closed> {
+    fn at(&self, world_m: DVec2, ground: &ChunkGround, sky: &SkyViewFactor) -> Option<Closed> {
         let edge_m = ground.trail_edge_m(world_m);
         let closed = self.communities.at(world_m, &site(world_m, ground, sky));
         closed.filter(|closed| {
@@ -111,6 +107,12 @@ impl ClosedVegetation {
         })
     }
 
+    /// Whether it hides the ground at a place.
+    pub(crate) fn hides(&self, world_m: DVec2, ground: &ChunkGround, sky: &SkyViewFactor) -> bool {
+        let closed = self.at(world_m, ground, sky);
+        closed.is_some_and(|closed| closed.density > 0.5)
+    }
+
     /// Lays the tiles of a chunk.
     pub(crate) fn lay(
         &self,
@@ -125,7 +127,8 @@ impl ClosedVegetation {
                 continue;
             };
             let edge_m = ground.trail_edge_m(point.position_m);
-            if !closed.community.is_grass() || edge_m > WIDE_M {
+            let has_room = !closed.community.is_grass() || edge_m > WIDE_M;
+            if has_room && point.key.domain(STANDS).rng().chance(closed.density) {
                 patches.push(self.tile(point, closed, PatchKind::Closed));
             }
         }
@@ -163,6 +166,7 @@ impl ClosedVegetation {
         rng.chance(chance).then(|| Closed {
             community: PlantCommunity::GrazedGrass,
             vigour: rng.range_f64(0.6, 1.0),
+            density: 1.0,
         })
     }
 

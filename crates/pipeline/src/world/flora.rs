@@ -209,7 +209,7 @@ impl Flora {
         let points = self.grid.points(at, &off_trail, &chance).into_iter();
         let is_crowded_out = |point: &CoverPoint| {
             let closed = self.closed.as_ref();
-            closed.is_some_and(|c| c.at(point.position_m, ground, sky).is_some())
+            closed.is_some_and(|c| c.hides(point.position_m, ground, sky))
                 && !point.key.domain(AMONG).rng().chance(PATCHES_AMONG)
         };
         let patches = points.filter(|point| !is_crowded_out(point)).map(|point| {
@@ -287,7 +287,7 @@ impl Flora {
         };
         let is_hidden = |p: DVec2| {
             let closed = self.closed.as_ref();
-            closed.is_some_and(|c| c.at(p, ground, sky).is_some())
+            closed.is_some_and(|c| c.hides(p, ground, sky))
         };
         litter.lay(at, (ground, mesh), sky, stems, &is_hidden)
     }

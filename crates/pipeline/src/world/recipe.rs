@@ -18,6 +18,8 @@ use crate::{Error, InputFiles};
 #[derive(Clone, Debug)]
 pub(crate) struct Recipe {
     assets: config::Assets,
+    /// Trees on a hectare of the stand, in steps.
+    trees_per_ha: f64,
     saplings: bool,
     seedlings: bool,
     deadwood: bool,
@@ -51,6 +53,7 @@ impl Encode for Recipe {
     fn encode(&self, encoder: &mut dyn Encoder) {
         let Self {
             assets,
+            trees_per_ha,
             saplings,
             seedlings,
             deadwood,
@@ -98,6 +101,7 @@ impl Encode for Recipe {
             bramble: _,
         } = assets;
         encoder.field("individuals", individuals);
+        encoder.field("trees_per_ha", trees_per_ha);
         encoder.field("trunk_radius_m", trunk_radius_m);
         encoder.field("dbh_mean_m", dbh_mean_m);
         encoder.field("dbh_shape", dbh_shape);
@@ -171,10 +175,22 @@ const BEDS: [TrailSurfaceKind; 2] = [TrailSurfaceKind::Gravel, TrailSurfaceKind:
 /// The number of living trees for each sapling that is grown.
 const LIVING_PER_SAPLING: u32 = 2;
 
+/// How many trees stand on a hectare outside of gaps, by which their crowns are grown, in steps of
+/// half an octave: so worlds of similar density share their plants, and crown ratios differ by at
+/// most 0.04 from those of the very density.
+fn trees_per_ha(config: &Config) -> f64 {
+    const STEPS_PER_OCTAVE: f64 = 2.0;
+    let placement = &config.placement;
+    let m2 = config.chunks.size_m * config.chunks.size_m * (1.0 - placement.gaps.share);
+    let per_ha = (10_000.0 * placement.trees / m2).clamp(1.0, 16_384.0);
+    libm::exp2((STEPS_PER_OCTAVE * libm::log2(per_ha)).round() / STEPS_PER_OCTAVE)
+}
+
 impl Recipe {
     pub(crate) fn new(config: &Config, inputs: &InputFiles) -> Self {
         let mut recipe = Self {
             assets: config.assets.clone(),
+            trees_per_ha: trees_per_ha(config),
             saplings: config.placement.regeneration.saplings > 0.0,
             seedlings: config.placement.regeneration.seedlings > 0.0,
             deadwood: config.deadwood.is_any() || skid_brash(&config.trails) > 0.0,
@@ -310,6 +326,7 @@ impl Recipe {
         for StandSpecies {
             species,
             dbh_mean_m,
+            ..
         } in self.params(&named).species
         {
             let (leaves, there) = species.shoot_in(self.season.as_ref());
@@ -366,9 +383,12 @@ impl Recipe {
             ..AssetParams::default()
         };
         if !species.is_empty() {
-            let of = |(species, _): &(Species, f64)| StandSpecies {
+            let total: f64 = species.iter().map(|(_, share)| share).sum();
+            let per_share = self.trees_per_ha / total.max(f64::MIN_POSITIVE);
+            let of = |(species, share): &(Species, f64)| StandSpecies {
                 species: species.clone(),
                 dbh_mean_m: a.dbh_mean_m,
+                trees_per_ha: per_share * share,
             };
             params.species = species.iter().map(of).collect();
         }

@@ -61,7 +61,7 @@ impl TrajectoryRecipe {
                         })
                     })
                     .and_then(|(path, nearest_m)| {
-                        ThereAndBack::new(Arc::new(TrailLine(path)), nearest_m)
+                        ThereAndBack::new(Arc::new(TrailLine(path)), nearest_m, r.speed_m_s)
                     });
                 match found {
                     Some(line) => Path::ThereAndBack(line),
@@ -114,6 +114,7 @@ impl TrajectoryRecipe {
             spacing_m: self.robot.spacing_m,
             spacing_s: self.robot.spacing_s,
             speed_m_s: self.robot.speed_m_s,
+            rest_s: self.robot.rest_s,
         }
     }
 

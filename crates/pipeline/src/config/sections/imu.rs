@@ -6,8 +6,8 @@ use crate::config::schema::section;
 section! {
     /// The robot's inertial measurement unit. Densities are those of Kalibr's files.
     Imu at "imu" {
-        /// Whether data sets have what it measures, which only a drive does: not stations, poses of
-        /// a file and balanced frames. `nemoral imu` writes it in any case.
+        /// Whether data sets have what it measures, which only a drive does: not stations and
+        /// balanced frames. `nemoral imu` writes it in any case.
         enabled: bool = false, Flag, "who needs it asks for it";
         /// Samples per second.
         rate_hz: f64 = 200.0, Real(1.0, 4000.0), "EuRoC";
