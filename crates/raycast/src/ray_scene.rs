@@ -29,8 +29,8 @@ use crate::traversal::{LeafVisitor, Stack, traverse};
 /// only one that is made anew for a frame.
 ///
 /// The results are those of [`BruteForce`](crate::BruteForce), to the bit, if no coordinate of a
-/// placed shape or of a ray's origin is beyond ±1e9 m, the limit of
-/// [`Prototype::FARTHEST_M`]: squares of lengths that f32 has no numbers for are lost.
+/// placed shape or of a ray's origin is beyond ±1e9 m ([`Prototype::FARTHEST_M`]), far from where
+/// squares of lengths are beyond f32.
 #[derive(Clone, Debug)]
 pub struct RayScene {
     tlas: Tlas,

@@ -178,8 +178,8 @@ impl fmt::Display for PrototypeError {
 impl std::error::Error for PrototypeError {}
 
 impl Prototype {
-    /// The greatest coordinate of a shape, metres: from where on f32 loses the square of lengths is
-    /// far beyond it.
+    /// The greatest coordinate of a shape, metres. It is far below the lengths whose squares are
+    /// beyond f32.
     pub const FARTHEST_M: f32 = 1e9;
 
     /// Checks that a shape is sound, and finds the leaves among its triangles: see [`Quad`].

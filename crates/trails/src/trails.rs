@@ -503,7 +503,7 @@ mod tests {
             let good = vec![DVec2::ZERO, DVec2::new(40.0, 0.0)];
             let spoilt = vec![DVec2::ZERO, DVec2::new(40.0, bad)];
             let found = trails.expect("valid").along(&[good, spoilt], 0);
-            let error = found.err().expect("refused").to_string();
+            let error = found.expect_err("refused").to_string();
             let said = "lines_m[1] = [40, ";
             assert!(
                 error.starts_with(said) && error.ends_with("within ±1e8 m"),

@@ -126,9 +126,9 @@ impl Species {
     }
 
     /// The size of a sapling of this height (clamped to 2..=5 m; 2 m for NaN). Saplings are thinner
-    /// than the range of the relations for grown trees. Their diameter follows from a slenderness of 100
-    /// above breast height (our choice); crown width and leaf area follow from the extrapolated
-    /// relations, limited in proportion to the height.
+    /// than the range of the relations for grown trees. Their diameter follows from a slenderness
+    /// of 100 above breast height (our choice); crown width and leaf area follow from the
+    /// extrapolated relations, limited in proportion to the height.
     #[must_use]
     pub fn draw_sapling(&self, height_m: f64, key: Key) -> TreeSize {
         // A NaN stays one when it is clamped.
