@@ -31,6 +31,9 @@ pub enum CsvPatternError {
     /// The table has fewer than two pulses.
     #[error("a pattern needs at least two pulses, but the table has {0}")]
     TooFew(usize),
+    /// All pulses of the table have the same time, so that a replay would take none.
+    #[error("a pattern needs pulses of different times, but all {0} have the same")]
+    OneTime(usize),
     /// The table cannot be read.
     #[error(transparent)]
     Read(#[from] std::io::Error),
@@ -38,34 +41,33 @@ pub enum CsvPatternError {
 
 impl CsvPattern {
     /// Reads rows of `time, azimuth, elevation` and, if there, `ring`: seconds, degrees to the left
-    /// of x forward, degrees up. Separated by commas; a first line that is no row is a header;
-    /// empty lines and lines that start with `#` are skipped. Times start anywhere and never
-    /// decrease.
+    /// of x forward, degrees up. Separated by commas; a first line without a number is a header;
+    /// empty lines and lines that start with `#` are skipped, and so is a byte order mark. Times
+    /// start anywhere, never decrease and are not all the same.
     ///
     /// Livox's own tables have the zenith angle, which is 90° minus the elevation.
     ///
     /// # Errors
-    /// If the input cannot be read, a row is malformed, times decrease, or there are fewer than two
-    /// pulses.
+    /// If the input cannot be read, a row is malformed, times decrease or do not differ, or there
+    /// are fewer than two pulses.
     pub fn from_csv(input: impl BufRead) -> Result<Self, CsvPatternError> {
         let mut pulses: Vec<Pulse> = Vec::new();
         let mut start_s = 0.0;
+        let mut is_first = true;
         for (i, line) in input.lines().enumerate() {
             let line = line?;
-            let text = line.trim();
+            let text = line.trim_start_matches('\u{feff}').trim();
             if text.is_empty() || text.starts_with('#') {
                 continue;
             }
-            let mut pulse = match row(text) {
-                Ok(pulse) => pulse,
-                Err(_) if i == 0 => continue,
-                Err(reason) => {
-                    return Err(CsvPatternError::Row {
-                        line: i + 1,
-                        reason,
-                    });
-                }
-            };
+            let is_number = |field: &str| field.trim().parse::<f64>().is_ok();
+            if std::mem::take(&mut is_first) && !text.split(',').any(is_number) {
+                continue;
+            }
+            let mut pulse = row(text).map_err(|reason| CsvPatternError::Row {
+                line: i + 1,
+                reason,
+            })?;
             if pulses.is_empty() {
                 start_s = pulse.time_s;
             }
@@ -80,8 +82,11 @@ impl CsvPattern {
             pulses.push(pulse);
         }
         let last_s = pulses.last().map_or(0.0, |p| p.time_s);
-        if pulses.len() < 2 || last_s <= 0.0 {
+        if pulses.len() < 2 {
             return Err(CsvPatternError::TooFew(pulses.len()));
+        }
+        if last_s <= 0.0 {
+            return Err(CsvPatternError::OneTime(pulses.len()));
         }
         // The next replay follows after the mean interval.
         let period_s = last_s * pulses.len() as f64 / (pulses.len() - 1) as f64;

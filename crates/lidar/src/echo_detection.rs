@@ -79,7 +79,8 @@ impl ScanContext<'_> {
         for (shot, end) in ends {
             seen.clear();
             for (echo, measured) in echoes[start..end].iter().zip(&measured[start..end]) {
-                if let Some(range_m) = *measured {
+                let possible = |m: &f64| (0.0..=f64::from(f32::MAX)).contains(m);
+                if let Some(range_m) = measured.filter(possible) {
                     let measured_m = self.params.errors.quantised_m(range_m);
                     seen.push(Echo {
                         measured_m,

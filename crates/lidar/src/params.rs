@@ -36,7 +36,7 @@ pub struct ScannerParams {
     /// The blind zone, metres, at least 0. A surface that is nearer blocks the pulse and is not
     /// seen.
     pub min_range_m: f32,
-    /// The farthest echo, metres, greater than `min_range_m`.
+    /// The farthest echo, metres, greater than `min_range_m`. Its range may be measured as greater.
     pub max_range_m: f32,
     /// The laser's wavelength.
     pub wavelength: Wavelength,

@@ -63,7 +63,12 @@ impl ScanContext<'_> {
         for ((number, pulse), rays) in (start..).zip(&pulses).zip(rays) {
             if pulse.time_s != fired_s {
                 fired_s = pulse.time_s;
-                poses.push((self.scene_from_lidar_at)(fired_s - self.middle_s));
+                let pose = (self.scene_from_lidar_at)(fired_s - self.middle_s);
+                debug_assert!(
+                    pose.rotation.is_normalized(),
+                    "{pose:?}: must be a rotation"
+                );
+                poses.push(pose);
             }
             pose_of.push(poses.len() as u32 - 1);
             let pose = &poses[poses.len() - 1];

@@ -5,7 +5,9 @@ use nemoral_seed::Key;
 
 /// How a scanner's receiver measures ranges. Any `Fn(&EchoObservation, Key) -> Option<f64>` is one.
 pub trait RangeModel: Send + Sync {
-    /// The measured range in metres, finite and at least 0, or `None` if the echo is not seen.
+    /// The measured range in metres, finite and at least 0, or `None` if the echo is not seen. A
+    /// scanner takes another number for `None`, too. A range may be beyond the scanner's, which
+    /// limits what echoes there are, not what is measured wrong.
     ///
     /// `key` is this echo's own, and the only source of randomness.
     fn measure(&self, o: &EchoObservation, key: Key) -> Option<f64>;

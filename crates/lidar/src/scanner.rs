@@ -1,6 +1,7 @@
 //! Scanners, which send pulses out and turn what comes back into points.
 
 use std::fmt;
+use std::ops::RangeInclusive;
 
 use nemoral_scene::{
     DirectionCone, LidarPoint, MaterialLibrary, ParamError, RayCaster, RigidTransform,
@@ -35,7 +36,8 @@ pub struct ScanRequest<'a> {
     /// The library that made the hits' [`MaterialId`](nemoral_scene::MaterialId)s.
     pub materials: &'a MaterialLibrary,
     /// The LiDAR's pose in the scene at a time in seconds relative to the frame's. The scan is
-    /// centred on the frame's time, so it asks for times from −duration/2 to +duration/2.
+    /// centred on the frame's time, so it asks for times from −duration/2 to +duration/2. Its
+    /// rotation is a unit quaternion, which is asserted in debug builds.
     pub scene_from_lidar_at: &'a (dyn Fn(f64) -> RigidTransform + Sync),
     /// How the receiver measures ranges.
     pub range_model: &'a dyn RangeModel,
@@ -64,12 +66,19 @@ impl fmt::Debug for Scanner {
 /// The longest scan. Terrestrial scanners take minutes.
 const MAX_DURATION_S: f64 = 3600.0;
 
+/// How many pulses of a pattern are looked at before it is used.
+const FIRST_PULSES: u32 = 1024;
+
+/// The lengths of a unit vector, rounded.
+const UNIT: RangeInclusive<f64> = 1.0 - 1e-6..=1.0 + 1e-6;
+
 impl Scanner {
     /// A scanner with these parameters.
     ///
     /// # Errors
-    /// If a parameter is out of its range, if the pattern's rate is not positive, or if the scan
-    /// would last longer than an hour.
+    /// If a parameter is out of its range, if the pattern's rate is not positive, if one of the
+    /// pattern's first pulses has no unit vector for a direction, or if the scan would last longer
+    /// than an hour.
     pub fn new(params: ScannerParams, pattern: Box<dyn ScanPattern>) -> Result<Self, ParamError> {
         params.check()?;
         let rate_hz = pattern.rate_hz();
@@ -80,6 +89,11 @@ impl Scanner {
             params.pulses_per_scan,
             "at most what the pattern fires in 3600 s",
         )?;
+        let first = pattern.pulses(0, params.pulses_per_scan.min(FIRST_PULSES));
+        for pulse in first {
+            let length = pulse.direction.length();
+            ParamError::check_range("direction.length()", length, UNIT, "1: a unit vector")?;
+        }
         Ok(Self {
             params,
             field_of_view: pattern.field_of_view(),

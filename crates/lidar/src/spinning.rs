@@ -149,12 +149,14 @@ impl Spinning {
             "greater than 0 and at most π",
         )?;
         ParamError::check(columns >= 1, "columns", columns, "at least 1")?;
+        ParamError::check_positive("rotation_hz", rotation_hz)?;
         let step = vertical_fov_rad / f64::from(beams.max(2) - 1);
         let laser = |ring: u8| Laser {
             elevation_rad: if beams == 1 {
                 0.0
             } else {
-                step * f64::from(ring) - 0.5 * vertical_fov_rad
+                // Rounded, the uppermost of π may be above π/2.
+                (step * f64::from(ring) - 0.5 * vertical_fov_rad).min(PI / 2.0)
             },
             azimuth_rad: 0.0,
             delay_s: 0.0,

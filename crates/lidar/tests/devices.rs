@@ -141,6 +141,19 @@ fn bad_heads_are_refused_by_name() {
             .field,
         "vertical_fov_rad"
     );
+    for rotation_hz in [0.0, -10.0, f64::NAN] {
+        let error = Spinning::ouster(1.0, 4, 1024, rotation_hz).expect_err("no rate");
+        assert_eq!(error.field, "rotation_hz");
+    }
+}
+
+#[test]
+fn an_ouster_may_see_straight_up_and_down() {
+    for beams in 1..=255 {
+        let head = Spinning::ouster(std::f64::consts::PI, beams, 1024, 10.0).expect("valid");
+        let top = azimuth_elevation_deg(&head.pulse(u64::from(beams) - 1)).1;
+        assert!(beams == 1 || (top - 90.0).abs() < 1e-5, "{beams}: {top}");
+    }
 }
 
 #[test]
@@ -158,6 +171,14 @@ fn a_table_replays_itself() {
     assert!((az + 10.0).abs() < 1e-9 && (el - 20.0).abs() < 1e-9);
     assert_eq!(table.pulse(5).ring, 3);
     assert!((table.rate_hz() - 3.0 / 0.45).abs() < 1e-12);
+}
+
+#[test]
+fn a_header_follows_comments_and_a_byte_order_mark_is_none() {
+    let len = |csv: &str| CsvPattern::from_csv(csv.as_bytes()).expect("a table").len();
+    assert_eq!(len("\u{feff}0,0,0\n1,10,0\n2,10,0\n"), 3);
+    assert_eq!(len("\u{feff}t,a,e\n0,0,0\n1,10,0\n"), 2);
+    assert_eq!(len("# of a Mid-360\n\nt,a,e\n0,0,0\n1,10,0\n"), 2);
 }
 
 #[test]
@@ -184,6 +205,19 @@ fn bad_tables_are_refused_by_line() {
         "line 2: 2 fields; must be time, azimuth, elevation and, if wanted, ring"
     );
     assert!(error("0,0,0\n1,0,0,256\n").contains("ring is \"256\""));
+    // What has numbers is no header.
+    assert_eq!(
+        error("# pulses\n0,0,91\n1,0,0\n2,0,0\n"),
+        "line 2: elevation is 91, but must be -90..=90"
+    );
+    assert_eq!(
+        error("t,a,e\ntime,azimuth,elevation\n"),
+        "line 2: time is \"time\", which is no number"
+    );
+    assert_eq!(
+        error("5,0,0\n5,1,0\n"),
+        "a pattern needs pulses of different times, but all 2 have the same"
+    );
     assert!(matches!(
         CsvPattern::from_csv("1,2,3\n".as_bytes()),
         Err(CsvPatternError::TooFew(1))

@@ -1,8 +1,8 @@
 //! Scans of scenes for which the correct result is a formula.
 
 use nemoral_lidar::{
-    EchoObservation, ExactRange, HorizonLike, Mid40, RangeModel, RepeatingLines, ScanPattern,
-    ScanRequest, Scanner, ScannerParams, Wavelength,
+    EchoObservation, ExactRange, HorizonLike, Mid40, Pulse, RangeModel, RepeatingLines,
+    ScanPattern, ScanRequest, Scanner, ScannerParams, Wavelength,
 };
 use nemoral_scene::glam::{DVec3, Vec3};
 use nemoral_scene::{
@@ -209,6 +209,48 @@ fn points_of_a_moving_sensor_lie_where_the_surface_is_at_the_frame_time() {
         skewed = skewed.max((normal.dot(still) - offset_m).abs());
     }
     assert!(skewed > 0.5, "the motion matters: {skewed}");
+}
+
+#[test]
+fn impossible_ranges_are_not_seen() {
+    let scanner = scanner(20, HorizonLike);
+    let seen = |range_m: f64| {
+        let model = move |_: &EchoObservation, _: Key| Some(range_m);
+        scan(&scanner, 0, &wall(), &standing, &model).len()
+    };
+    for range_m in [f64::NAN, -3.0, f64::INFINITY, f64::NEG_INFINITY, 1e300] {
+        assert_eq!(seen(range_m), 0, "{range_m}");
+    }
+    // A range that is measured wrong may be beyond the scanner's.
+    assert_eq!((seen(0.0), seen(300.0)), (20, 20));
+}
+
+#[test]
+fn directions_are_unit_vectors() {
+    for spoilt in [DVec3::ZERO, DVec3::NAN, 2.0 * DVec3::X] {
+        let pattern = move |n: u64| Pulse {
+            time_s: n as f64 * 1e-4,
+            direction: if n == 5 { spoilt } else { DVec3::X },
+            ring: 0,
+        };
+        let params = ScannerParams {
+            pulses_per_scan: 100,
+            ..ScannerParams::default()
+        };
+        let error = Scanner::new(params, Box::new(pattern)).expect_err("no direction");
+        assert_eq!(error.field, "direction.length()");
+    }
+}
+
+#[cfg(debug_assertions)]
+#[test]
+#[should_panic(expected = "must be a rotation")]
+fn poses_are_rotations() {
+    let double = |time_s| RigidTransform {
+        rotation: standing(time_s).rotation * 2.0,
+        ..standing(time_s)
+    };
+    scan(&scanner(20, HorizonLike), 0, &wall(), &double, &ExactRange);
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! The graph of wired stages, and the runner that computes it.
 
+use std::any::TypeId;
 use std::fmt;
 use std::sync::Arc;
 
@@ -10,6 +11,8 @@ use crate::{AnyCoordinate, Cache, Coordinate, Fingerprint, Hasher, PlanTypes, St
 /// A node with its types erased; the erasure is private and guarded by [`Node`]'s types.
 pub(crate) trait Erased<P: PlanTypes>: Send + Sync {
     fn id(&self) -> &'static str;
+    /// The type of its stage and its name.
+    fn stage_type(&self) -> (TypeId, &'static str);
     fn inputs(&self) -> &[usize];
     fn run(&self, at: P::At, runner: &Runner<'_, P>) -> Result<Value, P::Error>;
     /// Whether its values are stored in a cache.

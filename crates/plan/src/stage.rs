@@ -1,5 +1,6 @@
 //! Stages, and how they become nodes of a plan.
 
+use std::any::{TypeId, type_name};
 use std::sync::Arc;
 
 use crate::edge::Inputs;
@@ -19,7 +20,8 @@ pub trait Stage<P: PlanTypes>: Send + Sync + 'static {
     type Inputs: Inputs<P, Self::At>;
     /// The type of its output.
     type Output: Send + Sync + 'static;
-    /// Its name in graphs, logs and keys. It is never used for wiring.
+    /// Its name in graphs, logs and keys. Each type of stage needs one of its own, as equal keys
+    /// mean equal values; it is never used for wiring.
     const ID: &'static str;
     /// A number that is raised whenever equal inputs give a different output.
     const VERSION: u32;
@@ -63,6 +65,10 @@ impl<P: PlanTypes, S: Stage<P>> Erased<P> for Wired<P, S> {
         S::ID
     }
 
+    fn stage_type(&self) -> (TypeId, &'static str) {
+        (TypeId::of::<S>(), type_name::<S>())
+    }
+
     fn inputs(&self) -> &[usize] {
         &self.inputs
     }
@@ -95,6 +101,9 @@ impl<P: PlanTypes, S: Stage<P>> Erased<P> for Wired<P, S> {
 
 impl<P: PlanTypes> Plan<P> {
     /// Adds a stage that reads `edges`, all of which exist already.
+    ///
+    /// # Panics
+    /// If a stage of another type has the same key: the two would share their values.
     pub fn add<S: Stage<P>>(&mut self, stage: S, edges: S::Inputs) -> Node<S::At, S::Output> {
         let inputs = edges.nodes();
         let mut hasher = Hasher::new(S::ID);
@@ -105,6 +114,15 @@ impl<P: PlanTypes> Plan<P> {
             hasher.write_bytes(&self.entries[input].base.0);
         }
         let base = hasher.finish();
+        for same in self.entries.iter().filter(|entry| entry.base == base) {
+            let (other, name) = same.node.stage_type();
+            assert!(
+                other == TypeId::of::<S>(),
+                "stages {name} and {} have the same key: give each an `ID` of its own, not {:?}",
+                type_name::<S>(),
+                S::ID,
+            );
+        }
         let index = self.entries.len();
         self.entries.push(Entry {
             node: Box::new(Wired {

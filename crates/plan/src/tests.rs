@@ -336,6 +336,46 @@ fn keys_change_with_what_a_value_depends_on_and_with_nothing_else() {
     assert_ne!(a.key(a_height, at), other.key(height, at));
 }
 
+/// Has the id of [`Scale`], but another meaning.
+struct Negated(f64);
+
+impl Stage<Toy> for Negated {
+    type At = ();
+    type Inputs = ();
+    type Output = f64;
+    const ID: &'static str = "scale";
+    const VERSION: u32 = 1;
+
+    fn fingerprint(&self, hasher: &mut Hasher) {
+        hasher.write_f64(self.0);
+    }
+
+    fn run(&self, (): (), _: u64, (): ()) -> Result<f64, Error> {
+        Ok(-self.0)
+    }
+}
+
+#[test]
+fn stages_of_one_type_may_be_equal() {
+    let mut plan: Plan<Toy> = Plan::new(1);
+    let scales = [2.0, 2.0, 3.0].map(|scale| plan.add(Scale(scale), ()));
+    let store = Store::unlimited();
+    let runner = Runner::new(&plan, &store, 1);
+    assert_eq!(
+        scales.map(|node| *runner.get(node, ()).expect("runs")),
+        [2.0, 2.0, 3.0]
+    );
+    assert_eq!(store.computed(), 2);
+}
+
+#[test]
+#[should_panic(expected = "have the same key: give each an `ID` of its own, not \"scale\"")]
+fn stages_of_two_types_must_not_share_a_key() {
+    let mut plan: Plan<Toy> = Plan::new(1);
+    plan.add(Scale(2.0), ());
+    plan.add(Negated(2.0), ());
+}
+
 #[test]
 fn an_error_names_its_stage_and_coordinate_and_is_not_kept() {
     let (plan, height, smooth) = plan(1.0, 2.0);

@@ -13,7 +13,8 @@ use crate::nearest::{Nearest, PrimitiveHit, PrimitiveRef, Rank};
 /// A caster without any acceleration, which tests every primitive: the oracle of
 /// [`RayScene`](crate::RayScene).
 ///
-/// Both decide hits by the same f64 arithmetic, so their results are equal to the bit.
+/// Both decide hits by the same f64 arithmetic, so their results are equal to the bit, within the
+/// limit of coordinates that is documented there.
 #[derive(Clone, Debug)]
 pub struct BruteForce {
     groups: Vec<(Vec3, Arc<Group>)>,

@@ -43,6 +43,8 @@
 //! of the ray and the scene alone. It does not depend on the tree, the order of the rays, the
 //! threads, or the processor's instructions. (AVX2 and FMA are used where the processor has them,
 //! and the same kernels over arrays elsewhere.)
+//! That is so for coordinates up to ±1e9 m, which [`Prototype`](nemoral_scene::Prototype) demands
+//! of shapes; [`RayScene`] says more.
 //!
 //! A batch ([`closest_hits`](nemoral_scene::RayCaster::closest_hits)) is sorted by direction, and
 //! neighbouring rays traverse the trees above the instances together, as a beam that bounds them,

@@ -28,7 +28,9 @@ use crate::traversal::{LeafVisitor, Stack, traverse};
 /// A scene that rays are cast at: groups placed by their offsets, and a small tree over them, the
 /// only one that is made anew for a frame.
 ///
-/// The results are those of [`BruteForce`](crate::BruteForce), to the bit.
+/// The results are those of [`BruteForce`](crate::BruteForce), to the bit, if no coordinate of a
+/// placed shape or of a ray's origin is beyond ±1e9 m ([`Prototype::FARTHEST_M`]), far from where
+/// squares of lengths are beyond f32.
 #[derive(Clone, Debug)]
 pub struct RayScene {
     tlas: Tlas,
@@ -51,8 +53,7 @@ impl RayScene {
     #[must_use]
     pub fn of_shape(prototype: Arc<Prototype>, materials: &MaterialLibrary) -> Self {
         let blas = Arc::new(Blas::build(prototype, materials));
-        let place = InstancePlace::at(Vec3::ZERO).with_variation(0.0);
-        let group = Group::build(vec![(place, blas)]);
+        let group = Group::build(vec![(InstancePlace::at(Vec3::ZERO), blas)]);
         Self::new(vec![(Vec3::ZERO, Arc::new(group))])
     }
 

@@ -9,7 +9,7 @@ use glam::{Mat3, Vec2, Vec3};
 use nemoral_raycast::{Blas, BruteForce, Group, RayScene};
 use nemoral_scene::{
     AlphaMask, Blend, Card, GroundMixture, Hit, Material, MaterialId, MaterialLibrary, Mesh,
-    ObjectId, Ray, RayCaster, Semantic, SurfaceHit,
+    ObjectId, Prototype, Ray, RayCaster, Semantic, SurfaceHit,
 };
 use nemoral_seed::Draw;
 use proptest::prelude::*;
@@ -221,6 +221,16 @@ fn colours_pass_over_between_the_corners() {
     assert_eq!(seen(1.0, 2.5), mixture(0.75));
     assert_eq!(seen(0.0, 0.0), mixture(0.0));
     assert_eq!(seen(-8.0, 1.0), None);
+}
+
+#[test]
+fn a_shape_alone_has_the_colour_of_its_materials() {
+    let shape = Prototype::new("card", Mesh::default(), vec![square()], &plain()).expect("sound");
+    let scene = RayScene::of_shape(Arc::new(shape), &plain());
+    let hit = scene
+        .closest_hit(&Ray::new(Vec3::Z, Vec3::NEG_Z))
+        .expect("a hit");
+    assert_eq!(hit.shading.variation, 0.5);
 }
 
 #[test]
@@ -530,8 +540,8 @@ fn rays_that_are_none_hit_nothing() {
 #[test]
 fn sizes_over_many_decades_still_find_everything() {
     // Each shape is twice as large and twice as far as the one before, so that no split is
-    // balanced.
-    let shapes = (-20..20).map(|k| {
+    // balanced. The largest is nearly as large as shapes may be.
+    let shapes = (-20..29).map(|k| {
         let s = 2.0_f32.powi(k);
         let at = Vec3::new(s, 0.3 * s, 0.1 * s);
         (
@@ -547,7 +557,7 @@ fn sizes_over_many_decades_still_find_everything() {
     let (brute, forest) = (BruteForce::new(groups.clone()), RayScene::new(groups));
     let mut rng = rng(8, "decades");
     let mut found = 0;
-    for k in (-20..20).flat_map(|k| [k; 60]) {
+    for k in (-20..29).flat_map(|k| [k; 60]) {
         let target = Vec3::new(1.0, 0.3 + 0.4 * rng.unit_f32(), 0.1 + 0.4 * rng.unit_f32())
             * 2.0_f32.powi(k);
         let r = ray(target + direction(&mut rng) * target.length(), target);

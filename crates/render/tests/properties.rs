@@ -146,6 +146,79 @@ proptest! {
     }
 }
 
+/// A still life whose card has a normal that is no number.
+struct Spoilt(World);
+
+impl RayCaster for Spoilt {
+    fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
+        let mut hit = self.0.closest_hit(ray)?;
+        if hit.surface.object == object(2) {
+            hit.shading.normal = Vec3::NAN;
+        }
+        Some(hit)
+    }
+}
+
+#[test]
+fn what_is_no_number_is_refused_or_stays_in_its_pixel() {
+    let sound = still_life();
+    let view = camera(64, 48, 60.0, DVec3::new(-3.0, 0.0, 1.5), DVec3::Z);
+    let camera = renderer(RayCastParams::default(), sunlight(150.0, 40.0));
+    let expected = camera.render(&sound.view(), &view, KEY).expect("valid");
+
+    let refused = |scene: &SceneView<'_>| {
+        let error = camera.render(scene, &view, KEY).expect_err("refused");
+        error.to_string()
+    };
+    let nowhere = |_: Vec3| f32::NAN;
+    let scene = SceneView {
+        sky_visibility: &nowhere,
+        ..sound.view()
+    };
+    let said = "sky_visibility.sky_view_factor(camera) = NaN: must be 0..=1";
+    assert_eq!(refused(&scene), said);
+    type Spoil = fn(&mut Material);
+    let spoilt: [(Spoil, &str); 4] = [
+        (|m| m.roughness = f32::NAN, "roughness = NaN: must be 0..=1"),
+        (|m| m.roughness = 1.5, "roughness = 1.5: must be 0..=1"),
+        (
+            |m| m.transmittance.y = f32::NAN,
+            "transmittance = NaN: must be 0..=1",
+        ),
+        (
+            |m| m.tile_m = 0.0,
+            "tile_m = 0: must be finite and greater than 0",
+        ),
+    ];
+    for (spoil, said) in spoilt {
+        let mut materials = sound.materials.clone();
+        let mut moss = Material::plain("moss", Semantic::GroundMoss, Vec3::splat(0.2));
+        spoil(&mut moss);
+        materials.add(moss);
+        let scene = SceneView {
+            materials: &materials,
+            ..sound.view()
+        };
+        assert_eq!(refused(&scene), format!("materials[moss].{said}"));
+    }
+
+    let spoilt = Spoilt(still_life());
+    let scene = SceneView {
+        caster: &spoilt,
+        ..sound.view()
+    };
+    let images = camera.render(&scene, &view, KEY).expect("valid");
+    assert!(
+        (images.ev100 - expected.ev100).abs() < 0.5,
+        "{}",
+        images.ev100
+    );
+    let same = |a: &[u8; 3], b: &[u8; 3]| a.iter().zip(b).all(|(a, b)| a.abs_diff(*b) < 20);
+    let pairs = images.rgb.pixels().iter().zip(expected.rgb.pixels());
+    let spoilt = pairs.filter(|(a, b)| !same(a, b)).count();
+    assert!((1..64 * 48 / 10).contains(&spoilt), "{spoilt}");
+}
+
 #[test]
 fn images_hold_the_truth_of_pixel_centres() {
     let world = still_life();

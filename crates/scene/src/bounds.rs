@@ -4,6 +4,7 @@ use glam::Vec3;
 
 /// An axis-aligned box.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Bounds {
     /// The smallest coordinates.
     pub min: Vec3,

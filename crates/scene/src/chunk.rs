@@ -5,6 +5,7 @@ use glam::DVec2;
 /// The integer coordinate of a square chunk: chunk (0, 0) has its south-west corner at the world's
 /// origin, x counts east, y north.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ChunkCoord {
     /// Chunks east of the origin.
     pub x: i32,

@@ -25,6 +25,7 @@ pub struct Instance {
 /// Where a shape is placed, how turned and scaled, and as which object: an [`Instance`] without
 /// its shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct InstancePlace {
     /// Where its origin stands: chunk-local, metres, z above the world's zero.
     pub position_m: Vec3,

@@ -89,6 +89,7 @@ impl Blend {
 
 /// Ground materials that meet at a place.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct GroundMixture {
     /// In the order of their ids.
     pub materials: [MaterialId; 3],

@@ -9,6 +9,8 @@ use crate::ChunkCoord;
 /// chunk over all layers); a chunk coordinate reaches ±2,097,151 (about 100,000 km at 50 m). Ids
 /// order by (x, y, item).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(try_from = "kept::KeptId"))]
 pub struct ObjectId(u64);
 
 const BIAS: i32 = 1 << 21;
@@ -93,12 +95,32 @@ impl ObjectId {
     #[must_use]
     pub const fn to_label_id(self, sensor_chunk: ChunkCoord) -> u16 {
         let c = self.chunk();
-        let near = (c.x - sensor_chunk.x).abs() <= 2 && (c.y - sensor_chunk.y).abs() <= 2;
+        let near = c.x.abs_diff(sensor_chunk.x) <= 2 && c.y.abs_diff(sensor_chunk.y) <= 2;
         if self.is_none() || !near || self.item() > Self::LABEL_ITEM_MAX {
             return 0;
         }
         let place = 5 * c.x.rem_euclid(5) as u16 + c.y.rem_euclid(5) as u16;
         place * Self::LABEL_ITEM_MAX + self.item()
+    }
+}
+
+#[cfg(feature = "serde")]
+mod kept {
+    use super::ObjectId;
+
+    /// An id as it is read, before its bits are checked.
+    #[derive(serde::Deserialize)]
+    pub(super) struct KeptId(u64);
+
+    impl TryFrom<KeptId> for ObjectId {
+        type Error = String;
+
+        fn try_from(KeptId(bits): KeptId) -> Result<Self, String> {
+            let known = (bits == 0).then_some(Self::NONE);
+            known
+                .or_else(|| Self::from_u64(bits))
+                .ok_or_else(|| format!("{bits} is no object's id"))
+        }
     }
 }
 
@@ -131,6 +153,32 @@ mod tests {
         assert_eq!(ObjectId::new(ChunkCoord::new(0, 0), 0), None);
         for far in [-2_097_152, 2_097_152, i32::MAX, i32::MIN] {
             assert_eq!(ObjectId::new(ChunkCoord::new(far, 0), 1), None);
+        }
+    }
+
+    #[cfg(feature = "serde")]
+    #[test]
+    fn bits_of_no_object_are_refused_when_they_are_read() {
+        use serde::Deserialize;
+        use serde::de::value::{Error, SeqDeserializer};
+
+        let read = |bits: u64| {
+            let fields = SeqDeserializer::<_, Error>::new(std::iter::once(bits));
+            ObjectId::deserialize(fields)
+        };
+        let id = ObjectId::new(ChunkCoord::new(-3, 4), 5).expect("in range");
+        assert_eq!(read(id.to_u64()), Ok(id));
+        assert_eq!(read(0), Ok(ObjectId::NONE));
+        let error = read(5).expect_err("of no chunk");
+        assert_eq!(error.to_string(), "5 is no object's id");
+    }
+
+    #[test]
+    fn a_sensor_may_be_in_any_chunk() {
+        let id = ObjectId::new(ChunkCoord::new(5, 5), 1).expect("in range");
+        for far in [i32::MIN, i32::MAX] {
+            assert_eq!(id.to_label_id(ChunkCoord::new(far, 5)), 0);
+            assert_eq!(id.to_label_id(ChunkCoord::new(5, far)), 0);
         }
     }
 

@@ -6,6 +6,7 @@ use crate::{ObjectId, Semantic};
 
 /// Flags of a [`LidarPoint`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct PointFlags(pub u8);
 
 impl PointFlags {
@@ -45,6 +46,7 @@ impl PointFlags {
 
 /// One LiDAR return with everything that is known about it.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct LidarPoint {
     /// Measured position, metres, in the LiDAR frame at the frame's time (deskewed) or, in a raw
     /// scan, at the pulse's time.

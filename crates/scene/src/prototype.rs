@@ -84,7 +84,8 @@ pub enum PrototypeError {
         /// How many different pairs of a material and a window are allowed.
         allowed: usize,
     },
-    /// A coordinate is not finite.
+    /// A coordinate, a normal or a uv is not finite, or a coordinate is beyond
+    /// ±[`Prototype::FARTHEST_M`].
     NotFinite {
         /// The shape's name.
         name: String,
@@ -152,7 +153,12 @@ impl fmt::Display for PrototypeError {
                  finite numbers, at most {allowed} different ones, or none"
             ),
             Self::NotFinite { name } => {
-                write!(f, "shape `{name}` has a coordinate that is not finite")
+                write!(
+                    f,
+                    "shape `{name}` has a coordinate, a normal or a uv that is not finite, or a \
+                     coordinate beyond ±{:e} m",
+                    Prototype::FARTHEST_M
+                )
             }
             Self::Material {
                 name,
@@ -172,11 +178,16 @@ impl fmt::Display for PrototypeError {
 impl std::error::Error for PrototypeError {}
 
 impl Prototype {
+    /// The greatest coordinate of a shape, metres. It is far below the lengths whose squares are
+    /// beyond f32.
+    pub const FARTHEST_M: f32 = 1e9;
+
     /// Checks that a shape is sound, and finds the leaves among its triangles: see [`Quad`].
     ///
     /// # Errors
     /// If it is empty, its vertex arrays differ in length (except empty ones), blends are missing,
-    /// an index or material is out of range, or a coordinate is not finite.
+    /// an index or material is out of range, a coordinate, a normal or a uv is not finite, or a
+    /// coordinate is beyond ±[`FARTHEST_M`](Self::FARTHEST_M).
     pub fn new(
         name: impl Into<String>,
         mesh: Mesh,
@@ -228,9 +239,12 @@ impl Prototype {
         let corners = cards.iter().flat_map(Card::corners);
         let bounds = Bounds::of_points(mesh.positions.iter().copied().chain(corners));
         // A NaN would be lost by min and max, so every point is looked at.
-        let finite = mesh.positions.iter().all(|p| p.is_finite())
-            && cards.iter().flat_map(Card::corners).all(Vec3::is_finite);
-        if !finite {
+        let near = |p: Vec3| p.abs().cmple(Vec3::splat(Self::FARTHEST_M)).all();
+        let sound = mesh.positions.iter().copied().all(near)
+            && cards.iter().flat_map(Card::corners).all(near)
+            && mesh.normals.iter().all(|n| n.is_finite())
+            && mesh.uvs.iter().all(|uv| uv.is_finite());
+        if !sound {
             return Err(PrototypeError::NotFinite { name });
         }
         let max_windows = ((1 << 16) - materials) / 2;
@@ -500,7 +514,9 @@ mod tests {
         assert_eq!(refused(|m| m.normals.clear()), "");
         assert_eq!(refused(|m| m.uvs.clear()), "");
         type Spoil = fn(&mut Mesh);
-        let spoilt: [(Spoil, &str); 7] = [
+        let not_finite = "shape `heap` has a coordinate, a normal or a uv that is not finite, or a \
+                          coordinate beyond ±1e9 m";
+        let spoilt: [(Spoil, &str); 10] = [
             (
                 |m| *m = Mesh::default(),
                 "shape `heap` has neither triangles nor cards",
@@ -525,10 +541,10 @@ mod tests {
                 |m| m.blends[0].corners[2][1] = MaterialId(7),
                 "shape `heap`: material 7 of 1 does not exist",
             ),
-            (
-                |m| m.positions[2].x = f32::NAN,
-                "shape `heap` has a coordinate that is not finite",
-            ),
+            (|m| m.positions[2].x = f32::NAN, not_finite),
+            (|m| m.positions[1].z = -1.1e9, not_finite),
+            (|m| m.normals[1].z = f32::NAN, not_finite),
+            (|m| m.uvs[0].y = f32::INFINITY, not_finite),
         ];
         for (spoil, said) in spoilt {
             assert_eq!(refused(spoil), said);

@@ -1,5 +1,7 @@
 //! The port between sensors and ray casters.
 
+use std::sync::Arc;
+
 use crate::{Hit, Ray, SurfaceHit};
 
 /// Anything that rays can be cast at. A texel that a mask declares transparent does not exist.
@@ -81,28 +83,105 @@ pub trait RayCaster: Sync {
     }
 }
 
-impl<C: RayCaster + ?Sized> RayCaster for &C {
-    fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
-        (**self).closest_hit(ray)
+/// Casters behind a pointer are casters; every method is forwarded, so that batches stay batches.
+macro_rules! forward {
+    ($(<$caster:ident $(: $bound:ident)?> $pointer:ty;)*) => {$(
+        impl<$caster: RayCaster $(+ $bound)? + ?Sized> RayCaster for $pointer {
+            fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
+                (**self).closest_hit(ray)
+            }
+
+            fn closest_surface(&self, ray: &Ray) -> Option<SurfaceHit> {
+                (**self).closest_surface(ray)
+            }
+
+            fn is_occluded(&self, ray: &Ray) -> bool {
+                (**self).is_occluded(ray)
+            }
+
+            fn are_occluded(&self, rays: &[Ray], occluded: &mut [bool]) {
+                (**self).are_occluded(rays, occluded);
+            }
+
+            fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
+                (**self).closest_hits(rays, hits);
+            }
+
+            fn closest_surfaces(&self, rays: &[Ray], surfaces: &mut [Option<SurfaceHit>]) {
+                (**self).closest_surfaces(rays, surfaces);
+            }
+        }
+    )*};
+}
+
+// A caster is `Sync`, and an `Arc` is that only if what it holds is `Send` too.
+forward! {
+    <C> &C;
+    <C> Box<C>;
+    <C: Send> Arc<C>;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::MaterialId;
+    use glam::Vec3;
+
+    /// Each method answers in its own way.
+    struct Batches;
+
+    fn at(distance_m: f32) -> Option<Hit> {
+        Some(Hit::new(distance_m, Vec3::Z, MaterialId(0)))
     }
 
-    fn closest_surface(&self, ray: &Ray) -> Option<SurfaceHit> {
-        (**self).closest_surface(ray)
+    impl RayCaster for Batches {
+        fn closest_hit(&self, _: &Ray) -> Option<Hit> {
+            at(1.0)
+        }
+
+        fn closest_surface(&self, _: &Ray) -> Option<SurfaceHit> {
+            at(2.0).map(SurfaceHit::from)
+        }
+
+        fn is_occluded(&self, _: &Ray) -> bool {
+            false
+        }
+
+        fn are_occluded(&self, _: &[Ray], occluded: &mut [bool]) {
+            occluded.fill(true);
+        }
+
+        fn closest_hits(&self, _: &[Ray], hits: &mut [Option<Hit>]) {
+            hits.fill(at(3.0));
+        }
+
+        fn closest_surfaces(&self, _: &[Ray], surfaces: &mut [Option<SurfaceHit>]) {
+            surfaces.fill(at(4.0).map(SurfaceHit::from));
+        }
     }
 
-    fn is_occluded(&self, ray: &Ray) -> bool {
-        (**self).is_occluded(ray)
+    fn answers(caster: impl RayCaster) -> ([Option<f32>; 4], [bool; 2]) {
+        let ray = Ray::new(Vec3::Z, Vec3::NEG_Z);
+        let (mut hits, mut surfaces, mut occluded) = ([None], [None], [false]);
+        caster.closest_hits(&[ray], &mut hits);
+        caster.closest_surfaces(&[ray], &mut surfaces);
+        caster.are_occluded(&[ray], &mut occluded);
+        let [single, batch] = [caster.closest_hit(&ray), hits[0]].map(|h| h.map(SurfaceHit::from));
+        let found = [single, caster.closest_surface(&ray), batch, surfaces[0]];
+        (
+            found.map(|hit| hit.map(|hit| hit.distance_m)),
+            [caster.is_occluded(&ray), occluded[0]],
+        )
     }
 
-    fn are_occluded(&self, rays: &[Ray], occluded: &mut [bool]) {
-        (**self).are_occluded(rays, occluded);
-    }
-
-    fn closest_hits(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
-        (**self).closest_hits(rays, hits);
-    }
-
-    fn closest_surfaces(&self, rays: &[Ray], surfaces: &mut [Option<SurfaceHit>]) {
-        (**self).closest_surfaces(rays, surfaces);
+    #[test]
+    fn pointers_to_casters_forward_every_method() {
+        let own = ([1.0, 2.0, 3.0, 4.0].map(Some), [false, true]);
+        assert_eq!(answers(&Batches), own);
+        assert_eq!(answers(Box::new(Batches)), own);
+        assert_eq!(answers(Arc::new(Batches)), own);
+        assert_eq!(answers(Box::new(Batches) as Box<dyn RayCaster>), own);
+        let shared: Arc<dyn RayCaster + Send> = Arc::new(Batches);
+        assert_eq!(answers(shared), own);
     }
 }

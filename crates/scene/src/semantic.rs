@@ -5,6 +5,7 @@ macro_rules! semantics {
         /// What a surface is, finer than any class table. The numbers are stable: they are written
         /// to caches and chosen by ontologies.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+        #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
         #[repr(u8)]
         #[non_exhaustive]
         pub enum Semantic { $($(#[$doc])* $name = $value,)* }

@@ -9,6 +9,8 @@ use crate::CodeTable;
 /// An sRGB-encoded albedo texture that repeats, with box-filtered mips of its opaque texels. Row 0
 /// is at v = 0.
 ///
+/// Linear light is clamped to 0..=1 when it is encoded, and NaN becomes 0.
+///
 /// It holds colour alone: what is opaque is decided by [`AlphaMask`](crate::AlphaMask)s.
 #[derive(Clone)]
 #[cfg_attr(

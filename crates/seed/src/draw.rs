@@ -16,13 +16,15 @@ pub trait Draw: Rng {
         (self.next_u32() >> 8) as f32 * (1.0 / (1_u32 << 24) as f32)
     }
 
-    /// Uniform in `[low, high)`; `low` if they are equal.
+    /// Uniform from `low` to `high`; `low` if they are equal. The sum is rounded, so that `high`
+    /// itself is drawn now and then.
     #[inline]
     fn range_f64(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.unit_f64()
     }
 
-    /// Uniform in `[low, high)`; `low` if they are equal.
+    /// Uniform from `low` to `high`; `low` if they are equal. The sum is rounded, so that `high`
+    /// itself is drawn now and then.
     #[inline]
     fn range_f32(&mut self, low: f32, high: f32) -> f32 {
         low + (high - low) * self.unit_f32()
@@ -89,8 +91,10 @@ pub trait Draw: Rng {
     }
 
     /// The index of a weight, with probability proportional to it; `None` if no weight is positive.
+    /// Weights of 0, negative ones and NaN are never drawn; the sum of the others must be finite.
     fn weighted(&mut self, weights: &[f64]) -> Option<usize> {
         let total: f64 = weights.iter().filter(|w| **w > 0.0).sum();
+        debug_assert!(total.is_finite(), "weights add up to {total}");
         let mut left = self.unit_f64() * total;
         let mut last = None;
         for (i, &w) in weights.iter().enumerate().filter(|(_, w)| **w > 0.0) {
@@ -156,6 +160,22 @@ mod tests {
         assert!((f64::from(counts[0]) - 10_000.0).abs() < 4.0 * (40_000.0 * 0.1875_f64).sqrt());
         assert_eq!(r.weighted(&[]), None);
         assert_eq!(r.weighted(&[0.0, -1.0]), None);
+        assert_eq!(r.weighted(&[f64::NAN, 1.0]), Some(1));
+    }
+
+    #[cfg(debug_assertions)]
+    #[test]
+    #[should_panic(expected = "weights add up to inf")]
+    fn infinite_weights_are_an_error() {
+        rng(2).weighted(&[f64::INFINITY, 1.0]);
+    }
+
+    /// As the documentation says: one step of f32 above 1 is all that can be drawn beside 1.
+    #[test]
+    fn a_range_may_round_up_to_its_end() {
+        let (mut r, high) = (rng(3), 1.0 + f32::EPSILON);
+        let drawn: Vec<f32> = (0..100).map(|_| r.range_f32(1.0, high)).collect();
+        assert!(drawn.contains(&1.0) && drawn.contains(&high));
     }
 
     proptest! {
@@ -163,7 +183,7 @@ mod tests {
         fn ranges_hold(seed: u64, low in -1e6_f64..1e6, width in 0.0_f64..1e6, n in 1_u32..) {
             let mut r = rng(seed);
             let x = r.range_f64(low, low + width);
-            prop_assert!(x >= low && (x < low + width || width == 0.0 || x == low + width));
+            prop_assert!(x >= low && x <= low + width);
             prop_assert!(r.below(n) < n);
             prop_assert!((0.0..1.0).contains(&r.unit_f32()));
             prop_assert!(!r.chance(0.0) && r.chance(1.0));

@@ -1,5 +1,6 @@
 //! What covers the ground of a forest: patches of litter and moss.
 
+use nemoral_scene::ParamError;
 use nemoral_scene::glam::DVec2;
 
 use crate::{Field, FieldParams};
@@ -57,18 +58,25 @@ impl<F: Field> FloorComposition<F> {
     ///
     /// `shares` are relative to each other; none is negative and their sum is positive. They are
     /// met by the quantiles of the field at 2,304 places.
-    pub fn new(shares: [f64; 3], field: F) -> Self {
+    ///
+    /// # Errors
+    /// If a share is negative or not finite, or all are 0.
+    pub fn new(shares: [f64; 3], field: F) -> Result<Self, ParamError> {
+        for (i, &share) in shares.iter().enumerate() {
+            ParamError::check_at_least_zero(&format!("shares[{i}]"), share)?;
+        }
+        let total: f64 = shares.iter().sum();
+        ParamError::check_positive("sum of shares", total)?;
         let places = (0..SAMPLES * SAMPLES)
             .map(|i| DVec2::new(f64::from(i % SAMPLES), f64::from(i / SAMPLES)) * SAMPLE_STEP_M);
         let mut values: Vec<f64> = places.map(|p| field.value(p)).collect();
         values.sort_unstable_by(f64::total_cmp);
-        let total: f64 = shares.iter().sum();
         let limit = |share: f64| {
             let rank = share / total * values.len() as f64;
             values.get(rank as usize).copied().unwrap_or(f64::INFINITY)
         };
         let limits = [limit(shares[0]), limit(shares[0] + shares[1])];
-        Self { field, limits }
+        Ok(Self { field, limits })
     }
 
     /// The cover at a world position, metres, whose ground is wetter than most by `wetness`,
@@ -98,7 +106,7 @@ mod tests {
 
     #[test]
     fn covers_have_their_shares() {
-        let floor = FloorComposition::new([2.0, 1.0, 1.0], waves);
+        let floor = FloorComposition::new([2.0, 1.0, 1.0], waves).expect("shares");
         let mut counts = [0; 3];
         for i in 0..40_000 {
             let p = DVec2::new(f64::from(i % 200), f64::from(i / 200)) * 1.7;
@@ -111,8 +119,24 @@ mod tests {
     }
 
     #[test]
+    fn impossible_shares_are_refused() {
+        let refused = |shares| {
+            let error = FloorComposition::new(shares, waves)
+                .err()
+                .expect("impossible");
+            error.to_string()
+        };
+        let sum = "sum of shares = 0: must be finite and greater than 0";
+        assert_eq!(refused([0.0; 3]), sum);
+        for (share, said) in [(f64::NAN, "NaN"), (-1.0, "-1"), (f64::INFINITY, "inf")] {
+            let said = format!("shares[1] = {said}: must be finite and at least 0");
+            assert_eq!(refused([1.0, share, 1.0]), said);
+        }
+    }
+
+    #[test]
     fn moss_is_where_it_is_wet() {
-        let floor = FloorComposition::new([2.0, 1.0, 1.0], waves);
+        let floor = FloorComposition::new([2.0, 1.0, 1.0], waves).expect("shares");
         let moss = |wetness| {
             let places = (0..10_000)
                 .map(|i| DVec2::new(f64::from(i % 100), f64::from(i / 100)) * 1.7)
@@ -122,7 +146,7 @@ mod tests {
         assert!(moss(1.0) > moss(0.3) && moss(0.3) > moss(0.0));
         assert!(moss(0.0) > moss(-0.3) && moss(-0.3) > moss(-1.0));
         // Where there is none, wetness makes none.
-        let none = FloorComposition::new([1.0, 1.0, 0.0], waves);
+        let none = FloorComposition::new([1.0, 1.0, 0.0], waves).expect("shares");
         assert_eq!(none.cover(DVec2::ZERO, 1.0), none.cover(DVec2::ZERO, -1.0));
     }
 
@@ -131,7 +155,7 @@ mod tests {
         for i in 0..3 {
             let mut shares = [0.0; 3];
             shares[i] = 7.0;
-            let floor = FloorComposition::new(shares, waves);
+            let floor = FloorComposition::new(shares, waves).expect("shares");
             for k in 0..1000 {
                 let p = DVec2::new(f64::from(k), 3.0) * 0.9;
                 // The lowest and highest values may lie outside of the sampled ones.

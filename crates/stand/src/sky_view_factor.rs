@@ -58,6 +58,9 @@ impl SkyViewFactor {
     ///
     /// `crowns` has the trees in the square and within [`REACH_M`] around it, in metres relative to
     /// the square's corner; `ground` is in world coordinates.
+    ///
+    /// # Panics
+    /// If the side of the square is not finite or not above 0.
     #[must_use]
     pub fn measure(
         area: &SkyViewArea,
@@ -68,12 +71,20 @@ impl SkyViewFactor {
     }
 
     /// The layers near the ground alone, of which the upper one counts everywhere above it.
+    ///
+    /// # Panics
+    /// As [`measure`](Self::measure).
     #[must_use]
     pub fn measure_near_ground(
         area: &SkyViewArea,
         ground: &(impl Surface + ?Sized),
         crowns: &(impl RayCaster + ?Sized),
     ) -> Self {
+        assert!(
+            area.side_m > 0.0 && area.side_m.is_finite(),
+            "side_m = {}: must be finite and greater than 0",
+            area.side_m
+        );
         let cells = (area.side_m / CELL_M).ceil() as usize;
         let (side, cell_m) = (cells + 1, area.side_m / cells as f64);
         let mut part = Self {
@@ -265,6 +276,21 @@ mod tests {
             (mean - Vec3::new(0.0, 0.0, 2.0 / 3.0)).length() < 0.02,
             "{mean}"
         );
+    }
+
+    #[test]
+    fn a_square_without_a_side_is_refused() {
+        for side_m in [0.0, -5.0, f64::NAN, f64::INFINITY] {
+            let area = SkyViewArea {
+                origin_m: DVec2::ZERO,
+                side_m,
+                canopy_height_m: 12.0,
+            };
+            let measure = || SkyViewFactor::measure(&area, &FlatSurface::default(), &Roof);
+            let panic = std::panic::catch_unwind(measure).expect_err("no side");
+            let said = panic.downcast_ref::<String>().expect("a message");
+            assert!(said.contains("must be finite and greater than 0"), "{said}");
+        }
     }
 
     /// A roof over the east, 30 m above the ground and as wide as rays reach.

@@ -48,11 +48,11 @@ pub(crate) fn gradient_noise(seed: u64, p: DVec2) -> (f64, DVec2) {
     (value, gradient)
 }
 
-/// `f64::floor`, which is a function call on baseline x86-64.
+/// `f64::floor`, which is a function call on baseline x86-64. Beyond ±2⁶³ there is no lattice.
 #[inline]
 fn floor(x: f64) -> i64 {
     let towards_zero = x as i64;
-    towards_zero - i64::from(towards_zero as f64 > x)
+    towards_zero.wrapping_sub(i64::from(towards_zero as f64 > x))
 }
 
 /// 6t⁵ − 15t⁴ + 10t³ and its derivative.

@@ -3,7 +3,7 @@
 use nemoral_scene::Surface;
 use nemoral_scene::glam::DVec2;
 use nemoral_seed::Key;
-use nemoral_terrain::{PerlinTerrain, Terrain, TerrainParams};
+use nemoral_terrain::{Eroded, ErosionParams, PerlinTerrain, Terrain, TerrainParams};
 use proptest::prelude::*;
 
 fn params() -> impl Strategy<Value = TerrainParams> {
@@ -159,6 +159,18 @@ fn heights_do_not_repeat_after_256_cells() {
     assert!(repeats(&*ours) < 5);
     // The test detects a period, that of the permutation table.
     assert_eq!(repeats(&*noise), 1000);
+}
+
+#[test]
+fn places_without_a_lattice_are_no_panic() {
+    let base = Terrain::new(TerrainParams::default(), Key::world(5)).expect("valid");
+    let eroded = Eroded::new(ErosionParams::default(), Key::world(5), &base).expect("valid");
+    for far in [1e19, 1e300, f64::INFINITY, f64::NAN] {
+        for p in [DVec2::splat(far), DVec2::splat(-far), DVec2::new(-far, 0.0)] {
+            base.sample(p);
+            eroded.sample(p);
+        }
+    }
 }
 
 #[test]

@@ -229,13 +229,13 @@ impl Section {
                 "0.05..=0.5 m",
             )?;
         }
-        let mut last = f64::NEG_INFINITY;
+        let mut last = f64::MIN;
         for point in &self.curve {
             ParamError::check_range(
                 "section.curve offset",
                 point.x,
                 last + CURVE_STEP_M..=10.0,
-                "at least 1 cm more than the one before, and at most 10 m",
+                "finite, at least 1 cm more than the one before, and at most 10 m",
             )?;
             ParamError::check_range("section.curve height", point.y, -2.0..=2.0, "-2..=2 m")?;
             last = point.x;

@@ -29,6 +29,9 @@ type Dress<'a> = dyn Fn(&TrailPath, ChunkCoord, &mut dyn FnMut(TrailDressing)) +
 const TRAILS: Domain = Domain::new("trails");
 const WAYS: Domain = Domain::new("trails.ways");
 
+/// The greatest coordinate of a given line, metres.
+const FARTHEST_M: f64 = 1e8;
+
 /// The trails of an endless world, found from any chunk.
 ///
 /// A value is a pure function of its parameters, key and ground: neither earlier calls, nor
@@ -125,8 +128,17 @@ impl Trails {
     /// These trails and further ones along given lines, of the way with this number among the
     /// parameters' ways (the last one, if there are fewer): smooth curves through their vertices,
     /// in world coordinates. Lines shorter than a metre are left out.
-    #[must_use]
-    pub fn along(mut self, lines_m: &[Vec<DVec2>], way: usize) -> Self {
+    ///
+    /// # Errors
+    /// If a coordinate of a vertex is not within ±100,000 km.
+    pub fn along(mut self, lines_m: &[Vec<DVec2>], way: usize) -> Result<Self, ParamError> {
+        for (number, line) in lines_m.iter().enumerate() {
+            let beyond = |p: &&DVec2| !p.abs().cmple(DVec2::splat(FARTHEST_M)).all();
+            if let Some(vertex) = line.iter().find(beyond) {
+                let field = format!("lines_m[{number}]");
+                return Err(ParamError::new(field, vertex, "finite and within ±1e8 m"));
+            }
+        }
         let way = way.min(self.ways.len() - 1);
         for (number, line) in (self.numbered..).zip(lines_m) {
             let Some(course) = course(line, number, self.chunk_size_m) else {
@@ -146,7 +158,7 @@ impl Trails {
             self.used[way] = true;
             self.earthworks = Earthworks::new(&self.ways, &self.used);
         }
-        self
+        Ok(self)
     }
 
     /// The kinds of way of which there are trails.
@@ -484,6 +496,23 @@ mod tests {
     }
 
     #[test]
+    fn lines_that_are_not_finite_are_refused() {
+        for bad in [f64::NAN, f64::INFINITY, -1e300] {
+            let base = Arc::new(FlatSurface::default());
+            let trails = Trails::new(TrailParams::default(), 50.0, Key::world(3), base);
+            let good = vec![DVec2::ZERO, DVec2::new(40.0, 0.0)];
+            let spoilt = vec![DVec2::ZERO, DVec2::new(40.0, bad)];
+            let found = trails.expect("valid").along(&[good, spoilt], 0);
+            let error = found.expect_err("refused").to_string();
+            let said = "lines_m[1] = [40, ";
+            assert!(
+                error.starts_with(said) && error.ends_with("within ±1e8 m"),
+                "{error}"
+            );
+        }
+    }
+
+    #[test]
     fn given_lines_are_trails_in_every_chunk_that_they_cross() {
         let params = TrailParams {
             spawn_probability: 0.0,
@@ -500,7 +529,7 @@ mod tests {
         let base = Arc::new(FlatSurface::default());
         let trails = Trails::new(params, 50.0, Key::world(3), base).expect("valid");
         assert!(!trails.is_crossed(ChunkCoord::new(0, 0)));
-        let trails = trails.along(&[short, line.clone()], 0);
+        let trails = trails.along(&[short, line.clone()], 0).expect("finite");
         for (i, vertex) in line.iter().enumerate() {
             let chunk = ChunkCoord::containing(*vertex, 50.0);
             assert!(trails.is_crossed(chunk) && trails.in_chunk(chunk).len() == 1);
@@ -575,7 +604,7 @@ mod tests {
             (0..2400).map(|i| DVec2::new(f64::from(i % 2 * 6 - 3), 1.0 + 0.02 * f64::from(i)));
         let base = Arc::new(FlatSurface::default());
         let trails = Trails::new(params, 50.0, Key::world(1), base).expect("valid");
-        let trails = trails.along(&[line.collect()], 0);
+        let trails = trails.along(&[line.collect()], 0).expect("finite");
         let here = ChunkCoord::new(0, 0);
         let mut all = Vec::new();
         for chunk in here.square(1) {

@@ -488,6 +488,9 @@ fn impossible_trails_are_refused() {
     let mut bad = good();
     bad.ways[0].0.section.curve = vec![DVec2::new(1.0, 0.0), DVec2::new(1.0, 0.1)];
     assert_eq!(new(bad, 50.0), "section.curve offset");
+    let mut bad = TrailParams::default();
+    bad.ways[0].0.section.curve = vec![DVec2::new(f64::NEG_INFINITY, 0.0)];
+    assert_eq!(new(bad, 50.0), "section.curve offset");
 }
 
 #[test]

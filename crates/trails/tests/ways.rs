@@ -529,7 +529,9 @@ fn lines_that_are_none_make_no_kind_used() {
         ..mixed()
     };
     let without = trails(params.clone(), 4, hills(0.4));
-    let with = trails(params, 4, hills(0.4)).along(&[], 1);
+    let with = trails(params, 4, hills(0.4))
+        .along(&[], 1)
+        .expect("no lines");
     let mut near = 0;
     for chunk in around(ChunkCoord::new(0, 0), 2) {
         let [a, b] = [&without, &with].map(|t| t.ground_near(chunk, 2.0));

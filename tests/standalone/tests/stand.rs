@@ -55,7 +55,7 @@ fn more_grows_in_the_meadow() {
 
 #[test]
 fn a_floor_of_two_covers() {
-    let floor = FloorComposition::new([1.0, 0.0, 1.0], waves);
+    let floor = FloorComposition::new([1.0, 0.0, 1.0], waves).expect("shares");
     let covers: Vec<FloorCover> = (0..400)
         .map(|i| floor.cover(DVec2::new(f64::from(i % 20), f64::from(i / 20)) * 3.3, 0.0))
         .collect();

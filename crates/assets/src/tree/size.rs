@@ -125,13 +125,18 @@ impl Species {
         t * t * (3.0 - 2.0 * t)
     }
 
-    /// The size of a sapling of this height (clamped to 2..=5 m). Saplings are thinner than the
-    /// range of the relations for grown trees. Their diameter follows from a slenderness of 100
-    /// above breast height (our choice); crown width and leaf area follow from the extrapolated
-    /// relations, limited in proportion to the height.
+    /// The size of a sapling of this height (clamped to 2..=5 m; 2 m for NaN). Saplings are thinner
+    /// than the range of the relations for grown trees. Their diameter follows from a slenderness
+    /// of 100 above breast height (our choice); crown width and leaf area follow from the
+    /// extrapolated relations, limited in proportion to the height.
     #[must_use]
     pub fn draw_sapling(&self, height_m: f64, key: Key) -> TreeSize {
-        let height_m = height_m.clamp(2.0, 5.0);
+        // A NaN stays one when it is clamped.
+        let height_m = if height_m > 2.0 {
+            height_m.min(5.0)
+        } else {
+            2.0
+        };
         let mut rng = key.domain(SAPLING).rng();
         let dbh_m = (0.010 * (height_m - 1.3) * rng.range_f64(0.85, 1.25)).max(0.008);
         let width_m = self.mean_crown_width_m(dbh_m) * rng.range_f64(0.85, 1.15);

@@ -125,6 +125,14 @@ fn the_crown_keeps_to_its_envelope() {
     }
 }
 
+#[test]
+fn heights_of_saplings_are_limited() {
+    let species = Species::maritime_pine();
+    for (asked, drawn) in [(f64::NAN, 2.0), (-1.0, 2.0), (3.0, 3.0), (9.0, 5.0)] {
+        assert_eq!(species.draw_sapling(asked, key(1)).height_m, drawn);
+    }
+}
+
 /// Saplings meet their demand, stem included, however thin it is at breast height.
 #[test]
 fn saplings_are_as_demanded() {

@@ -136,9 +136,8 @@ impl GroundModel {
                 }
             }
             let trails = Trails::new(params, chunk_size_m, world, Arc::clone(&base));
-            Some(Arc::new(
-                trails.map_err(Error::of_stage)?.along(&lines_m, TRACK),
-            ))
+            let trails = trails.and_then(|trails| trails.along(&lines_m, TRACK));
+            Some(Arc::new(trails.map_err(Error::of_stage)?))
         } else {
             None
         };

@@ -158,7 +158,7 @@ pub(crate) fn floor_composition(
     world: Key,
 ) -> Result<FloorComposition<TerrainField>, Error> {
     let field = TerrainField::new(FLOOR_FIELD, world.domain(FLOOR))?;
-    Ok(FloorComposition::new(shares, field))
+    FloorComposition::new(shares, field).map_err(Error::of_stage)
 }
 
 /// How far beyond the water its banks are bare and wet at the most, metres.

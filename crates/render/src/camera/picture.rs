@@ -3,6 +3,7 @@
 use glam::Vec3;
 use nemoral_scene::{Image, TruthImages};
 use nemoral_seed::Key;
+use rayon::prelude::*;
 
 use super::lens::Lens;
 use super::point_spread::spread;
@@ -39,6 +40,9 @@ pub(crate) fn take(
 ) -> Picture {
     let (width, height) = (light.width(), light.height());
     let mut pixels = light.into_pixels();
+    // One that is no number would be spread over others, and decide the exposure of all.
+    let spoilt = pixels.par_iter_mut().filter(|c| !c.is_finite());
+    spoilt.for_each(|c| *c = Vec3::ZERO);
     lens.aberration.apply(&mut pixels, &view.intrinsics);
     spread(&mut pixels, width, lens.spread_px);
     if let Some(precipitation) = &view.precipitation {

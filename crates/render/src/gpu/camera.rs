@@ -374,6 +374,9 @@ impl CameraRenderer for GpuCamera {
         key: Key,
     ) -> Result<CameraImages, GpuError> {
         view.check()?;
+        scene.check()?;
+        let position = view.scene_from_camera.translation_m.as_vec3();
+        let open = scene.sky_view_factor_of_camera(position)?;
         if !scene.lamps.is_empty() {
             let count = scene.lamps.len();
             return Err(GpuError::Lamps { count });
@@ -396,8 +399,6 @@ impl CameraRenderer for GpuCamera {
         let truth = truth[0].read(&self.gpu, &truth_drawn, |rows| texels(rows, view))?;
         let truth = truth_images(&truth, view, &picture.objects);
         let linear = exposure.read(&self.gpu, &self.lighting)?;
-        let position = view.scene_from_camera.translation_m.as_vec3();
-        let open = scene.sky_visibility.sky_view_factor(position);
         let around = Surroundings {
             ambient: self.lighting.ambient(open).mean_radiance(),
             lamps: &[],

@@ -177,6 +177,7 @@ impl CameraRenderer for RayCastCamera {
         key: Key,
     ) -> Result<CameraImages, ParamError> {
         view.check()?;
+        scene.check()?;
         let p = &self.params;
         let position = view.scene_from_camera.translation_m.as_vec3();
         let focal_px = 0.5 * (view.intrinsics.fx + view.intrinsics.fy);
@@ -192,7 +193,7 @@ impl CameraRenderer for RayCastCamera {
             lamps: &lamps,
             lamp_glow: LampGlow::new(&lamps, view, p.max_range_m),
             sample_rad: (1.0 / focal_px) as f32,
-            sky_view_factor: scene.sky_visibility.sky_view_factor(position),
+            sky_view_factor: scene.sky_view_factor_of_camera(position)?,
         };
         let samples = if view.blurs() {
             p.colour_samples.max(p.blur_samples)

@@ -19,7 +19,7 @@ pub struct UtcTime {
     pub month: u32,
     /// 1..=31.
     pub day: u32,
-    /// Hours since midnight with their fraction, 0..24 (12.5 is 12:30).
+    /// Hours since midnight with their fraction, 0..=24 (12.5 is 12:30).
     pub hour: f64,
 }
 

@@ -77,7 +77,9 @@ pub fn given(
         ..TrailParams::default()
     };
     let none = trails(params, 5, base);
-    (lines.iter()).fold(none, |t, (way, line)| t.along(&[line.to_vec()], *way))
+    (lines.iter()).fold(none, |t, (way, line)| {
+        t.along(&[line.to_vec()], *way).expect("finite")
+    })
 }
 
 /// A straight way towards the north through the origin.
