@@ -36,6 +36,53 @@ def cloud(message):
     return points
 
 
+def check_times(found, scan, stamp_ns, frame_ns, deskewed):
+    """Compares the stamp and the times of points with when these were fired."""
+    if deskewed:
+        assert stamp_ns == frame_ns and not {"t", "time"} & set(found.dtype.names)
+        return
+    assert (found["time"] >= 0).all()
+    assert abs(found["time"] - found["t"] * 1e-9).max() < 1e-8
+    fired_ns = frame_ns + np.rint(scan["t"] * 1e9).astype(np.int64)
+    assert (stamp_ns + found["t"].astype(np.int64) == fired_ns).all()
+
+
+def turned(first, last):
+    """The axis of the rotation from one pose to another in the world, times the angle's sine."""
+    m = last[:3, :3] @ first[:3, :3].T
+    return np.array([m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]]) / 2
+
+
+def check_twist(twist, times, frames, time):
+    """Compares velocities, in the world, with the frames around; the data set has the whole drive.
+    """
+    at = times.index(time)
+    a, b = (frames[times[i]] for i in (max(at - 1, 0), min(at + 1, len(times) - 1)))
+    first, last = matrix(a["world_from_body"]), matrix(b["world_from_body"])
+    seconds = b["time_s"] - a["time_s"]
+    velocity, rate = twist
+    assert np.allclose(velocity, (last - first)[:3, 3] / seconds, atol=1e-9)
+    size = np.linalg.norm(rate) * seconds
+    assert np.allclose(rate * seconds * np.sinc(size / np.pi), turned(first, last), atol=1e-9)
+
+
+def check_state(twist, lever, states, time_s):
+    """Compares velocities, in the world, with the true states of the unit, which is at `lever`."""
+    velocity, rate = twist
+    times = states[:, 0] * 1e-9
+    # A drive may end a little after the last state.
+    if time_s > times[-1]:
+        return
+    truth = [np.interp(time_s, times, states[:, i]) for i in (8, 9, 10)]
+    assert np.allclose(velocity + np.cross(rate, lever), truth, atol=1e-6)
+    k = np.searchsorted(times, time_s, "right") - 1
+    near = slice(max(k - 1, 0), k + 3)
+    poses = [mount({"translation_m": [0, 0, 0], "rotation_xyzw": s[[5, 6, 7, 4]]})
+             for s in states[near]]
+    rates = [turned(*pair) for pair in zip(poses, poses[1:])] / np.diff(times[near])[:, None]
+    assert (rate > rates.min(axis=0) - 1e-3).all() and (rate < rates.max(axis=0) + 1e-3).all()
+
+
 def check_imu(raw, message, readings, unit):
     """Compares a reading with the line of `imu0/data.csv` that has its time."""
     _, *measured = readings[raw.log_time]
@@ -64,8 +111,10 @@ def main(dataset, out):
         if unit:
             sensors["imu"] = unit["body_from_imu"]
             table = np.loadtxt(source / "imu0" / "data.csv", delimiter=",")
+            states = np.loadtxt(source / "state_groundtruth_estimate0" / "data.csv", delimiter=",")
             readings = {START_NS + int(row[0]): row.tolist() for row in table}
         specs = {c["name"]: c for c in cameras(manifest, sequence)}
+        deskewed = {l["name"]: l["deskewed"] for l in lidars(manifest, sequence)}
         firsts = {lidars(manifest, sequence)[0]["name"]} if lidars(manifest, sequence) else set()
         firsts |= {cameras(manifest, sequence)[0]["name"]} if specs else set()
         seen = {}
@@ -90,7 +139,8 @@ def main(dataset, out):
                     continue
                 stamp = getattr(message, "header", None) or message.transforms[0].header
                 time = stamp.stamp.sec * 10**9 + stamp.stamp.nanosec
-                assert time == raw.log_time
+                is_scan = channel.topic.endswith("/points")
+                assert time == raw.log_time or is_scan
                 body = matrix(frame["world_from_body"])
                 if channel.topic == "/tf":
                     assert message.transforms[0].child_frame_id == "base_link"
@@ -99,6 +149,14 @@ def main(dataset, out):
                 if channel.topic == "/odom":
                     p = message.pose.pose.position
                     assert abs(np.array([p.x, p.y, p.z]) - body[:3, 3]).max() < 1e-9
+                    linear, angular = message.twist.twist.linear, message.twist.twist.angular
+                    twist = [body[:3, :3] @ [v.x, v.y, v.z] for v in (linear, angular)]
+                    assert not any(message.twist.covariance)
+                    if unit:
+                        lever = body[:3, :3] @ mount(unit["body_from_imu"])[:3, 3]
+                        check_state(twist, lever, states, frame["time_s"])
+                    else:
+                        check_twist(twist, sorted(frames), frames, time)
                     continue
                 _, sensor, what = channel.topic.split("/")
                 assert stamp.frame_id == sensor
@@ -109,7 +167,9 @@ def main(dataset, out):
                     for a, b in [("x", "x"), ("y", "y"), ("z", "z"), ("intensity", "intensity"),
                                  ("ring", "ring"), ("label", "class")]:
                         assert (found[a] == scan[b]).all(), a
-                    assert abs(found["time"] - scan["t"]).max() < 1e-8
+                    check_times(found, scan, time, raw.log_time, deskewed[sensor])
+                    assert abs(found["range"] - scan["range"] * 1e3).max() < 0.51
+                    assert abs(found["reflectivity"] - scan["intensity"] * 100).max() < 0.51
                     id_ = (scan["chunk_x"] % 16 << 20) | (scan["chunk_y"] % 16 << 16) | scan["item"]
                     assert (found["instance"] == np.where(scan["item"] == 0, 0, id_)).all()
                     points += len(found)

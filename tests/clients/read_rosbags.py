@@ -57,8 +57,8 @@ def check_metadata(bag, drive, sensors, readings):
         return folder.message_count
 
 
-def check_points(message, folder, name):
-    """A scan's points and labels; returns their number."""
+def check_points(message, folder, name, time, deskewed):
+    """A scan's points, labels and times; returns the number of points."""
     fields = message.fields
     layout = np.dtype(dict(names=[f.name for f in fields], offsets=[f.offset for f in fields],
                            formats=[TYPES[f.datatype] for f in fields],
@@ -70,6 +70,13 @@ def check_points(message, folder, name):
     for i, field in enumerate(["x", "y", "z", "intensity"]):
         assert (found[field] == points[:, i]).all(), field
     assert (found["label"] == classes).all()
+    stamp = message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
+    if deskewed:
+        assert stamp == time and not {"t", "time"} & set(found.dtype.names)
+    else:
+        # A scan is centred on its frame's time, but for the gaps between its pulses.
+        assert stamp < time and found["t"].max() < 2.01 * (time - stamp)
+        assert abs(found["time"] - found["t"] * 1e-9).max() < 1e-8
     return len(found)
 
 
@@ -125,7 +132,8 @@ def main(dataset, out):
                         assert abs(pose - mounts[sensor]).max() < 1e-12
                     continue
                 header = getattr(message, "header", None) or message.transforms[0].header
-                assert header.stamp.sec * 10**9 + header.stamp.nanosec == time
+                stamp = header.stamp.sec * 10**9 + header.stamp.nanosec
+                assert stamp == time or connection.topic.endswith("/points")
                 if connection.topic in ("/tf", "/odom"):
                     assert header.frame_id == "map"
                     if connection.topic == "/tf":
@@ -140,7 +148,8 @@ def main(dataset, out):
                 assert header.frame_id == sensor
                 folder = source if sensor in firsts else source / sensor
                 if what == "points":
-                    points += check_points(message, folder, name)
+                    deskewed = next(s["deskewed"] for s in scanners if s["name"] == sensor)
+                    points += check_points(message, folder, name, time, deskewed)
                 elif what == "camera_info":
                     k = next(c["intrinsics"] for c in lenses if c["name"] == sensor)
                     assert (message.width, message.height) == (k["width"], k["height"])

@@ -31,6 +31,11 @@ def main(dataset, out):
         for p, t in zip(poses, trajectory.poses_se3):
             worst = max(worst, abs(p @ mounts[0] - t).max())
         count += len(mine)
+        if (folder / "accelerometer.txt").exists():
+            table = np.loadtxt(folder / "accelerometer.txt")
+            truth = np.loadtxt(source / "imu0" / "data.csv", delimiter=",")
+            assert (np.rint(table[:, 0] * 1e9) == truth[:, 0]).all()
+            assert (table[:, 1:] == truth[:, 4:]).all()
         if not (folder / "depth.txt").exists():
             continue
         if (source / name).exists():

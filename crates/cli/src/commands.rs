@@ -12,8 +12,8 @@ use nemoral_pipeline::config::{
 };
 use nemoral_pipeline::plan::{GraphFormat, Store};
 use nemoral_pipeline::{
-    Backend, ForestPlan, FrameSelection, Request, SequenceFrames, check, check_png_name, estimate,
-    generate, merge, preview, write_png,
+    Backend, ForestPlan, FrameSelection, Observer, Request, SequenceFrames, check, check_png_name,
+    estimate, generate, merge, preview, write_png,
 };
 use serde_json::json;
 
@@ -193,6 +193,9 @@ fn run_convert(a: &Convert) -> Result<bool, Failure> {
     );
     let (frames, files, bytes) = (done.frames, done.files, done.bytes);
     let facts = json!({ "frames": frames, "out": out, "files": files, "bytes": bytes });
+    for message in &done.notes {
+        reporter.note(message);
+    }
     reporter.answer(&answer, facts)?;
     Ok(true)
 }

@@ -283,6 +283,9 @@ impl Observer for Reporter {
         self.line(&format!(
             "as {format} in {out}: {files} files, {megabytes:.1} MB"
         ));
+        for message in converted.notes {
+            self.note(&format!("{format}: {message}"));
+        }
     }
 
     fn frame(&self, done: Done) {

@@ -15,7 +15,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     let done = convert(Path::new(dataset), Path::new(out), &params)?;
     let (frames, files, bytes) = (done.frames, done.files, done.bytes);
-    let text = format!("{frames} frames, {files} files, {bytes} bytes\n");
+    let mut text = format!("{frames} frames, {files} files, {bytes} bytes\n");
+    for note in done.notes {
+        text += &format!("note: {note}\n");
+    }
     std::io::Write::write_all(&mut std::io::stdout(), text.as_bytes())?;
     Ok(())
 }

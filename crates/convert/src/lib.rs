@@ -80,7 +80,7 @@ pub use source::{FrameRef, Sequence, Source};
 pub use table::{Table, TableClass};
 
 /// Raised with each change of any format's files, so that nobody goes on with those of before.
-const LAYOUT: u32 = 2;
+const LAYOUT: u32 = 3;
 
 /// A format that data sets can be written in.
 pub trait Format {
@@ -99,6 +99,13 @@ pub trait Format {
     fn check(&self, manifest: &Manifest) -> Result<(), Error> {
         let _ = manifest;
         Ok(())
+    }
+
+    /// What the user should know of a data set in this format: what its readers may take otherwise
+    /// than they expect. Each note is a sentence without a full stop.
+    fn notes(&self, manifest: &Manifest) -> Vec<String> {
+        let _ = manifest;
+        Vec::new()
     }
 }
 
@@ -126,7 +133,7 @@ impl ConvertParams {
 }
 
 /// What a conversion holds.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Converted {
     /// Frames of the data set.
     pub frames: usize,
@@ -134,6 +141,8 @@ pub struct Converted {
     pub files: usize,
     /// Their size.
     pub bytes: u64,
+    /// What the user should know of it, each a sentence without a full stop ([`Format::notes`]).
+    pub notes: Vec<String>,
 }
 
 /// Converts the data set in a folder.
@@ -175,10 +184,12 @@ pub fn convert_watched(
         ontology,
     };
     let frames = source.frame_count();
+    let notes = format.notes(source.manifest());
     let converted = |files: usize, bytes| Converted {
         frames,
         files,
         bytes,
+        notes,
     };
     match Sink::open(out, params.mode, request)? {
         sink::Opened::Finished { files, bytes } => {

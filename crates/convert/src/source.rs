@@ -258,6 +258,28 @@ impl Source {
         Ok(self.dataset.scan(frame.record, lidar)?)
     }
 
+    /// When the first and the last point of a LiDAR were fired, over all scans of a sequence:
+    /// nanoseconds after the frame's time, which is between them; 0 if there are no such points.
+    /// Those who watch are told nothing of it, as no frame is done.
+    pub(crate) fn firing_span_ns(&self, sequence: u32, lidar: usize) -> Result<(i64, i64), Error> {
+        let (mut first_ns, mut last_ns) = (0, 0);
+        for frame in self.frames(sequence) {
+            for p in self.dataset.scan(frame.record, lidar)?.ply {
+                first_ns = p.point.time_ns.min(first_ns);
+                last_ns = p.point.time_ns.max(last_ns);
+            }
+        }
+        Ok((first_ns, last_ns))
+    }
+
+    /// The number of frames of a sequence's whole drive, of which only some may exist here; `None`
+    /// if its frames are single views, which follow no path.
+    pub(crate) fn drive_length(&self, sequence: u32) -> Option<u64> {
+        let mut tracks = self.manifest().tracks.iter();
+        let track = tracks.find(|track| track.sequence == sequence)?;
+        track.balance.is_none().then_some(track.length)
+    }
+
     /// What the inertial measurement unit of a sequence measured along the whole drive, in the
     /// order of time; nothing if it has none.
     ///

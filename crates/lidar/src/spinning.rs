@@ -16,7 +16,7 @@ pub struct Laser {
     /// When it fires after the start of the firing sequence, seconds, from 0 to the sequence's
     /// length.
     pub delay_s: f64,
-    /// Its ring: rings are counted from the lowest laser.
+    /// Its ring, as the maker counts: Velodyne from the lowest laser, Ouster from the highest.
     pub ring: u8,
 }
 
@@ -34,6 +34,8 @@ pub struct Spinning {
     rotation_hz: f64,
     /// Whether each laser is alone on its ring.
     rings_differ: bool,
+    /// Whether ring 0 is the highest laser.
+    counts_down: bool,
 }
 
 impl Spinning {
@@ -77,6 +79,7 @@ impl Spinning {
         let rings: BTreeSet<u8> = lasers.iter().map(|l| l.ring).collect();
         Ok(Self {
             rings_differ: rings.len() == lasers.len(),
+            counts_down: false,
             slopes: lasers
                 .iter()
                 .map(|l| libm::sincos(l.elevation_rad))
@@ -132,7 +135,8 @@ impl Spinning {
     }
 
     /// An Ouster with evenly spaced beams over its vertical field of view (OS0: 90°, OS1: 45°),
-    /// which all fire together in each of so many columns a turn.
+    /// which all fire together in each of so many columns a turn. Ring 0 is the highest beam, as in
+    /// the maker's tables of beams and drivers.
     ///
     /// # Errors
     /// If there are no beams or more than 255, or a value is not positive.
@@ -151,19 +155,23 @@ impl Spinning {
         ParamError::check(columns >= 1, "columns", columns, "at least 1")?;
         ParamError::check_positive("rotation_hz", rotation_hz)?;
         let step = vertical_fov_rad / f64::from(beams.max(2) - 1);
-        let laser = |ring: u8| Laser {
+        let laser = |from_bottom: u8| Laser {
             elevation_rad: if beams == 1 {
                 0.0
             } else {
                 // Rounded, the uppermost of π may be above π/2.
-                (step * f64::from(ring) - 0.5 * vertical_fov_rad).min(PI / 2.0)
+                (step * f64::from(from_bottom) - 0.5 * vertical_fov_rad).min(PI / 2.0)
             },
             azimuth_rad: 0.0,
             delay_s: 0.0,
-            ring,
+            ring: beams - 1 - from_bottom,
         };
         let sequence_s = 1.0 / (f64::from(columns) * rotation_hz);
-        Self::new((0..beams).map(laser).collect(), sequence_s, rotation_hz)
+        let head = Self::new((0..beams).map(laser).collect(), sequence_s, rotation_hz)?;
+        Ok(Self {
+            counts_down: true,
+            ..head
+        })
     }
 }
 
@@ -183,14 +191,19 @@ impl ScanPattern for Spinning {
     }
 
     /// The identity is made of firing sequence and ring, or of the laser's number where lasers
-    /// share a ring.
+    /// share a ring. Rings count from the lowest laser here, whoever made the head.
     fn identity(&self, number: u64) -> u64 {
         if !self.rings_differ {
             return number;
         }
         let count = self.lasers.len() as u64;
-        let laser = &self.lasers[(number % count) as usize];
-        (number / count) << 8 | u64::from(laser.ring)
+        let ring = u64::from(self.lasers[(number % count) as usize].ring);
+        let from_bottom = if self.counts_down {
+            count - 1 - ring
+        } else {
+            ring
+        };
+        (number / count) << 8 | from_bottom
     }
 
     fn rate_hz(&self) -> f64 {

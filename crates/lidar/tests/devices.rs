@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 
 use common::azimuth_elevation_deg;
 use nemoral_lidar::{
-    Avia, CsvPattern, CsvPatternError, Device, Laser, Panorama, PanoramaParams, ScanPattern,
+    Avia, CsvPattern, CsvPatternError, Device, Laser, Panorama, PanoramaParams, Pulse, ScanPattern,
     Scanner, Spinning,
 };
 
@@ -112,6 +112,41 @@ fn an_hdl64_and_an_ouster_have_their_beams() {
     assert!((os1.rate_hz() - 1_310_720.0).abs() < 1e-3);
     assert_eq!(os1.pulse(127).time_s, 0.0, "a column fires at once");
     assert!((os1.pulse(128).time_s - 1.0 / 10_240.0).abs() < 1e-15);
+}
+
+/// An Ouster's tables of beams begin with the highest one, and its rings, too. Pulses and their
+/// random numbers are as they were when rings began with the lowest one.
+#[test]
+fn rings_are_counted_from_the_end_where_makers_begin() {
+    let ousters = [Device::Os0, Device::Os1x32, Device::Os1x64, Device::Os1x128];
+    for device in Device::ALL {
+        let head = match device {
+            Device::Vlp16 => 16,
+            Device::Hdl64e | Device::Os1x64 => 64,
+            Device::Os1x32 => 32,
+            Device::Os0 | Device::Os1x128 => 128,
+            _ => continue,
+        };
+        let pattern = device.pattern();
+        let elevation = |pulse: &Pulse| azimuth_elevation_deg(pulse).1;
+        let mut pulses = pattern.pulses(5 * head, head as u32);
+        pulses.sort_by(|a, b| elevation(a).total_cmp(&elevation(b)));
+        let rings: Vec<u64> = pulses.iter().map(|p| p.ring.into()).collect();
+        let (up, down): (Vec<_>, Vec<_>) = ((0..head).collect(), (0..head).rev().collect());
+        let is_ouster = ousters.contains(device);
+        assert_eq!(rings, if is_ouster { down } else { up }, "{device:?}");
+        if is_ouster {
+            for laser in 0..head {
+                let number = 7 * head + laser;
+                assert_eq!(pattern.identity(number), 7 << 8 | laser);
+                let low_deg = -0.5 * device.sheet().field_of_view_deg[1];
+                let step_deg = -2.0 * low_deg / (head - 1) as f64;
+                let expected_deg = low_deg + step_deg * laser as f64;
+                let found_deg = elevation(&pattern.pulse(number));
+                assert!((found_deg - expected_deg).abs() < 1e-9, "{device:?}");
+            }
+        }
+    }
 }
 
 #[test]

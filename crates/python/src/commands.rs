@@ -46,8 +46,11 @@ impl Observer for Reporter {
         (self.0)(event(frame));
     }
 
-    fn converted(&self, format: FormatName, folder: &Path, _: Converted) {
+    fn converted(&self, format: FormatName, folder: &Path, converted: Converted) {
         (self.0)(Event::Note(format!("as {format} in {}", folder.display())));
+        for note in converted.notes {
+            (self.0)(Event::Note(format!("{format}: {note}")));
+        }
     }
 }
 
@@ -278,6 +281,9 @@ pub(crate) fn convert(
         };
         let watch = watch(tell, stop);
         let done = nemoral_convert::convert_watched(&dir, &out, &params, &watch)?;
+        for note in done.notes {
+            tell(Event::Note(note));
+        }
         Ok((done.frames, done.files, done.bytes))
     })
 }

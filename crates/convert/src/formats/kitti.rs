@@ -19,12 +19,10 @@ use nemoral_dataset::{ClassTable, Manifest, TableRow};
 use nemoral_scene::{Image, Ontology, RigidTransform};
 use png::{BitDepth, ColorType};
 
+use crate::formats::stereo;
 use crate::geometry::{lens, line, relative, rows_line};
 use crate::labels::Labels;
 use crate::{Error, Format, FrameRef, Sequence, Sink, Source, Table, pictures};
-
-/// The name of the camera that is KITTI's right one.
-pub(super) const RIGHT: &str = "right";
 
 /// The format.
 #[derive(Debug)]
@@ -44,6 +42,14 @@ impl Kitti {
 impl Format for Kitti {
     fn check(&self, manifest: &Manifest) -> Result<(), Error> {
         self.labels(&manifest.header.ontology).map(drop)
+    }
+
+    fn notes(&self, manifest: &Manifest) -> Vec<String> {
+        stereo::notes(
+            manifest,
+            "P1 and P3 project points into its pictures as they are, but are no projections of a \
+             rectified camera, from whose fourth number programs for stereo take the baseline",
+        )
     }
 
     fn write(&self, source: &Source, sink: &mut Sink) -> Result<(), Error> {
@@ -136,15 +142,10 @@ fn pairs(sequence: &Sequence<'_>) -> Vec<(usize, &'static str, &'static str)> {
     if !sequence.cameras.is_empty() {
         pairs.push((0, "image_0", "image_2"));
     }
-    if let Some(right) = right(sequence) {
+    if let Some(right) = stereo::right(sequence.cameras) {
         pairs.push((right, "image_1", "image_3"));
     }
     pairs
-}
-
-fn right(sequence: &Sequence<'_>) -> Option<usize> {
-    let mut further = sequence.cameras.iter().enumerate().skip(1);
-    further.find(|(_, c)| c.name == RIGHT).map(|(i, _)| i)
 }
 
 /// The luma of ITU-R BT.601, rounded, as common decoders make grey pictures.
@@ -191,14 +192,17 @@ pub(super) fn calibration(sequence: &Sequence<'_>) -> String {
         let second = (0..4).map(|i| k.fy * y[i] + k.cy * z[i]);
         line(first.chain(second).chain(z))
     };
-    let (left, right) = (projection(0), projection(right(sequence).unwrap_or(0)));
+    let (left, right) = (
+        projection(0),
+        projection(stereo::right(sequence.cameras).unwrap_or(0)),
+    );
     let lidar = sequence
         .lidars
         .first()
         .map_or(reference, |l| l.body_from_lidar);
     let tr = rows_line(&relative(&reference, &lidar));
     let mut text = format!("P0: {left}P1: {right}P2: {left}P3: {right}Tr: {tr}");
-    for (number, camera) in [(2, Some(0)), (3, self::right(sequence))] {
+    for (number, camera) in [(2, Some(0)), (3, stereo::right(sequence.cameras))] {
         let camera = camera.and_then(|camera| sequence.cameras.get(camera));
         let letter = match camera.map(|c| lens(&c.intrinsics.distortion)) {
             Some(("brown_conrady", coefficients)) => Some(("D", coefficients)),

@@ -10,6 +10,7 @@ pub(crate) mod laz;
 mod mcap;
 mod nerfstudio;
 mod rellis;
+mod stereo;
 mod tum;
 mod webdataset;
 mod yolo;

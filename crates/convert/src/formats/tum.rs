@@ -4,17 +4,23 @@
 //! SS-NAME/depth/12.500000.png  depth.txt  planar depth, 16 bits, 5000 = 1 m, 0 = none
 //! SS-NAME/groundtruth.txt      timestamp tx ty tz qx qy qz qw
 //! SS-NAME/camera.txt           size, fx fy cx cy and the lens' coefficients, as OpenCV has them
+//! SS-imu/accelerometer.txt     timestamp ax ay az, m/s², of the inertial measurement unit
 //! ```
 //! Poses are those of the sensor in the world: a camera's optical frame (x right, y down, z
-//! forward), or a LiDAR's (x forward, y left, z up), which has `groundtruth.txt` alone. Depth
+//! forward), or that of a LiDAR (x forward, y left, z up), which has `groundtruth.txt` alone, or of
+//! the inertial unit, whose accelerometer measures gravity, too, along the whole drive. Depth
 //! beyond 13.1 m, which 16 bits cannot hold, is 0. Source: the benchmark's page "File Formats".
 
-use nemoral_dataset::{CameraSpec, FrameRecord, Manifest};
+use nemoral_dataset::{CameraSpec, FrameRecord, ImuReading, Manifest};
 use nemoral_scene::{Image, RigidTransform};
 use png::{BitDepth, ColorType};
 
 use crate::geometry::{lens, line};
 use crate::{Error, Format, FrameRef, Sink, Source, pictures};
+
+/// The inertial measurement unit's name, which no other sensor beside it has, and its file.
+const UNIT: &str = "imu";
+const ACCELEROMETER: &str = "accelerometer.txt";
 
 /// The format.
 #[derive(Debug)]
@@ -73,6 +79,16 @@ impl Format for Tum {
                     let poses = trajectory(&frames, &lidar.body_from_lidar);
                     files.put(format!("{}/groundtruth.txt", folder(&lidar.name)), poses);
                 }
+                if let Some(unit) = sequence.imu {
+                    let folder = folder(UNIT);
+                    let poses = trajectory(&frames, &unit.body_from_imu);
+                    files.put(format!("{folder}/groundtruth.txt"), poses);
+                    let readings = source.imu(sequence.number)?;
+                    files.put(
+                        format!("{folder}/{ACCELEROMETER}"),
+                        accelerations(&readings),
+                    );
+                }
                 Ok(String::new())
             })?;
         }
@@ -101,6 +117,17 @@ fn intrinsics(camera: &CameraSpec) -> String {
         k.cy - 0.5,
         line(coefficients)
     )
+}
+
+/// `accelerometer.txt`, whose times have all nanoseconds.
+fn accelerations(readings: &[ImuReading]) -> String {
+    let mut text = "# timestamp ax ay az\n".to_owned();
+    for reading in readings {
+        let time_s = reading.time_ns as f64 / 1e9;
+        let force = line(reading.specific_force_m_s2.to_array());
+        text += &format!("{time_s:.9} {force}");
+    }
+    text
 }
 
 fn trajectory(frames: &[FrameRef<'_>], body_from_sensor: &RigidTransform) -> String {

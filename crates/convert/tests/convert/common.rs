@@ -221,14 +221,22 @@ pub(crate) fn write(out: &Path, header: &DatasetHeader, frames: &[u64]) -> Datas
     Dataset::open(out).expect("open")
 }
 
-/// What a unit that stands still measures of the drive of five, ten times a second; the times of
-/// its readings are its angular rates.
+/// The true velocity of the unit of [`imu_texts`] in the world, m/s.
+pub(crate) const UNIT_VELOCITY_M_S: DVec3 = DVec3::new(1.5, -0.5, 0.25);
+/// How fast it turns, about the world's axis z, rad/s.
+pub(crate) const UNIT_RATE_RAD_S: f64 = 0.7;
+
+/// What a unit measures of the drive of five, ten times a second; the times of its readings are its
+/// angular rates. It turns and moves steadily, whatever the body does.
 fn imu_texts() -> ImuTexts {
     let mut texts = ImuTexts::default();
     let mut time_ns = 0_i64;
     while time_ns as f64 * 1e-9 <= pose(4).0 {
         let _ = writeln!(texts.samples, "{time_ns},{time_ns},0,0.5,0,0.25,9.75");
-        let _ = writeln!(texts.states, "{time_ns},0,0,0,1,0,0,0,0,0,0,0,0,0,0,0,0");
+        let (sin, cos) = (0.5 * UNIT_RATE_RAD_S * time_ns as f64 * 1e-9).sin_cos();
+        let [x, y, z] = UNIT_VELOCITY_M_S.to_array();
+        let state = format!("0,0,0,{cos},0,0,{sin},{x},{y},{z},0,0,0,0,0,0");
+        let _ = writeln!(texts.states, "{time_ns},{state}");
         time_ns += 100_000_000;
     }
     texts
@@ -247,9 +255,14 @@ pub(crate) fn made(format: FormatName) -> Made {
 }
 
 pub(crate) fn made_of(format: FormatName, header: &DatasetHeader) -> Made {
+    made_of_frames(format, header, &[1, 2, 4])
+}
+
+/// A data set of some frames, converted.
+pub(crate) fn made_of_frames(format: FormatName, header: &DatasetHeader, frames: &[u64]) -> Made {
     let folder = tempfile::tempdir().expect("a folder");
     let source = folder.path().join("dataset");
-    let dataset = write(&source, header, &[1, 2, 4]);
+    let dataset = write(&source, header, frames);
     let out = folder.path().join("out");
     let done = run(&source, &out, format, Mode::Fresh).expect("converted");
     Made {

@@ -13,22 +13,22 @@ use crate::common::{Made, header, made, made_of, pose, text};
 const START_NS: u64 = 1_000_000_000;
 
 /// Reads little-endian numbers and texts one after the other.
-struct Reader<'a> {
+pub(crate) struct Reader<'a> {
     bytes: &'a [u8],
-    at: usize,
+    pub(crate) at: usize,
 }
 
 impl<'a> Reader<'a> {
-    fn new(bytes: &'a [u8]) -> Self {
+    pub(crate) fn new(bytes: &'a [u8]) -> Self {
         Self { bytes, at: 0 }
     }
 
-    fn take(&mut self, n: usize) -> &'a [u8] {
+    pub(crate) fn take(&mut self, n: usize) -> &'a [u8] {
         self.at += n;
         &self.bytes[self.at - n..self.at]
     }
 
-    fn number(&mut self, n: usize) -> u64 {
+    pub(crate) fn number(&mut self, n: usize) -> u64 {
         self.take(n)
             .iter()
             .rev()
@@ -58,12 +58,12 @@ impl<'a> Reader<'a> {
     }
 
     /// A number of CDR, at a multiple of its size after the first four bytes.
-    fn aligned(&mut self, n: usize) -> u64 {
+    pub(crate) fn aligned(&mut self, n: usize) -> u64 {
         self.at = 4 + (self.at - 4).next_multiple_of(n);
         self.number(n)
     }
 
-    fn cdr_text(&mut self) -> String {
+    pub(crate) fn cdr_text(&mut self) -> String {
         let n = self.aligned(4) as usize;
         let text = self.take(n);
         assert_eq!(text.last(), Some(&0));
@@ -150,40 +150,71 @@ fn check_points(made: &crate::common::Made, i: usize, data: &[u8]) {
     assert_eq!(r.cdr_text(), header().sequences[0].lidars[0].name);
     let scan = &made.dataset.read_frame(i).expect("a frame").lidars[0];
     assert_eq!((r.aligned(4), r.aligned(4)), (1, scan.ply.len() as u64));
-    let mut fields = BTreeMap::new();
-    for _ in 0..r.aligned(4) {
-        let name = r.cdr_text();
-        let offset = r.aligned(4) as usize;
-        let data_type = r.number(1);
-        assert_eq!(r.aligned(4), 1);
-        fields.insert(name, (offset, data_type));
-    }
-    assert_eq!(r.number(1), 0, "little-endian");
-    let step = r.aligned(4) as usize;
-    assert_eq!(r.aligned(4) as usize, step * scan.ply.len());
-    let n = r.aligned(4) as usize;
-    let points = r.take(n);
-    assert_eq!((r.number(1), r.at), (1, data.len()));
-    for ((point, p), &[x, y, z, intensity]) in points.chunks(step).zip(&scan.ply).zip(&scan.points)
-    {
-        let number = |name: &str| {
-            let (at, data_type) = fields[name];
-            let size = match data_type {
-                4 => 2,
-                6 | 7 => 4,
-                other => panic!("type {other}"),
-            };
-            Reader::new(&point[at..]).number(size)
-        };
-        let real = |name: &str| f32::from_bits(number(name) as u32);
+    let cloud = Cloud::read(&mut r);
+    assert_eq!((cloud.points.len(), r.at), (scan.ply.len(), data.len()));
+    // The scan is deskewed.
+    let names: Vec<&str> = cloud.fields.keys().map(String::as_str).collect();
+    assert_eq!(
+        names.join(" "),
+        "instance intensity label range reflectivity ring x y z"
+    );
+    let all = cloud.points.iter().zip(&scan.ply).zip(&scan.points);
+    for ((point, p), &[x, y, z, intensity]) in all {
+        let number = |name: &str| cloud.number(point, name);
+        let real = |name: &str| cloud.real(point, name);
         assert_eq!(
             [real("x"), real("y"), real("z"), real("intensity")],
             [x, y, z, intensity]
         );
-        assert!((f64::from(real("time")) - p.point.time_ns as f64 * 1e-9).abs() < 1e-8);
         assert_eq!(number("ring"), u64::from(p.point.ring));
         assert_eq!(number("label"), u64::from(p.class));
         assert_eq!(number("instance"), u64::from(p.point.object.to_image_id()));
+        let range_mm = f64::from(p.point.range_m) * 1e3;
+        assert!((number("range") as f64 - range_mm).abs() <= 0.5);
+        let percent = 100.0 * f64::from(intensity);
+        assert!((number("reflectivity") as f64 - percent).abs() <= 0.5 + 1e-4);
+    }
+}
+
+/// The fields and points of a cloud.
+pub(crate) struct Cloud<'a> {
+    /// Where each field is in a point, and its type.
+    pub(crate) fields: BTreeMap<String, (usize, u64)>,
+    pub(crate) points: Vec<&'a [u8]>,
+}
+
+impl<'a> Cloud<'a> {
+    /// Reads what follows on height and width.
+    pub(crate) fn read(r: &mut Reader<'a>) -> Self {
+        let mut fields = BTreeMap::new();
+        for _ in 0..r.aligned(4) {
+            let name = r.cdr_text();
+            let offset = r.aligned(4) as usize;
+            let data_type = r.number(1);
+            assert_eq!(r.aligned(4), 1);
+            fields.insert(name, (offset, data_type));
+        }
+        assert_eq!(r.number(1), 0, "little-endian");
+        let step = r.aligned(4) as usize;
+        let (row, bytes) = (r.aligned(4), r.aligned(4));
+        assert_eq!(row, bytes);
+        let points = r.take(bytes as usize).chunks_exact(step).collect();
+        assert_eq!(r.number(1), 1, "dense");
+        Self { fields, points }
+    }
+
+    pub(crate) fn number(&self, point: &[u8], name: &str) -> u64 {
+        let (at, data_type) = self.fields[name];
+        let size = match data_type {
+            4 => 2,
+            6 | 7 => 4,
+            other => panic!("type {other}"),
+        };
+        Reader::new(&point[at..]).number(size)
+    }
+
+    pub(crate) fn real(&self, point: &[u8], name: &str) -> f32 {
+        f32::from_bits(self.number(point, name) as u32)
     }
 }
 
@@ -240,6 +271,13 @@ fn the_right_camera_of_a_pair_says_how_far_it_is_from_the_left_one() {
     let focal_px = header.sequences[0].cameras[1].intrinsics.fx;
     let made = made_of(FormatName::Mcap, &header);
     let bytes = std::fs::read(made.out.join("00/00_0.mcap")).expect("a file");
+    assert!(
+        !made
+            .done
+            .notes
+            .iter()
+            .any(|note| note.contains("rectified"))
+    );
     for (topic, baseline_m) in [("/front/camera_info", 0.0), ("/right/camera_info", 0.5)] {
         let messages = messages(&bytes);
         let (.., data) = messages.iter().find(|m| m.0 == topic).expect("a camera");
@@ -257,7 +295,7 @@ fn the_right_camera_of_a_pair_says_how_far_it_is_from_the_left_one() {
 }
 
 /// Topic, time and message of everything, in the order of the file.
-fn messages(bytes: &[u8]) -> Vec<(String, u64, &[u8])> {
+pub(crate) fn messages(bytes: &[u8]) -> Vec<(String, u64, &[u8])> {
     let mut topics = BTreeMap::new();
     for channel in summary(bytes, 4) {
         let mut r = Reader::new(channel);

@@ -1,9 +1,11 @@
 //! TUM's files, read as its page describes them.
 
 use nemoral_convert::FormatName;
+use nemoral_dataset::ImuSpec;
+use nemoral_scene::RigidTransform;
 use nemoral_scene::glam::{DQuat, DVec3};
 
-use crate::common::{header, made, numbers, png, pose, text};
+use crate::common::{header, made, made_of, numbers, png, pose, text};
 
 #[test]
 fn lists_name_files_and_poses_and_depth_are_those_of_the_data_set() {
@@ -59,4 +61,32 @@ fn lists_name_files_and_poses_and_depth_are_those_of_the_data_set() {
             }
         }
     }
+}
+
+#[test]
+fn an_inertial_unit_has_its_accelerations_and_poses() {
+    let mut header = header();
+    let mount = RigidTransform::from_xyz_rpy(DVec3::new(0.1, 0.2, 0.3), 0.4, 0.0, 0.0);
+    header.sequences[0].imu = Some(ImuSpec {
+        body_from_imu: mount,
+        rate_hz: 10.0,
+        angular_rate_noise_rad_s: 0.5,
+        specific_force_noise_m_s2: 0.25,
+    });
+    let made = made_of(FormatName::Tum, &header);
+    let folder = made.out.join("00-imu");
+    let written = text(folder.join("accelerometer.txt"));
+    assert!(written.starts_with("# timestamp ax ay az\n0.000000000 0 0.25 9.75\n0.100000000 "));
+    let rows = numbers(&written);
+    let readings = made.dataset.imu(0).expect("readings");
+    assert_eq!(rows.len(), readings.len());
+    for (row, reading) in rows.iter().zip(&readings) {
+        assert_eq!((row[0] * 1e9).round() as i64, reading.time_ns);
+        assert_eq!(row[1..], reading.specific_force_m_s2.to_array());
+    }
+    let poses = numbers(&text(folder.join("groundtruth.txt")));
+    assert_eq!(poses.len(), 3);
+    let expected = pose(1).1 * mount;
+    let at = DVec3::from_slice(&poses[0][1..4]);
+    assert!(at.distance(expected.translation_m) < 1e-9);
 }

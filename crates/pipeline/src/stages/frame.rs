@@ -232,7 +232,7 @@ impl Stage<Forest> for ScanStage {
     );
     type Output = Vec<Vec<LidarPoint>>;
     const ID: &'static str = "frame.scans";
-    const VERSION: u32 = 8;
+    const VERSION: u32 = 9;
 
     fn fingerprint(&self, _: &mut Hasher) {}
 

@@ -7,38 +7,45 @@
 //!
 //! | topic | message |
 //! |---|---|
-//! | `/NAME/points` | `PointCloud2` of a LiDAR: x, y, z, intensity, time (float32, seconds after the stamp), instance (uint32, as in instance maps), ring, label (uint16, the class) |
+//! | `/NAME/points` | `PointCloud2` of a LiDAR: x, y, z, intensity, instance (uint32, as in instance maps), ring, label (uint16, the class), range (uint32, millimetres), reflectivity (uint16, per cent); of raw scans time and t (float32, seconds; uint32, nanoseconds; both after the stamp) |
 //! | `/NAME/image` | `Image` of a camera, `rgb8` |
 //! | `/NAME/semantic` | `Image`, `mono8`: the class |
 //! | `/NAME/depth` | `Image`, `32FC1`: planar depth, metres; 0 = none |
 //! | `/NAME/camera_info` | `CameraInfo`; the first pixel's centre is (0, 0), as OpenCV has it; `right` has the baseline of its pair in `p` |
 //! | `/imu` | `Imu`, if the data set has what an inertial measurement unit measures: angular velocity, and linear acceleration with gravity |
 //! | `/tf_static`, `/tf` | sensors in `base_link`, `base_link` in `map` |
-//! | `/odom` | `Odometry` of `base_link` in `map`; velocities are by differences of poses |
+//! | `/odom` | `Odometry` of `base_link` in `map`; velocities are the inertial unit's true ones, or by differences of poses |
 //!
 //! Times are nanoseconds after the start of the sequence, plus a second: to tf2 a time of 0 is the
-//! latest one, and scans begin before their frame's time. `map` is the data set's world. A camera's
-//! frame is the optical one. A rolling shutter's picture has the pose of its middle row.
+//! latest one, and scans begin before their frame's time. The stamp of a deskewed scan is its
+//! frame's time, that of a raw one its own start; either is logged at its frame's time, as all else
+//! of the frame is. `map` is the data set's world. A camera's frame is the optical one. A rolling
+//! shutter's picture has the pose of its middle row.
 
 mod bag;
 mod cdr;
+mod cloud;
 mod container;
 mod imu;
+mod odometry;
 
-use nemoral_dataset::{CameraSpec, Manifest, PlyPoint};
-use nemoral_scene::glam::{DQuat, DVec3};
-use nemoral_scene::{Image, Ontology, RigidTransform, Twist};
+use nemoral_dataset::{CameraSpec, Manifest};
+use nemoral_scene::{Image, Ontology, Twist};
 
-use crate::formats::kitti::RIGHT;
-use crate::geometry::{lens, relative};
+use crate::formats::stereo;
+use crate::geometry::lens;
 use crate::labels::Labels;
 use crate::{Error, Format, FrameRef, Sequence, Sink, Source, Stream, Table};
 use bag::Durability;
 use cdr::Cdr;
+use cloud::Timing;
 use container::{Channel, Container, Message};
+use odometry::Motion;
 
 const MAP: &str = "map";
 const BODY: &str = "base_link";
+/// The frames that are no sensor's; ROS has the last one between these two (REP 105).
+const FRAMES: [&str; 3] = [BODY, MAP, "odom"];
 /// The channels that are not a sensor's.
 const TF_STATIC: usize = 0;
 const TF: usize = 1;
@@ -67,7 +74,31 @@ impl Format for Mcap {
                     .to_owned(),
             });
         }
+        for sequence in &manifest.header.sequences {
+            let cameras = sequence.cameras.iter().map(|c| &c.name);
+            let mut names = cameras.chain(sequence.lidars.iter().map(|l| &l.name));
+            if let Some(name) = names.find(|name| FRAMES.contains(&name.as_str())) {
+                return Err(Error::Unsuitable {
+                    format: "mcap",
+                    reason: format!(
+                        "a sensor of sequence {:02} is called '{name}', which is a frame of the \
+                         robot in ROS; call it otherwise than {}",
+                        sequence.number,
+                        FRAMES.map(|name| format!("'{name}'")).join(", ")
+                    ),
+                });
+            }
+        }
         self.labels(&manifest.header.ontology).map(drop)
+    }
+
+    fn notes(&self, manifest: &Manifest) -> Vec<String> {
+        let mut notes = cloud::notes(manifest);
+        notes.extend(stereo::notes(
+            manifest,
+            "its `camera_info` has no baseline (p[3] = 0), without which nodes for stereo fail",
+        ));
+        notes
     }
 
     fn write(&self, source: &Source, sink: &mut Sink) -> Result<(), Error> {
@@ -100,8 +131,15 @@ fn write_messages(
 ) -> Result<(), Error> {
     let frames: Vec<_> = source.frames(sequence.number).collect();
     let times_ns: Vec<u64> = frames.iter().map(time_ns).collect();
-    let readings = source.imu(sequence.number)?;
-    let mut readings = imu::parts(&readings, &times_ns);
+    let all = source.imu(sequence.number)?;
+    let mut readings = imu::parts(&all, &times_ns);
+    let motion = Motion {
+        frames: &frames,
+        length: source.drive_length(sequence.number),
+        unit: sequence.imu.map(|unit| (unit, &*all)),
+    };
+    let timings = (0..sequence.lidars.len()).map(|l| Timing::of(source, sequence, l));
+    let timings: Vec<Timing> = timings.collect::<Result<_, _>>()?;
     let mut container = Container::begin(out, cdr::schemas(), channels(sequence))?;
     for (i, frame) in frames.iter().enumerate() {
         let mut messages = Vec::new();
@@ -112,13 +150,11 @@ fn write_messages(
         if i == 0 {
             messages.push(mounts(sequence, frame));
         }
-        let (before, after) = (i.checked_sub(1), (i + 1).min(frames.len() - 1));
-        let twist = twist(&frames[before.unwrap_or(0)], &frames[after]);
-        messages.extend(poses(frame, &twist));
+        messages.extend(poses(frame, motion.at(i).as_ref()));
         let mut channel = ODOM + 1;
-        for (l, lidar) in sequence.lidars.iter().enumerate() {
+        for (l, (lidar, &timing)) in sequence.lidars.iter().zip(&timings).enumerate() {
             let scan = source.scan(frame, l)?.ply;
-            let data = point_cloud(&scan, labels, frame, &lidar.name);
+            let data = cloud::message(&scan, labels, frame, (&lidar.name, timing));
             messages.push(message(channel, frame, data));
             channel += 1;
         }
@@ -227,74 +263,14 @@ fn mounts(sequence: &Sequence<'_>, frame: &FrameRef<'_>) -> Message {
 }
 
 /// Where the robot is, and how it moves.
-fn poses(frame: &FrameRef<'_>, twist: &Twist) -> [Message; 2] {
+fn poses(frame: &FrameRef<'_>, twist: Option<&Twist>) -> [Message; 2] {
     let pose = frame.world_from_body();
     let mut tf = Cdr::new();
     tf.u32(1).header(time_ns(frame), MAP).text(BODY).pose(&pose);
-    let mut odometry = Cdr::new();
-    odometry.header(time_ns(frame), MAP).text(BODY).pose(&pose);
-    odometry.f64s(&[0.0; 36]);
-    odometry.f64s(&twist.linear_m_s.to_array());
-    odometry.f64s(&twist.angular_rad_s.to_array());
-    odometry.f64s(&[0.0; 36]);
     [
         message(TF, frame, tf.finish()),
-        message(ODOM, frame, odometry.finish()),
+        message(ODOM, frame, odometry::message(frame, twist)),
     ]
-}
-
-/// The mean motion between two frames, in the body's axes halfway.
-fn twist(before: &FrameRef<'_>, after: &FrameRef<'_>) -> Twist {
-    let duration_s = after.time_s - before.time_s;
-    if duration_s <= 0.0 {
-        return Twist::STILL;
-    }
-    let pose = |f: &FrameRef<'_>| -> RigidTransform { f.world_from_body() };
-    Twist::between(&pose(before), &pose(after), duration_s)
-}
-
-/// `PointCloud2`.
-fn point_cloud(scan: &[PlyPoint], labels: &Labels, frame: &FrameRef<'_>, name: &str) -> Vec<u8> {
-    const U16: u8 = 4;
-    const U32: u8 = 6;
-    const F32: u8 = 7;
-    const FIELDS: [(&str, u32, u8); 8] = [
-        ("x", 0, F32),
-        ("y", 4, F32),
-        ("z", 8, F32),
-        ("intensity", 12, F32),
-        ("time", 16, F32),
-        ("instance", 20, U32),
-        ("ring", 24, U16),
-        ("label", 26, U16),
-    ];
-    const STEP: u32 = 28;
-    let mut data = Vec::with_capacity(scan.len() * STEP as usize);
-    for p in scan {
-        let point = &p.point;
-        let [x, y, z] = point.position_m.to_array();
-        let time_s = (point.time_ns as f64 * 1e-9) as f32;
-        for value in [x, y, z, point.intensity, time_s] {
-            data.extend_from_slice(&value.to_le_bytes());
-        }
-        data.extend_from_slice(&point.object.to_image_id().to_le_bytes());
-        data.extend_from_slice(&u16::from(point.ring).to_le_bytes());
-        data.extend_from_slice(&labels.id(p.class).to_le_bytes());
-    }
-    let mut out = Cdr::new();
-    out.header(time_ns(frame), name)
-        .u32(1)
-        .u32(scan.len() as u32);
-    out.u32(FIELDS.len() as u32);
-    for (field, offset, data_type) in FIELDS {
-        out.text(field).u32(offset).u8(data_type).u32(1);
-    }
-    out.u8(0)
-        .u32(STEP)
-        .u32(STEP * scan.len() as u32)
-        .bytes(&data)
-        .u8(1);
-    out.finish()
 }
 
 /// The four messages of a camera, in the order of its topics.
@@ -331,19 +307,14 @@ fn pictures(
     ])
 }
 
-/// -fx · B of the right camera of a pair whose axes are parallel and B apart, which stereo nodes
-/// take the baseline from; 0 of all others.
+/// -fx · B of the right camera of a rectified pair, which is B to the right of the left one; stereo
+/// nodes take the baseline from it. 0 of all others.
 fn baseline_px(sequence: &Sequence<'_>, camera: usize) -> f64 {
     let (left, right) = (&sequence.cameras[0], &sequence.cameras[camera]);
-    let left_from_right = relative(&left.body_from_camera, &right.body_from_camera);
-    let apart_m = left_from_right.translation_m;
-    let is_pair = right.name == RIGHT
-        && left_from_right.rotation.angle_between(DQuat::IDENTITY) < 1e-6
-        && apart_m.distance(DVec3::X * apart_m.x) < 1e-6;
-    if is_pair {
-        -right.intrinsics.fx * apart_m.x
-    } else {
-        0.0
+    let is_right = stereo::right(sequence.cameras) == Some(camera);
+    match stereo::baseline_m(left, right).filter(|_| is_right) {
+        Some(baseline_m) => -right.intrinsics.fx * baseline_m,
+        None => 0.0,
     }
 }
 
