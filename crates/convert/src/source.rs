@@ -7,8 +7,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use nemoral_dataset::{
-    CameraFile, CameraSpec, Dataset, FrameDone, FrameRecord, ImuReading, ImuSpec, LidarFrame,
-    LidarSpec, Manifest, Split, Watch,
+    CameraFile, CameraSpec, Dataset, FrameDone, FrameRecord, ImuReading, ImuSpec, ImuTexts,
+    LidarFrame, LidarSpec, Manifest, Split, Watch,
 };
 use nemoral_scene::{Image, ObjectRecord, Ontology, RigidTransform};
 
@@ -287,6 +287,14 @@ impl Source {
     /// [`Error::Dataset`], naming the file.
     pub fn imu(&self, sequence: u32) -> Result<Vec<ImuReading>, Error> {
         Ok(self.dataset.imu(sequence)?)
+    }
+
+    /// The files of a sequence's unit, as the EuRoC MAV data set has them; `None` if it has none.
+    ///
+    /// # Errors
+    /// [`Error::Dataset`], naming the file.
+    pub fn imu_texts(&self, sequence: u32) -> Result<Option<ImuTexts>, Error> {
+        Ok(self.dataset.imu_texts(sequence)?)
     }
 
     /// All objects of a sequence with an id.

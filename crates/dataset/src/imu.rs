@@ -92,7 +92,10 @@ impl Dataset {
     }
 
     /// The files of a sequence's unit; `None` if it has none.
-    pub(crate) fn imu_texts(&self, sequence: u32) -> Result<Option<ImuTexts>, Error> {
+    ///
+    /// # Errors
+    /// [`Error::Io`] and [`Error::Malformed`].
+    pub fn imu_texts(&self, sequence: u32) -> Result<Option<ImuTexts>, Error> {
         let spec = self.manifest().header.sequence(sequence);
         if spec.is_none_or(|spec| spec.imu.is_none()) {
             return Ok(None);

@@ -3,6 +3,7 @@
 mod coco;
 mod colmap;
 mod depth;
+mod euroc;
 mod goose;
 mod huggingface;
 mod kitti;
@@ -30,6 +31,8 @@ pub enum FormatName {
     SemanticKitti,
     /// TUM's RGB-D benchmark, a folder for each sensor.
     Tum,
+    /// The layout of the EuRoC MAV data set, with Kalibr's files.
+    Euroc,
     /// COCO: objects with masks, and panoptic segments.
     Coco,
     /// LAZ: each scan as compressed LAS 1.4, in world coordinates.
@@ -58,10 +61,11 @@ pub enum FormatName {
 
 impl FormatName {
     /// All of them.
-    pub const ALL: [Self; 15] = [
+    pub const ALL: [Self; 16] = [
         Self::Kitti,
         Self::SemanticKitti,
         Self::Tum,
+        Self::Euroc,
         Self::Coco,
         Self::Laz,
         Self::Colmap,
@@ -83,6 +87,7 @@ impl FormatName {
             Self::Kitti => "kitti",
             Self::SemanticKitti => "semantickitti",
             Self::Tum => "tum",
+            Self::Euroc => "euroc",
             Self::Coco => "coco",
             Self::Laz => "laz",
             Self::Colmap => "colmap",
@@ -128,6 +133,7 @@ impl FormatName {
                 built_in: Some("semantickitti"),
             }),
             Self::Tum => Box::new(tum::Tum),
+            Self::Euroc => Box::new(euroc::Euroc),
             Self::Coco => Box::new(coco::Coco { ontology }),
             Self::Laz => Box::new(laz::Laz { ontology }),
             Self::Colmap => Box::new(colmap::Colmap),

@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 
 use nemoral_convert::{ConvertParams, Converted, Error, FormatName, Mode, convert};
 use nemoral_dataset::{
-    CameraData, CameraSpec, Dataset, DatasetHeader, FrameData, ImuTexts, LidarData, LidarSpec,
-    OpenMode, Track, WorldTables, Writer,
+    CameraData, CameraSpec, Dataset, DatasetHeader, FrameData, ImuSpec, ImuTexts, LidarData,
+    LidarSpec, OpenMode, Track, WorldTables, Writer,
 };
 use nemoral_scene::glam::{DVec2, DVec3, Vec3};
 use nemoral_scene::{
@@ -62,10 +62,15 @@ pub(crate) fn header() -> DatasetHeader {
 
 /// The body's time and pose at a frame.
 pub(crate) fn pose(frame: u64) -> (f64, RigidTransform) {
-    let k = frame as f64;
+    let time_s = 0.5 * frame as f64 + 0.25;
+    (time_s, pose_at(time_s))
+}
+
+/// The body's pose at a time.
+pub(crate) fn pose_at(time_s: f64) -> RigidTransform {
+    let k = 2.0 * (time_s - 0.25);
     let at = START + DVec3::new(0.8 * k, 0.1 * k, 0.01 * k);
-    let turned = RigidTransform::from_xyz_rpy(at, 0.02 * k, -0.01 * k, 0.4 + 0.1 * k);
-    (0.5 * k + 0.25, turned)
+    RigidTransform::from_xyz_rpy(at, 0.02 * k, -0.01 * k, 0.4 + 0.1 * k)
 }
 
 /// What a pixel, or a laser, sees: patches with and without objects, with holes.
@@ -208,7 +213,7 @@ pub(crate) fn write(out: &Path, header: &DatasetHeader, frames: &[u64]) -> Datas
         sequence: 0,
         poses: (0..5).map(pose).collect(),
         balance: None,
-        imu: header.sequences[0].imu.as_ref().map(|_| imu_texts()),
+        imu: header.sequences[0].imu.as_ref().map(imu_texts),
     };
     let objects = objects();
     let world = WorldTables {
@@ -221,23 +226,35 @@ pub(crate) fn write(out: &Path, header: &DatasetHeader, frames: &[u64]) -> Datas
     Dataset::open(out).expect("open")
 }
 
-/// The true velocity of the unit of [`imu_texts`] in the world, m/s.
-pub(crate) const UNIT_VELOCITY_M_S: DVec3 = DVec3::new(1.5, -0.5, 0.25);
-/// How fast it turns, about the world's axis z, rad/s.
-pub(crate) const UNIT_RATE_RAD_S: f64 = 0.7;
+/// The true velocity of the unit of [`imu_texts`], m/s.
+pub(crate) const UNIT_VELOCITY_M_S: DVec3 = DVec3::new(0.1, 0.2, 0.3);
 
-/// What a unit measures of the drive of five, ten times a second; the times of its readings are its
-/// angular rates. It turns and moves steadily, whatever the body does.
-fn imu_texts() -> ImuTexts {
-    let mut texts = ImuTexts::default();
+/// What a unit says of the drive of five, twenty times a second: the times of its readings are its
+/// angular rates, and its true poses are those of the body with its mount.
+fn imu_texts(unit: &ImuSpec) -> ImuTexts {
+    let mut texts = ImuTexts {
+        sensor: "gyroscope_noise_density: 0.00016968 # rad / s / sqrt(Hz)\n\
+                 gyroscope_random_walk: 0.000019393 # rad / s^2 / sqrt(Hz)\n\
+                 accelerometer_noise_density: 0.002 # m / s^2 / sqrt(Hz)\n\
+                 accelerometer_random_walk: 0.003 # m / s^3 / sqrt(Hz)\n"
+            .to_owned(),
+        ..ImuTexts::default()
+    };
     let mut time_ns = 0_i64;
     while time_ns as f64 * 1e-9 <= pose(4).0 {
+        let true_pose = pose_at(time_ns as f64 * 1e-9) * unit.body_from_imu;
+        let (p, q, v) = (
+            true_pose.translation_m,
+            true_pose.rotation,
+            UNIT_VELOCITY_M_S,
+        );
         let _ = writeln!(texts.samples, "{time_ns},{time_ns},0,0.5,0,0.25,9.75");
-        let (sin, cos) = (0.5 * UNIT_RATE_RAD_S * time_ns as f64 * 1e-9).sin_cos();
-        let [x, y, z] = UNIT_VELOCITY_M_S.to_array();
-        let state = format!("0,0,0,{cos},0,0,{sin},{x},{y},{z},0,0,0,0,0,0");
-        let _ = writeln!(texts.states, "{time_ns},{state}");
-        time_ns += 100_000_000;
+        let _ = writeln!(
+            texts.states,
+            "{time_ns},{},{},{},{},{},{},{},{},{},{},0,0,0.01,0,0,0.02",
+            p.x, p.y, p.z, q.w, q.x, q.y, q.z, v.x, v.y, v.z
+        );
+        time_ns += 50_000_000;
     }
     texts
 }

@@ -269,6 +269,7 @@ fn a_data_set_that_lacks_what_a_format_needs_is_refused_before_anything_is_writt
     assert_eq!(
         refused,
         [
+            "euroc",
             "coco",
             "laz",
             "colmap",

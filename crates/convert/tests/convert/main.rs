@@ -11,6 +11,7 @@ mod coco;
 mod colmap;
 mod common;
 mod depth;
+mod euroc;
 mod folders;
 mod goose;
 mod huggingface;

@@ -331,7 +331,7 @@ fn an_inertial_unit_says_what_it_measured_between_the_first_frame_and_the_last()
     let mut header = header();
     header.sequences[0].imu = Some(ImuSpec {
         body_from_imu: RigidTransform::IDENTITY,
-        rate_hz: 10.0,
+        rate_hz: 20.0,
         angular_rate_noise_rad_s: 0.5,
         specific_force_noise_m_s2: 0.25,
     });
@@ -342,7 +342,7 @@ fn an_inertial_unit_says_what_it_measured_between_the_first_frame_and_the_last()
     let of_unit: Vec<_> = messages.iter().filter(|m| m.0 == "/imu").collect();
     let times_ns: Vec<u64> = of_unit.iter().map(|m| m.1).collect();
     // A second around the frames, as far as there are readings.
-    let first_s = (pose(1).0 - 1.0).max(-0.05);
+    let first_s = (pose(1).0 - 1.0).max(-0.025);
     let wanted = made.dataset.imu(0).expect("readings").into_iter();
     let wanted = wanted.filter(|r| r.time_ns as f64 * 1e-9 > first_s);
     let wanted: Vec<u64> = wanted.map(|r| START_NS + r.time_ns as u64).collect();

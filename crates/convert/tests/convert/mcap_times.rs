@@ -3,12 +3,11 @@
 
 use nemoral_convert::{Error, FormatName, Mode};
 use nemoral_dataset::{DatasetHeader, ImuSpec};
-use nemoral_scene::RigidTransform;
 use nemoral_scene::glam::{DQuat, DVec3};
+use nemoral_scene::{RigidTransform, rotation_vector};
 
 use crate::common::{
-    Made, UNIT_RATE_RAD_S, UNIT_VELOCITY_M_S, header, made, made_of, made_of_frames, pose, run,
-    write,
+    Made, UNIT_VELOCITY_M_S, header, made, made_of, made_of_frames, pose, pose_at, run, write,
 };
 use crate::mcap::{Cloud, Reader, messages};
 
@@ -150,11 +149,13 @@ fn velocities_are_those_of_the_inertial_unit_if_there_is_one() {
     for ((linear, angular, variances), frame) in twists.into_iter().zip([1, 2, 4]) {
         assert_eq!(variances, [0.0; 6]);
         let back = pose(frame).1.rotation.inverse();
-        let rate = DVec3::Z * UNIT_RATE_RAD_S;
-        assert!(angular.distance(back * rate) < 1e-9, "{angular}");
+        // The body turns nearly steadily.
+        let [before, after] = [-0.01, 0.01].map(|s| pose_at(pose(frame).0 + s).rotation);
+        let rate = rotation_vector(after * before.inverse()) / 0.02;
+        assert!(angular.distance(back * rate) < 1e-3, "{angular} {rate}");
         let swing = rate.cross(pose(frame).1.rotation * lever_m);
         let expected = back * (UNIT_VELOCITY_M_S - swing);
-        assert!(linear.distance(expected) < 1e-9, "{linear} {expected}");
+        assert!(linear.distance(expected) < 1e-3, "{linear} {expected}");
     }
 }
 

@@ -76,7 +76,7 @@ fn an_inertial_unit_has_its_accelerations_and_poses() {
     let made = made_of(FormatName::Tum, &header);
     let folder = made.out.join("00-imu");
     let written = text(folder.join("accelerometer.txt"));
-    assert!(written.starts_with("# timestamp ax ay az\n0.000000000 0 0.25 9.75\n0.100000000 "));
+    assert!(written.starts_with("# timestamp ax ay az\n0.000000000 0 0.25 9.75\n0.050000000 "));
     let rows = numbers(&written);
     let readings = made.dataset.imu(0).expect("readings");
     assert_eq!(rows.len(), readings.len());

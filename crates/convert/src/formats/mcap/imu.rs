@@ -7,7 +7,7 @@ use super::cdr::Cdr;
 use super::container::Message;
 
 /// The topic, and the frame of the unit.
-pub(super) const TOPIC: &str = "/imu";
+pub(in crate::formats) const TOPIC: &str = "/imu";
 pub(super) const FRAME: &str = "imu";
 
 /// How long before the first frame, and after the last, readings are written, nanoseconds: scans

@@ -26,7 +26,7 @@ mod bag;
 mod cdr;
 mod cloud;
 mod container;
-mod imu;
+pub(super) mod imu;
 mod odometry;
 
 use nemoral_dataset::{CameraSpec, Manifest};
@@ -196,10 +196,16 @@ fn metadata(source: &Source, sequence: &Sequence<'_>, file: &str) -> Result<Stri
 }
 
 /// The time of a sequence's start, nanoseconds.
-const START_NS: u64 = 1_000_000_000;
+pub(super) const START_NS: u64 = 1_000_000_000;
 
+/// The time of a frame.
 fn time_ns(frame: &FrameRef<'_>) -> u64 {
-    START_NS.saturating_add((frame.time_s * 1e9).round() as u64)
+    stamp_ns(frame.time_s)
+}
+
+/// A time of a sequence, which is not before its start, nanoseconds.
+pub(super) fn stamp_ns(time_s: f64) -> u64 {
+    START_NS.saturating_add((time_s * 1e9).round() as u64)
 }
 
 fn message(channel: usize, frame: &FrameRef<'_>, data: Vec<u8>) -> Message {
@@ -231,7 +237,7 @@ fn channels(sequence: &Sequence<'_>) -> Vec<Channel> {
     }
     for camera in sequence.cameras {
         let name = &camera.name;
-        all.push(stream(format!("/{name}/image"), cdr::IMAGE));
+        all.push(stream(image_topic(name), cdr::IMAGE));
         all.push(stream(format!("/{name}/semantic"), cdr::IMAGE));
         all.push(stream(format!("/{name}/depth"), cdr::IMAGE));
         all.push(stream(format!("/{name}/camera_info"), cdr::CAMERA_INFO));
@@ -240,6 +246,11 @@ fn channels(sequence: &Sequence<'_>) -> Vec<Channel> {
         all.push(stream(imu::TOPIC.to_owned(), cdr::IMU));
     }
     all
+}
+
+/// The topic of a camera's pictures.
+pub(super) fn image_topic(camera: &str) -> String {
+    format!("/{camera}/image")
 }
 
 /// Where the sensors are on the robot.

@@ -1,8 +1,8 @@
 //! How the body moves at each frame.
 
 use nemoral_dataset::{ImuReading, ImuSpec};
-use nemoral_scene::glam::{DQuat, DVec3};
-use nemoral_scene::{RigidTransform, Twist};
+use nemoral_scene::glam::DVec3;
+use nemoral_scene::{RigidTransform, Twist, rotation_vector};
 
 use super::cdr::Cdr;
 use super::{BODY, MAP, time_ns};
@@ -113,8 +113,5 @@ fn rate(readings: &[ImuReading], k: usize) -> DVec3 {
 /// The rotation from one pose to another, less than half a turn, as an axis in the world times an
 /// angle.
 fn turn(first: &RigidTransform, last: &RigidTransform) -> DVec3 {
-    let turn: DQuat = last.rotation * first.rotation.inverse();
-    // Both signs are the same rotation, by the short and by the long way.
-    let turn = if turn.w < 0.0 { -turn } else { turn };
-    turn.to_scaled_axis()
+    rotation_vector(last.rotation * first.rotation.inverse())
 }
