@@ -14,6 +14,7 @@ use crate::chunks::ChunkManager;
 use crate::config::Config;
 use crate::plan::Runner;
 use crate::prove::prove;
+use crate::recording::pose::half_scan_s;
 use crate::world::trajectory::{RobotTrajectory, Surroundings};
 use crate::{Error, ForestPlan, Recorder};
 
@@ -76,7 +77,11 @@ fn measure(
     let mut noise = ImuNoise::new(&params, key).map_err(|e| Error::request(e.to_string()))?;
     let first_s = trajectory.time_s(0);
     let last_s = trajectory.time_s(config.frames - 1) - first_s;
-    let intervals = (last_s * params.rate_hz + 1e-6).floor();
+    // Until the last scan has ended, and beyond the last frame in any case: programs wait for a
+    // sample after it.
+    let scan_s = half_scan_s(&runner.get(forest.lidars, ())?);
+    let intervals = (last_s * params.rate_hz + 1e-6).floor() + (scan_s * params.rate_hz).ceil();
+    let intervals = intervals + f64::from(scan_s == 0.0);
     if intervals >= MOST_SAMPLES {
         return Err(Error::request(format!(
             "imu.rate_hz = {}: in the {last_s:.1e} s of the drive these are {intervals:.1e} \
@@ -139,8 +144,8 @@ fn refuse_too_many(config: &Config, trajectory: &RobotTrajectory) -> Result<(), 
 }
 
 impl Recorder {
-    /// Hands over what the unit measures, in the order of time, from the first frame's time to the
-    /// last's, with its true motion. Chunks that are left behind are freed, for other uses of this
+    /// Hands over what the unit measures, in the order of time, from the first frame's time until
+    /// the last scan has ended, with its true motion. Chunks that are left behind are freed, for other uses of this
     /// recorder, too.
     ///
     /// # Errors

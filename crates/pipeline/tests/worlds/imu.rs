@@ -47,7 +47,7 @@ fn integrated_it_leads_from_frame_to_frame() {
         let settings = [&UNIT[..], &[path]].concat();
         let recorder = recorder("demo", &settings);
         let (all, count) = measured(&recorder).expect("a drive");
-        assert_eq!((all.len(), count.samples), (401, 401));
+        assert_eq!((all.len(), count.samples), (402, 402));
         let step_s = 0.01;
         // From the first state on, by what was truly felt.
         let (first, _) = all[0];
@@ -123,7 +123,7 @@ fn a_long_drive_frees_chunks_and_turns_back_at_the_end_of_its_trail() {
     ];
     let recorder = recorder("demo", &settings);
     let (all, measured) = measured(&recorder).expect("a drive");
-    assert_eq!(all.len(), 3001);
+    assert_eq!(all.len(), 3002);
     let of_single = |settings: &[&str]| {
         let recorder = self::recorder("demo", settings);
         self::measured(&recorder).expect("a drive")
@@ -133,9 +133,9 @@ fn a_long_drive_frees_chunks_and_turns_back_at_the_end_of_its_trail() {
     assert_eq!(all, again);
     // It brakes before it turns.
     assert_eq!(measured.range_note(), None, "{measured:?}");
-    // One frame is one sample.
+    // One frame is one sample, and one after it.
     let (one, _) = of_single(&["frames=1"]);
-    assert_eq!(one.len(), 1);
+    assert_eq!(one.len(), 2);
     assert_eq!(one[0].0.time_s, 0.0);
 }
 
@@ -155,7 +155,7 @@ fn the_folder_is_that_of_euroc() {
         assert_eq!(text.lines().count() as u64, count.samples + 1);
         assert!(text.starts_with("#timestamp"));
         let last = text.lines().last().and_then(|line| line.split_once(','));
-        assert_eq!(last.map(|(time, _)| time), Some("4000000000"));
+        assert_eq!(last.map(|(time, _)| time), Some("4010000000"));
     }
     let sensor = read("imu0/sensor.yaml");
     assert!(
@@ -223,7 +223,7 @@ fn data_sets_have_what_the_unit_measures_and_so_has_each_part() -> Result<(), Er
     }
     let report = nemoral_dataset::check(&whole)?;
     assert!(report.passed(), "{report}");
-    assert_eq!(Dataset::open(&whole)?.imu(0)?.len(), 401);
+    assert_eq!(Dataset::open(&whole)?.imu(0)?.len(), 402);
     Ok(())
 }
 
@@ -259,7 +259,7 @@ fn poses_of_a_file_are_a_drive_and_a_loop_is_closed() -> Result<(), Error> {
     let report = nemoral_dataset::check(&out)?;
     assert!(report.passed(), "{report}");
     let readings = Dataset::open(&out)?.imu(0)?;
-    assert_eq!(readings.len(), 2001);
+    assert_eq!(readings.len(), 2002);
     assert_eq!(readings[0].time_ns, 100_000_000_000);
     // The second round is the first one, and it is driven smoothly over the whole circle.
     let (speed_m_s, rate) = (radius_m * turn_rad / 0.5, turn_rad / 0.5);
