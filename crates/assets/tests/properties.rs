@@ -48,6 +48,17 @@ fn named(name: &str) -> &'static Material {
     found.unwrap_or_else(|| panic!("no material {name}"))
 }
 
+/// Renderers refuse others.
+#[test]
+fn materials_have_numbers_in_their_ranges() {
+    for m in materials() {
+        let mut shares = m.transmittance.to_array().to_vec();
+        shares.push(m.roughness);
+        let sound = shares.iter().all(|share| (0.0..=1.0).contains(share));
+        assert!(sound && m.tile_m > 0.0 && m.tile_m.is_finite(), "{m:?}");
+    }
+}
+
 fn semantics(p: &Prototype) -> Vec<Semantic> {
     let triangles = p.mesh().triangles.iter().map(|t| t.material);
     let mut all: Vec<_> = triangles

@@ -242,7 +242,9 @@ impl Look {
         Material {
             support: told.support,
             albedo: Arc::clone(&self.albedo),
-            transmittance: (told.transmittance).map_or(through, |t| t.min(Vec3::ONE - mean)),
+            // A rounded mean may be above 1.
+            transmittance: (told.transmittance)
+                .map_or(through, |t| t.min(Vec3::ONE - mean).max(Vec3::ZERO)),
             roughness: raw.roughness,
             mask: self.mask.clone(),
             optics: told.optics.unwrap_or_else(|| optics::at_lasers(semantic)),
