@@ -23,8 +23,13 @@ use crate::{TrailPath, TrailSurfaceKind};
 /// where F and C rise with the fill and the cut ratio, and without bounds towards the way's reach
 /// (12 m by default), so that a trail's influence ends there on any ground. Where trails meet, f is
 /// the mean of their formations weighted smoothly by distance, and their outlines join with rounded
-/// inner corners, so there are no steps. On a way that does not level the ground across, f follows
-/// the ground. With a ditch, C starts at its far side, and p falls by its depth between.
+/// inner corners. On a way that does not level the ground across, f follows the ground. With a
+/// ditch, C starts at its far side, and p falls by its depth between.
+///
+/// There are no steps, as d is a minimum over all places of all trails, not that at the nearest
+/// one, and p is a mean over all passages. Inside of a bend, towards the centre of its circle, the
+/// nearest place leaps: there a place that is not square to the trail counts as farther away, and p
+/// falls to 0.
 ///
 /// Ways that are another earthwork carve the natural ground as if they were alone; what they change
 /// is added, and fades over 2 m towards the edges of ways that are listed before them.

@@ -6,9 +6,10 @@ use std::sync::Arc;
 use glam::DVec2;
 use nemoral_scene::ChunkCoord;
 
+use crate::bends::{Firmness, View};
 use crate::dual::Dual;
 use crate::index::{Index, Stretch};
-use crate::path::Foot;
+use crate::path::{Foot, Knot};
 use crate::profile::smoothstep;
 use crate::{Section, TrailPath, Way};
 
@@ -32,6 +33,9 @@ const FOOT_M: f64 = 0.3;
 /// The corner between a slope and the untouched ground is rounded by this, metres of height.
 const ROUND_M: f64 = 0.2;
 
+/// A knot is at most this much farther than the point of its trail that is nearest, metres.
+const KNOT_M: f64 = 0.8;
+
 /// Beyond this distance from its edge a trail does not change the ground, metres.
 pub(crate) const REACH_M: f64 = 12.0;
 
@@ -46,11 +50,33 @@ pub(crate) struct Layer {
     close: Index,
 }
 
-/// A trail's nearest point, and the signed distance to its edge.
+/// A point of a trail that is nearer than those around it, and the signed distance to its edge.
 pub(crate) struct Strand<'a> {
     pub(crate) path: &'a TrailPath,
     pub(crate) foot: Foot,
     pub(crate) edge: Dual,
+    firmness: Firmness,
+    /// Whether the edge may be that at another place of the trail.
+    is_folded: bool,
+}
+
+/// The trails of a layer around a point.
+pub(crate) struct Around<'a> {
+    /// The nearest points of trails that are close, one for each passage, and that whose edge is
+    /// nearest.
+    pub(crate) strands: Vec<Strand<'a>>,
+    /// The signed distance to the nearest edge, with sharp corners.
+    nearest: Dual,
+    /// The signed distance to the edge of all.
+    pub(crate) edge: Dual,
+}
+
+/// A knot that is nearer than those before and after it.
+struct Valley<'a> {
+    path: &'a TrailPath,
+    knot: usize,
+    /// Its distance less half the greatest width, metres.
+    edge_m: f64,
 }
 
 /// A run of ways that are one piece of earthwork.
@@ -147,57 +173,131 @@ impl Layer {
         FILLET_M.min(self.width_m)
     }
 
-    /// The nearest points of all stretches of trails that are close, or that of the nearest
-    /// stretch.
-    pub(crate) fn strands(&self, p: DVec2) -> Vec<Strand<'_>> {
+    /// The trails around a point; `None` where none is near.
+    pub(crate) fn around(&self, p: DVec2) -> Option<Around<'_>> {
+        let mut strands = self.close_strands(p);
+        let sure = |s: &&Strand<'_>| !s.is_folded;
+        let mut nearest = nearest(strands.iter().filter(sure)).map(|s| s.edge);
+        // Others are not as near as that.
+        if nearest.is_none_or(|edge| edge.value >= shaped_m(self.has_ditch))
+            && let Some(far) = self.far_strand(p, nearest)
+        {
+            if !far.is_folded {
+                nearest = Some(far.edge);
+            }
+            if !far.is_folded || strands.is_empty() {
+                strands.push(far);
+            }
+        }
+        let nearest = self.folded_edge(p, nearest).or(nearest)?;
+        let edge = self.rounded(nearest, &strands);
+        Some(Around {
+            strands,
+            nearest,
+            edge,
+        })
+    }
+
+    /// Signed distance to the union of outlines: the nearest of what each two strands are together.
+    fn rounded(&self, nearest: Dual, strands: &[Strand<'_>]) -> Dual {
+        let fillet_m = self.fillet_m();
+        let close = |s: &&Strand<'_>| s.edge.value < fillet_m;
+        let mut best = nearest;
+        for (i, a) in strands.iter().enumerate().filter(|(_, s)| close(s)) {
+            for b in strands[i + 1..].iter().filter(close) {
+                let share = a.firmness.corner * b.firmness.corner;
+                let edge = union(a.edge, b.edge, share, fillet_m);
+                if edge.value < best.value {
+                    best = edge;
+                }
+            }
+        }
+        best
+    }
+
+    fn close_strands(&self, p: DVec2) -> Vec<Strand<'_>> {
         let mut strands = Vec::new();
         for &Stretch { path, first, end } in self.close.at(p) {
             let path = &*self.paths[path as usize];
             let close = close_m(path.way().widest_m(), self.has_ditch);
-            // Each run of knots that are close is a strand of its own.
-            let mut run = (close * close, None);
-            for (i, knot) in path.knots()[first as usize..end as usize]
-                .iter()
-                .enumerate()
-            {
-                let square = knot.position.distance_squared(p);
-                if square < run.0 {
-                    run = (square, Some(first as usize + i));
-                } else if square >= close * close {
-                    strands.extend(run.1.take().map(|i| Strand::new(path, p, i)));
-                    run.0 = close * close;
+            let knots = &path.knots()[first as usize..end as usize];
+            valleys(knots, p, |i, square| {
+                if square < close * close {
+                    strands.push(Strand::new(path, p, first as usize + i));
                 }
-            }
-            strands.extend(run.1.map(|i| Strand::new(path, p, i)));
-        }
-        if strands.is_empty() {
-            strands.extend(self.nearest_strand(p));
+            });
         }
         strands
     }
 
-    /// The point of all trails within reach whose edge is nearest: of each kind of way, whose
-    /// trails are equally wide, that of the nearest trail.
-    fn nearest_strand(&self, p: DVec2) -> Option<Strand<'_>> {
-        let mut of_kinds: Vec<(usize, f64, &TrailPath, usize)> = Vec::new();
+    /// Of the trails that are not close, the point whose edge is nearest, if it is nearer.
+    fn far_strand(&self, p: DVec2, nearest: Option<Dual>) -> Option<Strand<'_>> {
+        let mut all: Vec<Valley<'_>> = Vec::new();
         for &Stretch { path, first, end } in self.index.at(p) {
             let path = &*self.paths[path as usize];
-            let number = path.way_number();
-            for i in first as usize..end as usize {
-                let square = path.knots()[i].position.distance_squared(p);
-                match of_kinds.iter_mut().find(|of| of.0 == number) {
-                    Some(of) if square >= of.1 => {}
-                    Some(of) => *of = (number, square, path, i),
-                    None => of_kinds.push((number, square, path, i)),
+            let width = path.way().widest_m();
+            let close = close_m(width, self.has_ditch);
+            let knots = &path.knots()[first as usize..end as usize];
+            valleys(knots, p, |i, square| {
+                if square >= close * close {
+                    all.push(Valley {
+                        path,
+                        knot: first as usize + i,
+                        edge_m: libm::sqrt(square) - 0.5 * width,
+                    });
+                }
+            });
+        }
+        // The edge of the nearest knot bounds what others are worth a look.
+        let first = (all.iter()).min_by(|a, b| a.edge_m.total_cmp(&b.edge_m))?;
+        let known_m = nearest.map_or(f64::INFINITY, |edge| edge.value);
+        if first.edge_m - KNOT_M >= known_m {
+            return None;
+        }
+        let mut best = Strand::new(first.path, p, first.knot);
+        for valley in all.iter().filter(|v| !std::ptr::eq(*v, first)) {
+            let bound_m = if best.is_folded {
+                known_m
+            } else {
+                known_m.min(best.edge.value)
+            };
+            if valley.edge_m - KNOT_M <= bound_m {
+                let strand = Strand::new(valley.path, p, valley.knot);
+                if strand.precedes(&best) {
+                    best = strand;
                 }
             }
         }
-        let edge_m =
-            |of: &(usize, f64, &TrailPath, usize)| libm::sqrt(of.1) - 0.5 * of.2.way().widest_m();
-        let nearest = of_kinds
-            .into_iter()
-            .min_by(|a, b| edge_m(a).total_cmp(&edge_m(b)));
-        nearest.map(|(_, _, path, i)| Strand::new(path, p, i))
+        (best.is_folded || best.edge.value < known_m).then_some(best)
+    }
+
+    /// The least distance to an edge in bends whose inside a point is in, if it is less than that
+    /// to the `nearest` one.
+    fn folded_edge(&self, p: DVec2, nearest: Option<Dual>) -> Option<Dual> {
+        let mut best: Option<Dual> = None;
+        let mut bound = nearest.map_or(REACH_M, |edge| edge.value.min(REACH_M));
+        for &Stretch { path, first, end } in self.index.at(p) {
+            let path = &*self.paths[path as usize];
+            let half_width = 0.5 * path.way().widest_m();
+            if path.bends().tightest_m() > bound + half_width + 2.0 * KNOT_M {
+                continue;
+            }
+            let knots = path.knots();
+            for i in (first as usize).saturating_sub(1)..(end as usize).min(knots.len() - 1) {
+                let far = (bound + half_width + 2.0 * KNOT_M).max(0.0);
+                if knots[i].position.distance_squared(p) > far * far
+                    || !path.bends().is_folded(knots, i, p)
+                {
+                    continue;
+                }
+                let edge = View::new(knots, i, p).edge();
+                if edge.value < bound {
+                    bound = edge.value;
+                    best = Some(edge);
+                }
+            }
+        }
+        best
     }
 
     /// Height of the formation; `None` beyond reach. Each knot continues its height along its
@@ -231,24 +331,17 @@ impl Layer {
     }
 
     /// The section's height above the formation, by all trails that are close.
-    fn profile(&self, strands: &[Strand<'_>], edge: Dual) -> Dual {
+    fn profile(&self, around: &Around<'_>) -> Dual {
+        let edge = around.edge;
         if edge.value >= SHOULDER_M {
             return Dual::constant(0.0);
         }
-        let mut close = strands.iter().filter(|s| s.edge.value < SHOULDER_M);
+        let mut close = (around.strands.iter()).filter(|s| s.edge.value < SHOULDER_M);
         let height = match (close.next(), close.clone().next()) {
-            (Some(only), None) => only.path.way().profile(&only.foot),
+            (Some(only), None) if only.is_firm() => only.path.way().profile(&only.foot),
             (first, _) => {
-                let (mut total, mut sum) = (Dual::constant(0.0), Dual::constant(0.0));
-                for strand in first.into_iter().chain(close) {
-                    let left = SHOULDER_M - strand.edge.value;
-                    let weight = strand.edge.chain((left * left * left, -3.0 * left * left));
-                    total = total + weight;
-                    sum = sum + weight * strand.path.way().profile(&strand.foot);
-                }
-                // Where no trail is close, the divisor would be 0.
-                let inverse = 1.0 / total.value.max(f64::MIN_POSITIVE);
-                sum * total.chain((inverse, -inverse * inverse))
+                let all = first.into_iter().chain(close);
+                around.mean(all, SHOULDER_M, |s| s.path.way().profile(&s.foot))
             }
         };
         let t = (edge.value / SHOULDER_M).clamp(0.0, 1.0);
@@ -257,43 +350,43 @@ impl Layer {
 
     /// The depth of the ditch, and how far it moves the foot of the slope, at a distance from the
     /// edge; `None` where there is no ditch.
-    fn ditch(&self, strands: &[Strand<'_>], edge: Dual) -> Option<(Dual, Dual)> {
+    fn ditch(&self, around: &Around<'_>) -> Option<(Dual, Dual)> {
+        let edge = around.edge;
         if !self.has_ditch || edge.value >= DITCH_REACH_M {
             return None;
         }
-        let zero = Dual::constant(0.0);
-        let (mut total, mut depth, mut width) = (zero, zero, zero);
-        for strand in strands.iter().filter(|s| s.edge.value < DITCH_REACH_M) {
-            let left = DITCH_REACH_M - strand.edge.value;
-            let weight = strand.edge.chain((left * left * left, -3.0 * left * left));
-            total = total + weight;
-            if let Some((ditch, share)) = strand.path.way().ditch(&strand.foot) {
-                let x = (edge.value / ditch.width_m).clamp(0.0, 1.0);
-                let bell = x * (1.0 - x);
-                let d_bell = (1.0 - 2.0 * x) / ditch.width_m;
-                let form = edge.chain((16.0 * bell * bell, 32.0 * bell * d_bell));
-                depth = depth + weight * share * form.scale(ditch.depth_m);
-                width = width + weight * share.scale(ditch.width_m);
-            }
-        }
-        if total.value <= 0.0 {
-            return None;
-        }
-        let inverse = total.chain((1.0 / total.value, -1.0 / (total.value * total.value)));
+        let close = || (around.strands.iter()).filter(|s| s.edge.value < DITCH_REACH_M);
+        close().next()?;
+        let depth = around.mean(close(), DITCH_REACH_M, |strand| {
+            let Some((ditch, share)) = strand.path.way().ditch(&strand.foot) else {
+                return Dual::constant(0.0);
+            };
+            let x = (edge.value / ditch.width_m).clamp(0.0, 1.0);
+            let bell = x * (1.0 - x);
+            let d_bell = (1.0 - 2.0 * x) / ditch.width_m;
+            let form = edge.chain((16.0 * bell * bell, 32.0 * bell * d_bell));
+            share * form.scale(ditch.depth_m)
+        });
+        let width = around.mean(close(), DITCH_REACH_M, |strand| {
+            let ditch = strand.path.way().ditch(&strand.foot);
+            ditch.map_or(Dual::constant(0.0), |(ditch, share)| {
+                share.scale(ditch.width_m)
+            })
+        });
         let span = DITCH_REACH_M - SHOULDER_M;
         let t = ((edge.value - SHOULDER_M) / span).clamp(0.0, 1.0);
         let near = edge.chain((1.0 - smoothstep(t), -6.0 * t * (1.0 - t) / span));
-        Some((depth * inverse, width * inverse * near))
+        Some((depth, width * near))
     }
 
     /// The carved ground; `None` where it is the natural one.
     pub(crate) fn carved(
         &self,
         p: DVec2,
-        strands: &[Strand<'_>],
-        edge: Dual,
+        around: &Around<'_>,
         natural: &dyn Fn() -> Dual,
     ) -> Option<Dual> {
+        let edge = around.edge;
         if edge.value >= self.section.reach_m {
             return None;
         }
@@ -302,7 +395,7 @@ impl Layer {
         if levelling < 1.0 {
             formation = formation.scale(levelling) + natural().scale(1.0 - levelling);
         }
-        let surface = formation + self.profile(strands, edge);
+        let surface = formation + self.profile(around);
         if edge.value <= 0.0 {
             return Some(surface);
         }
@@ -323,7 +416,7 @@ impl Layer {
         if k.value <= 0.0 {
             return Some(surface);
         }
-        let cut = match self.ditch(strands, edge) {
+        let cut = match self.ditch(around) {
             None => cut,
             Some((depth, moved)) => {
                 let rise = moved_slope(edge, moved, reach_m);
@@ -340,8 +433,69 @@ impl Layer {
 
 /// The distance within which a knot may belong to a trail that shapes the ground here.
 fn close_m(width_m: f64, has_ditch: bool) -> f64 {
-    let shaped_m = if has_ditch { DITCH_REACH_M } else { SHOULDER_M };
-    0.5 * width_m + shaped_m.max(FILLET_M) + 0.5
+    0.5 * width_m + shaped_m(has_ditch).max(FILLET_M) + 0.5
+}
+
+/// The distance from its edge within which a trail shapes the ground in more ways than by that
+/// distance.
+fn shaped_m(has_ditch: bool) -> f64 {
+    if has_ditch { DITCH_REACH_M } else { SHOULDER_M }
+}
+
+/// Hands over the knots that are nearer than those before and after them, and the squares of their
+/// distances.
+#[inline]
+fn valleys(knots: &[Knot], p: DVec2, mut found: impl FnMut(usize, f64)) {
+    let (mut last, mut falls) = (f64::INFINITY, true);
+    for (i, knot) in knots.iter().enumerate() {
+        let square = knot.position.distance_squared(p);
+        if square < last {
+            falls = true;
+        } else if falls {
+            found(i - 1, last);
+            falls = false;
+        }
+        last = square;
+    }
+    if falls && !knots.is_empty() {
+        found(knots.len() - 1, last);
+    }
+}
+
+impl<'a> Around<'a> {
+    /// The mean of a value over strands, which count less towards a distance from their edges and
+    /// where their feet may leap. It falls to 0 where all may.
+    fn mean<'s>(
+        &self,
+        strands: impl Iterator<Item = &'s Strand<'a>>,
+        reach_m: f64,
+        value: impl Fn(&Strand<'a>) -> Dual,
+    ) -> Dual
+    where
+        'a: 's,
+    {
+        let weight_at = |edge: Dual| {
+            let left = reach_m - edge.value;
+            edge.chain((left * left * left, -3.0 * left * left))
+        };
+        let (mut total, mut sum) = (Dual::constant(0.0), Dual::constant(0.0));
+        for strand in strands {
+            let mut weight = weight_at(strand.edge);
+            if !strand.is_firm() {
+                weight = weight * strand.firmness.shape;
+            }
+            total = total + weight;
+            sum = sum + weight * value(strand);
+        }
+        let least = weight_at(self.nearest);
+        if total.value < least.value {
+            total = least;
+        }
+        if total.value <= 0.0 {
+            return Dual::constant(0.0);
+        }
+        sum * total.chain((1.0 / total.value, -1.0 / (total.value * total.value)))
+    }
 }
 
 impl<'a> Strand<'a> {
@@ -351,33 +505,55 @@ impl<'a> Strand<'a> {
             foot.distance - foot.lane.half_width,
             foot.outward - foot.lane_rate.half_width * foot.along,
         );
-        Self { path, foot, edge }
+        let bends = path.bends();
+        Self {
+            path,
+            edge,
+            firmness: bends.firmness(&foot, path.knots()),
+            is_folded: bends.is_folded(path.knots(), foot.interval, p),
+            foot,
+        }
+    }
+
+    /// Whether its foot is known.
+    fn is_firm(&self) -> bool {
+        self.firmness.shape.value >= 1.0
+    }
+
+    /// Whether its edge is nearer, and sure; of two that are equally near, the one that is listed
+    /// before.
+    fn precedes(&self, other: &Self) -> bool {
+        let place = |s: &Self| (s.path.id(), s.foot.interval);
+        let order = self.is_folded.cmp(&other.is_folded);
+        let order = order.then_with(|| self.edge.value.total_cmp(&other.edge.value));
+        order.then_with(|| place(self).cmp(&place(other))).is_lt()
     }
 }
 
 /// The trail whose edge is nearest.
-pub(crate) fn nearest<'a>(strands: &'a [Strand<'a>]) -> Option<&'a Strand<'a>> {
-    strands
-        .iter()
-        .min_by(|a, b| a.edge.value.total_cmp(&b.edge.value))
+pub(crate) fn nearest<'a, 's>(
+    strands: impl Iterator<Item = &'s Strand<'a>>,
+) -> Option<&'s Strand<'a>>
+where
+    'a: 's,
+{
+    strands.min_by(|a, b| a.edge.value.total_cmp(&b.edge.value))
 }
 
-/// Signed distance to the union of outlines, its inner corners rounded with a radius.
-pub(crate) fn union(edges: impl Iterator<Item = Dual> + Clone, fillet_m: f64) -> Option<Dual> {
-    let nearest = edges.clone().min_by(|a, b| a.value.total_cmp(&b.value))?;
-    let mut close = edges.clone().filter(|e| e.value < fillet_m);
-    if close.next().is_none() || close.next().is_none() {
-        return Some(nearest);
+/// Signed distance to the union of two outlines, a share of its inner corners rounded with a
+/// radius.
+pub(crate) fn union(a: Dual, b: Dual, share: Dual, fillet_m: f64) -> Dual {
+    let (near, far) = if b.value < a.value { (b, a) } else { (a, b) };
+    if far.value >= fillet_m || share.value <= 0.0 {
+        return near;
     }
     // The arc of a circle of the fillet's radius (Quilez' and Mercury's round union).
-    let (mut square, mut gradient) = (0.0, DVec2::ZERO);
-    for edge in edges.filter(|e| e.value < fillet_m) {
-        let depth = fillet_m - edge.value;
-        square += depth * depth;
-        gradient += depth * edge.gradient;
-    }
-    let root = libm::sqrt(square);
-    Some(Dual::new(fillet_m - root, gradient / root))
+    let [near_depth, far_depth] = [near, far].map(|edge| fillet_m - edge.value);
+    let part = share.value * far_depth;
+    let root = libm::sqrt(near_depth * near_depth + part * far_depth);
+    let gradient = near_depth * near.gradient + part * far.gradient
+        - (0.5 * far_depth * far_depth) * share.gradient;
+    Dual::new(fillet_m - root, gradient / root)
 }
 
 /// The height of a slope of 1:1 at a distance from the edge, and its derivative: a round foot, then

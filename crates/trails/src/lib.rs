@@ -41,6 +41,7 @@
 //!
 //! All lengths are metres; offsets are positive to the left of a trail's direction.
 
+mod bends;
 mod curve;
 mod dressing;
 mod dressing_placement;

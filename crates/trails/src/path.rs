@@ -6,6 +6,7 @@ use glam::DVec2;
 use nemoral_scene::{ChunkCoord, Surface};
 use nemoral_seed::{Domain, Key};
 
+use crate::bends::Bends;
 use crate::curve::{Cubic, stiffness};
 use crate::dressing::{DressingKind, TrailDressing};
 use crate::layout::Course;
@@ -52,6 +53,7 @@ pub struct TrailPath {
     number: usize,
     /// At least two knots.
     knots: Vec<Knot>,
+    bends: Bends,
     /// Chunks in order, each with the number of its first knot.
     transits: Vec<(ChunkCoord, usize)>,
     kinds: SurfaceKinds,
@@ -136,6 +138,8 @@ pub(crate) struct Foot {
     pub(crate) lane: Lane,
     /// Derivative of `lane` by arc length.
     pub(crate) lane_rate: Lane,
+    /// The number of the knot before it.
+    pub(crate) interval: usize,
 }
 
 impl TrailPath {
@@ -179,7 +183,7 @@ impl TrailPath {
         let ruts = smooth(&ruts.collect::<Vec<_>>(), ROUNDING_M / STEP_M);
 
         let last = points.len() - 1;
-        let knots = (0..=last)
+        let knots: Vec<Knot> = (0..=last)
             .map(|i| {
                 let (position, tangent, arc) = points[i];
                 let (a, b) = (i.saturating_sub(1), (i + 1).min(last));
@@ -208,6 +212,7 @@ impl TrailPath {
             id,
             way,
             number,
+            bends: Bends::new(&knots),
             knots,
             transits,
             kinds,
@@ -241,11 +246,12 @@ impl TrailPath {
                 ditches: [0.0; 2],
             },
         };
-        let knots = points.into_iter().map(knot).collect();
+        let knots: Vec<Knot> = points.into_iter().map(knot).collect();
         Self {
             id,
             way,
             number,
+            bends: Bends::new(&knots),
             knots,
             transits,
             kinds: SurfaceKinds::default(),
@@ -403,7 +409,12 @@ impl TrailPath {
             along,
             lane,
             lane_rate,
+            interval: i,
         }
+    }
+
+    pub(crate) fn bends(&self) -> &Bends {
+        &self.bends
     }
 
     /// The interval of knots that holds an arc length, and the share of it.
@@ -419,12 +430,7 @@ impl TrailPath {
     }
 
     fn cubic(&self, i: usize) -> Cubic {
-        let (a, b) = (&self.knots[i], &self.knots[i + 1]);
-        let step = self.step(i);
-        Cubic {
-            ends: [a.position, b.position],
-            slopes: [a.tangent * step, b.tangent * step],
-        }
+        cubic(&self.knots[i], &self.knots[i + 1])
     }
 
     fn lane(&self, i: usize, t: f64) -> (Lane, Lane) {
@@ -436,6 +442,15 @@ impl TrailPath {
         let mix = std::array::from_fn(|k| a[k] + t * (b[k] - a[k]));
         let rate = std::array::from_fn(|k| (b[k] - a[k]) / step);
         (Lane::from_array(mix), Lane::from_array(rate))
+    }
+}
+
+/// The curve between two knots.
+pub(crate) fn cubic(a: &Knot, b: &Knot) -> Cubic {
+    let step = b.arc - a.arc;
+    Cubic {
+        ends: [a.position, b.position],
+        slopes: [a.tangent * step, b.tangent * step],
     }
 }
 

@@ -8,7 +8,7 @@ use nemoral_scene::{Surface, SurfaceSample};
 
 use crate::TrailSurfaceKind;
 use crate::dual::Dual;
-use crate::layer::{Layer, REACH_M, Strand, nearest, union};
+use crate::layer::{Around, Layer, REACH_M, Strand, nearest, union};
 use crate::profile::smoothstep;
 use crate::ragged::Ragged;
 use crate::section::Part;
@@ -47,11 +47,10 @@ impl fmt::Debug for TrailPlace<'_> {
     }
 }
 
-/// The trails of a layer near a point, and the signed distance to their edges.
+/// A layer that has trails near a point, and these.
 struct Near<'a> {
     layer: &'a Layer,
-    strands: Vec<Strand<'a>>,
-    edge: Dual,
+    here: Around<'a>,
 }
 
 impl<'a> TrailPlace<'a> {
@@ -62,13 +61,8 @@ impl<'a> TrailPlace<'a> {
         world_m: DVec2,
     ) -> Self {
         let near = layers.iter().filter_map(|layer| {
-            let strands = layer.strands(world_m);
-            let edge = union(strands.iter().map(|s| s.edge), layer.fillet_m())?;
-            Some(Near {
-                layer,
-                strands,
-                edge,
-            })
+            let here = layer.around(world_m)?;
+            Some(Near { layer, here })
         });
         Self {
             base,
@@ -158,7 +152,7 @@ impl<'a> TrailPlace<'a> {
     /// Whether a disk reaches into a ditch.
     #[must_use]
     pub fn is_in_ditch(&self, radius_m: f64) -> bool {
-        let mut strands = self.around.iter().flat_map(|near| &near.strands);
+        let mut strands = self.around.iter().flat_map(|near| &near.here.strands);
         strands.any(|strand| {
             let ditch = strand.path.way().ditch(&strand.foot);
             ditch.is_some_and(|(ditch, share)| {
@@ -171,7 +165,7 @@ impl<'a> TrailPlace<'a> {
     /// direction; `None` farther than 12 m from all edges.
     #[must_use]
     pub fn offset_m(&self) -> Option<f64> {
-        let strands = (self.around.iter()).filter_map(|near| nearest(&near.strands));
+        let strands = (self.around.iter()).filter_map(|near| nearest(near.here.strands.iter()));
         let strand = strands
             .min_by(|a, b| a.edge.value.total_cmp(&b.edge.value))
             .filter(|s| s.edge.value < REACH_M)?;
@@ -225,13 +219,13 @@ fn part(around: &[Near<'_>]) -> Option<Part> {
     let edge = outline(around)?.value;
     let mut before = f64::INFINITY;
     for near in around.iter().filter(|_| edge < 0.0) {
-        let strand = nearest(&near.strands)?;
-        if near.edge.value < 0.0 {
+        let strand = nearest(near.here.strands.iter())?;
+        if near.here.edge.value < 0.0 {
             // Ruts end where a way that is listed before has its edge.
-            let bound = near.edge.value.max(-before);
+            let bound = near.here.edge.value.max(-before);
             return Some(strand.path.way().part(&strand.foot, edge, bound));
         }
-        before = before.min(near.edge.value);
+        before = before.min(near.here.edge.value);
     }
     let (zone, beyond) = if edge < 0.0 {
         (TrailZone::Surface, TrailZone::Off)
@@ -248,18 +242,13 @@ fn part(around: &[Near<'_>]) -> Option<Part> {
 /// The ground with these trails around carved in; `None` where it is the natural one.
 fn carved(p: DVec2, around: &[Near<'_>], natural: &dyn Fn() -> Dual) -> Option<Dual> {
     let (mut ground, mut before): (Option<Dual>, Vec<(Dual, f64)>) = (None, Vec::new());
-    for Near {
-        layer,
-        strands,
-        edge,
-    } in around
-    {
+    for Near { layer, here } in around {
         let fade = joined(&before).map(|edge| {
             let t = (edge.value / MERGE_M).clamp(0.0, 1.0);
             edge.chain((smoothstep(t), 6.0 * t * (1.0 - t) / MERGE_M))
         });
         if fade.is_none_or(|f| f.value > 0.0)
-            && let Some(carved) = layer.carved(p, strands, *edge, natural)
+            && let Some(carved) = layer.carved(p, here, natural)
         {
             ground = Some(match (fade, ground) {
                 // A layer that is too far away to matter may be known here and not in the next
@@ -271,7 +260,7 @@ fn carved(p: DVec2, around: &[Near<'_>], natural: &dyn Fn() -> Dual) -> Option<D
                 }
             });
         }
-        before.push((*edge, layer.fillet_m()));
+        before.push((here.edge, layer.fillet_m()));
     }
     ground
 }
@@ -279,7 +268,7 @@ fn carved(p: DVec2, around: &[Near<'_>], natural: &dyn Fn() -> Dual) -> Option<D
 /// Signed distance to the union of the trails of all layers.
 fn outline(around: &[Near<'_>]) -> Option<Dual> {
     let edges: Vec<_> = (around.iter())
-        .map(|n| (n.edge, n.layer.fillet_m()))
+        .map(|n| (n.here.edge, n.layer.fillet_m()))
         .collect();
     joined(&edges)
 }
@@ -290,7 +279,7 @@ fn joined(edges: &[(Dual, f64)]) -> Option<Dual> {
     let nearest = |a: Dual, b: Dual| if b.value < a.value { b } else { a };
     let pair = |i: usize, j: usize| {
         let ((a, fillet_a), (b, fillet_b)) = (edges[i], edges[j]);
-        union([a, b].into_iter(), fillet_a.min(fillet_b)).unwrap_or(a)
+        union(a, b, Dual::constant(1.0), fillet_a.min(fillet_b))
     };
     let count = edges.len();
     let pairs = (0..count).flat_map(|i| (i + 1..count).map(move |j| (i, j)));
@@ -303,12 +292,15 @@ fn joined(edges: &[(Dual, f64)]) -> Option<Dual> {
 /// The trail that is uppermost: of the first layer whose surface is here, the one whose edge is
 /// nearest, where borders between kinds of way are moved by some noise.
 fn topmost<'a>(around: &'a [Near<'a>], ragged: f64) -> Option<&'a Strand<'a>> {
-    let near = match around.iter().find(|n| n.edge.value < RAGGED_M * ragged) {
+    let near = match around
+        .iter()
+        .find(|n| n.here.edge.value < RAGGED_M * ragged)
+    {
         Some(near) => near,
-        None => (around.iter()).min_by(|a, b| a.edge.value.total_cmp(&b.edge.value))?,
+        None => (around.iter()).min_by(|a, b| a.here.edge.value.total_cmp(&b.here.edge.value))?,
     };
     let edge = |s: &Strand<'_>| s.edge.value + RAGGED_M * ragged * s.path.way_number() as f64;
-    (near.strands.iter()).min_by(|a, b| edge(a).total_cmp(&edge(b)))
+    (near.here.strands.iter()).min_by(|a, b| edge(a).total_cmp(&edge(b)))
 }
 
 /// The side of [`TrailPlace::border_m`] that a part is on.
