@@ -80,8 +80,10 @@ fn measure(
     // Until the last scan has ended, and beyond the last frame in any case: programs wait for a
     // sample after it.
     let scan_s = half_scan_s(&runner.get(forest.lidars, ())?);
-    let intervals = (last_s * params.rate_hz + 1e-6).floor() + (scan_s * params.rate_hz).ceil();
-    let intervals = intervals + f64::from(scan_s == 0.0);
+    let after_last = (last_s * params.rate_hz + 1e-6).floor() + 1.0;
+    let intervals = ((last_s + scan_s) * params.rate_hz - 1e-6)
+        .ceil()
+        .max(after_last);
     if intervals >= MOST_SAMPLES {
         return Err(Error::request(format!(
             "imu.rate_hz = {}: in the {last_s:.1e} s of the drive these are {intervals:.1e} \
@@ -145,8 +147,8 @@ fn refuse_too_many(config: &Config, trajectory: &RobotTrajectory) -> Result<(), 
 
 impl Recorder {
     /// Hands over what the unit measures, in the order of time, from the first frame's time until
-    /// the last scan has ended, with its true motion. Chunks that are left behind are freed, for other uses of this
-    /// recorder, too.
+    /// the last scan has ended, with its true motion. Chunks that are left behind are freed, for
+    /// other uses of this recorder, too.
     ///
     /// # Errors
     /// If the robot does not drive: at stations, or at places beside its path; if the ground cannot

@@ -67,8 +67,8 @@ fn overlap_note(trajectory: &RobotTrajectory, frames: u64, scan_s: f64) -> Optio
     let least_s = (0..frames - 1).take(10_000).map(step_s).reduce(f64::min)?;
     (scan_s > least_s * (1.0 + 1e-6)).then(|| {
         format!(
-            "a scan takes {scan_s:.3} s and frames are {least_s:.3} s apart: scans overlap in time, as \
-             those of no scanner do; robot.spacing_s sets their interval"
+            "a scan takes {scan_s:.3} s and frames are {least_s:.3} s apart: scans overlap in \
+             time, as those of no scanner do; robot.spacing_s sets their interval"
         )
     })
 }

@@ -77,7 +77,7 @@ impl Surface for FlatSurface {
 mod tests {
     use super::*;
 
-    /// Whose height alone is told from that of a sample.
+    /// Against the contract, its height alone is not that of its samples, which tells them apart.
     struct Quick;
 
     impl Surface for Quick {

@@ -26,8 +26,8 @@ pub const SWARD_FIELD: FieldParams = FieldParams {
 const FRINGE: f64 = 1.6;
 /// Reeds stand as far from water as the first, metres, and nowhere farther than the second.
 const REEDS_M: [f64; 2] = [1.2, 2.8];
-/// Over this part of a field's quantiles, plants get lower, and thickets sparser, towards the border
-/// of their stand.
+/// Over this part of a field's quantiles, plants get lower, and thickets sparser, towards the
+/// border of their stand.
 const BORDER: f64 = 0.06;
 /// The density of a thicket at its border.
 const SPARSE: f64 = 0.2;

@@ -94,7 +94,9 @@ fn along(way: Way, lines: &[Vec<DVec2>], slope: DVec2) -> TrailGround {
         spawn_probability: 0.0,
         ..TrailParams::of(way)
     };
-    let trails = trails(none, 7, flat(slope)).along(lines, 0);
+    let trails = trails(none, 7, flat(slope))
+        .along(lines, 0)
+        .expect("finite lines");
     trails.ground_near(ChunkCoord::new(0, 0), 1.0)
 }
 
@@ -155,7 +157,9 @@ fn a_trail_that_ends_beside_another_makes_no_cliff() {
             vec![DVec2::new(-100.0, 0.0), DVec2::new(100.0, 0.0)],
             vec![DVec2::new(0.0, 100.0), DVec2::new(0.0, end)],
         ];
-        let trails = trails(none.clone(), 7, Arc::clone(&base)).along(&lines, 0);
+        let trails = trails(none.clone(), 7, Arc::clone(&base))
+            .along(&lines, 0)
+            .expect("finite lines");
         let ground = trails.ground_near(ChunkCoord::new(0, 0), 20.0);
         for i in 0..20_000 {
             let at = |i: i32| DVec2::new(1.0, f64::from(i) * 1e-3);
@@ -164,8 +168,9 @@ fn a_trail_that_ends_beside_another_makes_no_cliff() {
                 (ground.height_m(a) - ground.height_m(b)).abs() < 5e-3,
                 "{a}"
             );
-            let change = (ground.edge_m(a) - ground.edge_m(b)).abs();
-            assert!(!change.is_finite() || change < 1.5e-3, "{change} at {a}");
+            let edge_m = |p: DVec2| ground.edge_m(p).min(12.0);
+            let change = (edge_m(a) - edge_m(b)).abs();
+            assert!(change < 1.5e-3, "{change} at {a}");
         }
     }
 }

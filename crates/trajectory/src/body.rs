@@ -58,8 +58,8 @@ pub struct PoseTrack {
 }
 
 impl PoseTrack {
-    /// Samples `pose_at` (seconds from the frame's time) from `-half_s` to `half_s`: at most 1/160 s
-    /// apart up to 13 s in all, and 2,049 times from there on. Poses in between are interpolated.
+    /// Samples `pose_at` (seconds from the frame's time) from `-half_s` to `half_s`: at most
+    /// 1/160 s apart in up to 12.8 s, and 2,049 times in more. Poses in between are interpolated.
     ///
     /// # Errors
     /// The first error of `pose_at`.

@@ -16,8 +16,8 @@ const START_M: f64 = 2.0;
 /// Position on the map, metres, and direction of travel, of length 1.
 pub type Heading = (DVec2, DVec2);
 
-/// A path along a line to its end, back to its beginning, and so on. At an end the body brakes, turns
-/// around on the spot, and speeds up again.
+/// A path along a line to its end, back to its beginning, and so on. At an end the body brakes,
+/// turns around on the spot, and speeds up again.
 ///
 /// Positions are in metres that the body would have driven if it kept its speed, so that it is at
 /// `speed · time`.
@@ -33,11 +33,12 @@ pub struct ThereAndBack {
 
 impl ThereAndBack {
     /// Starts at `nearest_m` along the line, but not where it brakes, and sets out towards the
-    /// farther end at a speed above 0. `None` if the line is too short to turn at both ends (8 m).
+    /// farther end. `None` if the line is too short to turn at both ends (8 m), or if the speed is
+    /// not finite and above 0.
     #[must_use]
     pub fn new(line: Arc<dyn Polyline>, nearest_m: f64, speed_m_s: f64) -> Option<Self> {
         let length = line.length_m();
-        if length <= 4.0 * START_M {
+        if length <= 4.0 * START_M || !(speed_m_s.is_finite() && speed_m_s > 0.0) {
             return None;
         }
         // Short lines take a harder brake.
@@ -163,6 +164,9 @@ mod tests {
         let (position, heading) = path.at(0.0);
         assert!((position.x - 18.0).abs() < 1e-12 && (heading.x + 1.0).abs() < 1e-12);
         assert!(ThereAndBack::new(Arc::new(East(8.0)), 4.0, 1.0).is_none());
+        for wrong in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            assert!(ThereAndBack::new(Arc::new(East(20.0)), 5.0, wrong).is_none());
+        }
         // A short line takes a hard brake.
         let fast = ThereAndBack::new(Arc::new(East(20.0)), 1.0, 30.0).expect("long enough");
         assert_eq!(fast.at(0.0).0.x, 5.0);

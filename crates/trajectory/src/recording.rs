@@ -12,7 +12,9 @@ use crate::spline::NaturalSpline;
 /// cubic splines through the poses, so that velocities and accelerations are continuous.
 #[derive(Clone, Debug)]
 pub struct Recording {
-    /// The positions, and the rotations' quaternions.
+    times_s: Vec<f64>,
+    /// The positions, and the rotations' quaternions, by the time since the first pose: a number of
+    /// seconds since 1970 is too coarse for accelerations.
     curve: NaturalSpline<7>,
     on_ground: bool,
 }
@@ -23,8 +25,8 @@ impl Recording {
     /// used; height, pitch and roll come from the ground. Errors call the poses `origin`.
     ///
     /// # Errors
-    /// If there is no pose, times are not finite or do not increase, or with `on_ground`, if the poses are those of a
-    /// camera, whose z axis points forward.
+    /// If there is no pose, times are not finite or do not increase, or with `on_ground`, if the
+    /// poses are those of a camera, whose z axis points forward.
     pub fn new(
         poses: Vec<(Option<f64>, RigidTransform)>,
         step_s: f64,
@@ -40,13 +42,14 @@ impl Recording {
             .enumerate()
             .map(|(i, (t, _))| t.unwrap_or(i as f64 * step_s))
             .collect();
-        let increase = |w: &[f64]| w[0].is_finite() && w[1].is_finite() && w[1] > w[0];
-        if let Some(i) = times_s.windows(2).position(|w| !increase(w)) {
+        let before_s = |i: usize| i.checked_sub(1).map_or(f64::NEG_INFINITY, |i| times_s[i]);
+        let is_wrong = |&i: &usize| !(times_s[i].is_finite() && times_s[i] > before_s(i));
+        if let Some(i) = (0..times_s.len()).find(is_wrong) {
             return Err(Error::Times {
                 origin: origin(),
-                pose: i + 2,
-                time_s: times_s[i + 1],
-                before_s: times_s[i],
+                pose: i + 1,
+                time_s: times_s[i],
+                before_s: before_s(i),
             });
         }
         let poses: Vec<RigidTransform> = poses.into_iter().map(|(_, pose)| pose).collect();
@@ -62,8 +65,10 @@ impl Recording {
             [x, y, z, i, j, k, w]
         });
         let values = values.collect();
+        let since_s = times_s.iter().map(|t| t - times_s[0]).collect();
         Ok(Self {
-            curve: NaturalSpline::through(times_s, values),
+            curve: NaturalSpline::through(since_s, values),
+            times_s,
             on_ground,
         })
     }
@@ -71,7 +76,7 @@ impl Recording {
     /// The number of poses.
     #[must_use]
     pub fn count(&self) -> u64 {
-        self.curve.times().len() as u64
+        self.times_s.len() as u64
     }
 
     /// Whether only positions on the map and headings are used.
@@ -86,13 +91,26 @@ impl Recording {
     /// If there is no such pose.
     #[must_use]
     pub fn time_s(&self, number: u64) -> f64 {
-        self.curve.times()[number as usize]
+        self.times_s[number as usize]
     }
 
     /// The pose at a time; outside of the recording the body goes straight on at the speed that it
     /// has there.
     #[must_use]
     pub fn at(&self, time_s: f64) -> RigidTransform {
+        self.since_first(time_s - self.times_s[0])
+    }
+
+    /// The pose at a time after that of a pose.
+    ///
+    /// # Panics
+    /// If there is no such pose.
+    #[must_use]
+    pub fn after(&self, number: u64, offset_s: f64) -> RigidTransform {
+        self.since_first(self.time_s(number) - self.times_s[0] + offset_s)
+    }
+
+    fn since_first(&self, time_s: f64) -> RigidTransform {
         let [x, y, z, i, j, k, w] = self.curve.at(time_s);
         let rotation = DQuat::from_xyzw(i, j, k, w);
         // From one pose to the next, a body turns by less than half a turn.
@@ -167,6 +185,17 @@ mod tests {
             );
             assert!(is.rotation.angle_between(wanted.rotation) < 1e-4, "at {t}");
         }
+        // Seconds since 1970 do not make its accelerations coarser.
+        let later = (0..60)
+            .map(|i| 0.5 * f64::from(i))
+            .map(|t| (Some(1.3e9 + t), drive(t)));
+        let later = Recording::new(later.collect(), 1.0, false, "poses").expect("increasing");
+        for i in 1000..2000 {
+            let t = 0.01 * f64::from(i);
+            let pull = |at: &dyn Fn(f64) -> DVec3| at(t + 1e-3) - 2.0 * at(t) + at(t - 1e-3);
+            let [a, b] = [&recording, &later].map(|r| pull(&|t| r.after(0, t).translation_m));
+            assert!(a.distance(b) < 1e-12, "{a} {b}");
+        }
         for frame in 0..60 {
             let (is, wanted) = (
                 recording.at(recording.time_s(frame)),
@@ -209,6 +238,7 @@ mod tests {
             "a.txt: time 1 of pose 2 is not after 1: times must increase"
         );
         assert!(Recording::new(Vec::new(), 0.5, true, "a.txt").is_err());
+        assert!(Recording::new(vec![(Some(f64::NAN), at(0.0))], 0.5, true, "a.txt").is_err());
         for time_s in [f64::NAN, f64::INFINITY, -5.0] {
             let poses = vec![(Some(0.0), at(0.0)), (Some(time_s), at(1.0))];
             assert!(

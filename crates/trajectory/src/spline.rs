@@ -75,11 +75,6 @@ impl<const N: usize> NaturalSpline<N> {
         }
     }
 
-    /// The times of the values.
-    pub(crate) fn times(&self) -> &[f64] {
-        &self.times
-    }
-
     /// The value at a time.
     pub(crate) fn at(&self, time: f64) -> [f64; N] {
         let last = self.times.len() - 1;

@@ -150,7 +150,7 @@ impl Trajectory {
                 });
             }
             Path::Recording(recording) => {
-                let pose = recording.at(recording.time_s(frame) + offset_s);
+                let pose = recording.after(frame, offset_s);
                 if !recording.is_on_ground() {
                     return Ok(Stance::Free(pose));
                 }

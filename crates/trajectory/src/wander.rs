@@ -169,18 +169,22 @@ impl Wander {
         })
     }
 
-    /// The displacement of the first knot of a block: the free choice nearest to the undisturbed
-    /// one.
+    /// The displacement of the first knot of a block and of those beside it: the free choice
+    /// nearest to the undisturbed one.
     fn entry<O: Obstacles + ?Sized>(&self, block: i64, obstacles: &O) -> Result<usize, O::Error> {
-        let around = self.surroundings(block * BLOCK as i64, obstacles)?;
-        let cost = |choice| around.cost([self.choice_m(choice); 3]);
-        let costs: Vec<f64> = (0..CHOICES).map(cost).collect();
+        let mut costs = [0.0; CHOICES];
+        for beside in -1..=1 {
+            let around = self.surroundings(block * BLOCK as i64 + beside, obstacles)?;
+            for (choice, cost) in costs.iter_mut().enumerate() {
+                *cost += around.cost([self.choice_m(choice); 3]);
+            }
+        }
         let best = (0..CHOICES).min_by(|&a, &b| costs[a].total_cmp(&costs[b]));
         Ok(best.expect("there are choices"))
     }
 
     /// The displacements of a block's knots: the cheapest path from its entry to that of the next
-    /// block, parallel to the guide line at both.
+    /// block, parallel to the guide line around both.
     fn solve<O: Obstacles + ?Sized>(
         &self,
         block: i64,
@@ -194,8 +198,14 @@ impl Wander {
         let step_m = 2.0 * self.amplitude_m / (CHOICES - 1) as f64;
         let most = (KNOT_M / step_m.max(1e-9)).min((CHOICES - 1) as f64) as usize;
         let near = |c: usize| c.saturating_sub(most)..=(c + most).min(CHOICES - 1);
+        // Straight ahead from block to block.
+        let is_open = |knot: usize, choice: usize| match knot {
+            0 | 1 => choice == entry,
+            _ if knot + 1 >= BLOCK => choice == exit,
+            _ => true,
+        };
         // The least cost of all paths to a pair of choices at a knot and the next, and the choice
-        // before them. Both ends are as if the path went on straight ahead.
+        // before them.
         let pair = |a: usize, b: usize| a * CHOICES + b;
         let mut total = vec![f64::INFINITY; CHOICES * CHOICES];
         total[pair(entry, entry)] = 0.0;
@@ -204,9 +214,9 @@ impl Wander {
             let around = self.surroundings(block * BLOCK as i64 + k as i64, obstacles)?;
             let mut next = vec![f64::INFINITY; CHOICES * CHOICES];
             let mut best_from = vec![0; CHOICES * CHOICES];
-            for b in (0..CHOICES).filter(|&b| k < BLOCK || b == exit) {
+            for b in (0..CHOICES).filter(|&b| is_open(k, b)) {
                 for a in near(b).filter(|&a| total[pair(a, b)] < f64::INFINITY) {
-                    for c in near(b).filter(|&c| k < BLOCK || c == exit) {
+                    for c in near(b).filter(|&c| is_open(k + 1, c)) {
                         let offsets_m = [a, b, c].map(|choice| self.choice_m(choice));
                         let sum = total[pair(a, b)] + around.cost(offsets_m);
                         if sum < next[pair(b, c)] {
@@ -430,10 +440,7 @@ mod tests {
             .at(0.0, &|_: DVec2, _: f64| Ok::<_, Never>(Vec::new()))
             .expect("never");
         assert!(p.distance(DVec2::new(5.0, -3.0)) < 0.3, "{p}");
-        let w = {
-            let _ = w;
-            wander()
-        };
+        let w = wander();
         // Speed, and how fast the heading turns.
         let step_m = 0.02;
         let motion = |s: f64| {

@@ -281,15 +281,16 @@ impl Species {
 
     /// The size of a tree of this diameter (clamped to the species' range): the means of the
     /// published relations, with their scatter. A tree with a wide crown also has more leaves
-    /// (correlation 0.6). It is a tree of a closed stand; [`Species::draw_size_among`] draws others.
+    /// (correlation 0.6). It is a tree of a closed stand; [`Species::draw_size_among`] draws
+    /// others.
     #[must_use]
     pub fn draw_size(&self, dbh_m: f64, key: Key) -> TreeSize {
         self.draw_size_among(dbh_m, &Competition::default(), key)
     }
 
-    /// [`Species::draw_size`] of a tree under this competition. Its leaf area is in proportion to the
-    /// share of its height that its crown has, as that of trees equally thick is (Valentine et al.
-    /// 1994, "Surrogates for foliar dry matter in loblolly pine").
+    /// [`Species::draw_size`] of a tree under this competition. Its leaf area is in proportion to
+    /// the share of its height that its crown has, as that of trees equally thick is (Valentine et
+    /// al. 1994, "Surrogates for foliar dry matter in loblolly pine").
     #[must_use]
     pub fn draw_size_among(&self, dbh_m: f64, competition: &Competition, key: Key) -> TreeSize {
         let al = &self.allometry;

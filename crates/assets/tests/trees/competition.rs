@@ -121,7 +121,7 @@ fn stand(trees_per_ha: f64, dbh_mean_m: f64) -> AssetParams {
 fn a_stands_trees_are_counted_once() {
     let all = stand(600.0, 0.28).competitors();
     let basal_area = all.of(0.0).larger_m2_ha;
-    // A Weibull distribution of shape 3 and mean 0.28 has a mean square of 0.0889, before it is cut.
+    // A Weibull distribution of shape 3 and mean 0.28 has a mean square of 0.0889 before it is cut.
     let expected = 600.0 * std::f64::consts::FRAC_PI_4 * 0.0889;
     assert!(
         (basal_area / expected - 1.0).abs() < 0.03,

@@ -19,7 +19,9 @@ mod yolo;
 use std::fmt;
 use std::str::FromStr;
 
-use crate::{Format, Table};
+use nemoral_dataset::{FrameRecord, Manifest};
+
+use crate::{Error, Format, Table};
 
 /// The formats that there are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -164,4 +166,26 @@ impl FromStr for FormatName {
         let found = Self::ALL.into_iter().find(|f| f.name() == text);
         found.ok_or_else(|| format!("no such format; there are {}", names.join(", ")))
     }
+}
+
+/// Refuses a data set of which a sequence has two frames at the same time, in seconds, to a format
+/// that calls pictures by their times.
+fn refuse_equal_times(
+    format: &'static str,
+    manifest: &Manifest,
+    is_same: impl Fn(f64, f64) -> bool,
+) -> Result<(), Error> {
+    let name = |f: &FrameRecord| format!("{:02}_{:06}", f.sequence, f.index);
+    let mut pairs = manifest.frames.windows(2);
+    let same = pairs.find(|p| p[0].sequence == p[1].sequence && is_same(p[0].time_s, p[1].time_s));
+    same.map_or(Ok(()), |pair| {
+        Err(Error::Unsuitable {
+            format,
+            reason: format!(
+                "frames {} and {} have the same time",
+                name(&pair[0]),
+                name(&pair[1])
+            ),
+        })
+    })
 }

@@ -11,10 +11,11 @@
 //! the inertial unit, whose accelerometer measures gravity, too, along the whole drive. Depth
 //! beyond 13.1 m, which 16 bits cannot hold, is 0. Source: the benchmark's page "File Formats".
 
-use nemoral_dataset::{CameraSpec, FrameRecord, ImuReading, Manifest};
+use nemoral_dataset::{CameraSpec, ImuReading, Manifest};
 use nemoral_scene::{Image, RigidTransform};
 use png::{BitDepth, ColorType};
 
+use crate::formats::refuse_equal_times;
 use crate::geometry::{lens, line};
 use crate::{Error, Format, FrameRef, Sink, Source, pictures};
 
@@ -28,19 +29,7 @@ pub(crate) struct Tum;
 
 impl Format for Tum {
     fn check(&self, manifest: &Manifest) -> Result<(), Error> {
-        // Pictures are called by their times.
-        let is_same = |a: &FrameRecord, b: &FrameRecord| {
-            a.sequence == b.sequence && b.time_s - a.time_s < 1e-6
-        };
-        let mut pairs = manifest.frames.windows(2);
-        if let Some([a, b]) = pairs.find(|p| is_same(&p[0], &p[1])) {
-            let name = |f: &FrameRecord| format!("{:02}_{:06}", f.sequence, f.index);
-            return Err(Error::Unsuitable {
-                format: "tum",
-                reason: format!("frames {} and {} have the same time", name(a), name(b)),
-            });
-        }
-        Ok(())
+        refuse_equal_times("tum", manifest, |a, b| b - a < 1e-6)
     }
 
     fn write(&self, source: &Source, sink: &mut Sink) -> Result<(), Error> {
@@ -123,9 +112,13 @@ fn intrinsics(camera: &CameraSpec) -> String {
 fn accelerations(readings: &[ImuReading]) -> String {
     let mut text = "# timestamp ax ay az\n".to_owned();
     for reading in readings {
-        let time_s = reading.time_ns as f64 / 1e9;
+        const NS: i64 = 1_000_000_000;
+        let (s, ns) = (
+            reading.time_ns.div_euclid(NS),
+            reading.time_ns.rem_euclid(NS),
+        );
         let force = line(reading.specific_force_m_s2.to_array());
-        text += &format!("{time_s:.9} {force}");
+        text += &format!("{s}.{ns:09} {force}");
     }
     text
 }

@@ -154,11 +154,14 @@ pub(crate) fn measure(
         ..MeasuredStems::default()
     };
     let mut drawn = Vec::new();
+    // Copies of models compete as the stand's first species does.
+    let mut copies = Vec::new();
     for (i, (stem, known)) in stems.iter().zip(of_stem).enumerate() {
         let key = key.item(i as u64);
         let index = match *known {
             Some(Named::Species(index)) => index,
             Some(Named::Model(model)) => {
+                copies.push((i, 0, stem.dbh_m.unwrap_or(stand.dbh_mean_m)));
                 all.models.push(ModelStem {
                     number: i,
                     line: stem.line,
@@ -172,7 +175,8 @@ pub(crate) fn measure(
         };
         drawn.push((i, index, dbh_m(stem, &species[index].0, stand, key)));
     }
-    let competitors = competitors(stems, &drawn, species, margin_m);
+    let standing = [&drawn[..], &copies[..]].concat();
+    let competitors = competitors(stems, &standing, species, margin_m);
     for (i, index, dbh_m) in drawn {
         let stem = &stems[i];
         let sized = size(
@@ -216,7 +220,11 @@ fn competitors(
     let feet = stems.iter().map(|stem| DVec2::new(stem.x_m, stem.y_m));
     let m2 = area_m2(&convex_hull(feet.collect()), margin_m).max(LEAST_M2);
     let alive = drawn.iter().filter(|&&(i, ..)| stems[i].is_alive);
-    Competitors::new(alive.map(|&(_, index, dbh_m)| (&species[index].0, dbh_m, 10_000.0 / m2)))
+    let of = |&(_, index, dbh_m): &(usize, usize, f64)| {
+        let (species, _) = species.get(index)?;
+        Some((species, dbh_m, 10_000.0 / m2))
+    };
+    Competitors::new(alive.filter_map(of))
 }
 
 /// The diameter of a stem, measured or drawn.

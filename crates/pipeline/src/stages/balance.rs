@@ -122,7 +122,7 @@ impl Stage<Forest> for ChosenPoseStage {
     );
     type Output = FramePose;
     const ID: &'static str = "frame.chosen_pose";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         let Self {

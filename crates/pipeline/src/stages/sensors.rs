@@ -37,7 +37,7 @@ impl Stage<Forest> for LidarStage {
     type Inputs = ();
     type Output = Vec<LidarRig>;
     const ID: &'static str = "world.lidars";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         for lidar in &self.0 {

@@ -42,7 +42,7 @@ pub(crate) struct Recipe {
     water: bool,
     /// Neither does that.
     snow: [f64; 2],
-    /// The trees of a stem map; their places do not matter here.
+    /// The trees of a stem map; of their places, how densely they stand.
     site: config::Site,
     /// The models that it may name.
     tree_models: Vec<String>,
@@ -154,6 +154,9 @@ impl Encode for Recipe {
             encoder.field("resin", &of.resin);
         }
         encoder.field("stems", &site.stems.path);
+        if !site.stems.path.is_empty() {
+            encoder.field("stems_margin_m", &site.stems.margin_m);
+        }
         encoder.field("other_species", &site.stems.other_species);
         encoder.field("shapes", &site.stems.shapes);
         // Without a stem map, models do not change what is grown.
@@ -176,8 +179,8 @@ const BEDS: [TrailSurfaceKind; 2] = [TrailSurfaceKind::Gravel, TrailSurfaceKind:
 const LIVING_PER_SAPLING: u32 = 2;
 
 /// How many trees stand on a hectare outside of gaps, by which their crowns are grown, in steps of
-/// half an octave: so worlds of similar density share their plants, and crown ratios differ by at
-/// most 0.04 from those of the very density.
+/// half an octave: so worlds of similar density share their plants, and in stands of up to 60 m² of
+/// basal area per hectare crown ratios differ by at most 0.05 from those of the very density.
 fn trees_per_ha(config: &Config) -> f64 {
     const STEPS_PER_OCTAVE: f64 = 2.0;
     let placement = &config.placement;

@@ -22,11 +22,12 @@
 mod calibration;
 mod states;
 
-use nemoral_dataset::{FrameRecord, Manifest};
+use nemoral_dataset::Manifest;
 use nemoral_scene::RigidTransform;
 
 use crate::formats::coco::needs_cameras;
 use crate::formats::mcap::stamp_ns;
+use crate::formats::refuse_equal_times;
 use crate::geometry::relative;
 use crate::{Error, Files, Format, FrameRef, Sequence, Sink, Source};
 use calibration::Lens;
@@ -43,19 +44,7 @@ impl Format for Euroc {
                 Lens::of(sequence.number, camera)?;
             }
         }
-        // Pictures are called by their times.
-        let is_same = |a: &FrameRecord, b: &FrameRecord| {
-            a.sequence == b.sequence && stamp_ns(b.time_s) <= stamp_ns(a.time_s)
-        };
-        let mut pairs = manifest.frames.windows(2);
-        if let Some([a, b]) = pairs.find(|p| is_same(&p[0], &p[1])) {
-            let name = |f: &FrameRecord| format!("{:02}_{:06}", f.sequence, f.index);
-            return Err(Error::Unsuitable {
-                format: "euroc",
-                reason: format!("frames {} and {} have the same time", name(a), name(b)),
-            });
-        }
-        Ok(())
+        refuse_equal_times("euroc", manifest, |a, b| stamp_ns(b) <= stamp_ns(a))
     }
 
     fn write(&self, source: &Source, sink: &mut Sink) -> Result<(), Error> {

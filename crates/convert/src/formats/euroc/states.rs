@@ -4,10 +4,10 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use nemoral_dataset::Error as DatasetError;
-use nemoral_scene::glam::DVec3;
 
 use super::{calibration, stamp, stamp_of};
 use crate::formats::mcap::START_NS;
+use crate::formats::mcap::odometry::Motion;
 use crate::{Error, Files, FrameRef, Sequence, Source};
 
 const SAMPLES_HEADER: &str = "#timestamp [ns],w_RS_S_x [rad s^-1],w_RS_S_y [rad s^-1],\
@@ -41,7 +41,7 @@ pub(super) fn put(
         let states = place("state_groundtruth_estimate0/data.csv");
         later(states, &texts.states, STATES_HEADER)?
     } else {
-        states_of(frames)
+        states_of(frames, source.drive_length(number))
     };
     let folder = format!("{number:02}/mav0/state_groundtruth_estimate0");
     files.put(format!("{folder}/data.csv"), states);
@@ -88,14 +88,20 @@ fn densities(path: PathBuf, sensor: &str) -> Result<[f64; 4], Error> {
     Ok(all)
 }
 
-/// The true states by the frames alone: velocities are by differences of places, and there is
-/// nothing that has biases.
-fn states_of(frames: &[FrameRef<'_>]) -> String {
+/// The true states by the frames alone, of a drive with this number of frames if it is one:
+/// velocities are by differences of places, 0 where a neighbour is missing, and there is nothing
+/// that has biases.
+fn states_of(frames: &[FrameRef<'_>], length: Option<u64>) -> String {
     let mut text = STATES_HEADER.to_owned();
+    let motion = Motion {
+        frames,
+        length,
+        unit: None,
+    };
     for (i, frame) in frames.iter().enumerate() {
-        let (before, after) = (&frames[i.saturating_sub(1)], frames.get(i + 1));
-        let velocity = velocity_m_s(before, after.unwrap_or(frame));
         let pose = frame.world_from_body();
+        let twist = motion.at(i).unwrap_or_default();
+        let velocity = pose.rotation * twist.linear_m_s;
         let [x, y, z, w] = pose.rotation.to_array();
         let turn = [w, x, y, z];
         let place = pose.translation_m.to_array();
@@ -107,15 +113,6 @@ fn states_of(frames: &[FrameRef<'_>]) -> String {
         text += ",0,0,0,0,0,0\n";
     }
     text
-}
-
-fn velocity_m_s(before: &FrameRef<'_>, after: &FrameRef<'_>) -> DVec3 {
-    let duration_s = after.time_s - before.time_s;
-    if duration_s <= 0.0 {
-        return DVec3::ZERO;
-    }
-    let place = |frame: &FrameRef<'_>| frame.world_from_body().translation_m;
-    (place(after) - place(before)) / duration_s
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@
 //!
 //! | topic | message |
 //! |---|---|
-//! | `/NAME/points` | `PointCloud2` of a LiDAR: x, y, z, intensity, instance (uint32, as in instance maps), ring, label (uint16, the class), range (uint32, millimetres), reflectivity (uint16, per cent); of raw scans time and t (float32, seconds; uint32, nanoseconds; both after the stamp) |
+//! | `/NAME/points` | `PointCloud2` of a LiDAR; its fields: `docs/reference/formats.md` |
 //! | `/NAME/image` | `Image` of a camera, `rgb8` |
 //! | `/NAME/semantic` | `Image`, `mono8`: the class |
 //! | `/NAME/depth` | `Image`, `32FC1`: planar depth, metres; 0 = none |
@@ -27,7 +27,7 @@ mod cdr;
 mod cloud;
 mod container;
 pub(super) mod imu;
-mod odometry;
+pub(super) mod odometry;
 
 use nemoral_dataset::{CameraSpec, Manifest};
 use nemoral_scene::{Image, Ontology, Twist};
@@ -72,6 +72,16 @@ impl Format for Mcap {
                 reason: "points/*.ply are missing, which alone have rings and times; make the \
                          data set with output.ply = true"
                     .to_owned(),
+            });
+        }
+        if let Some(frame) = manifest.frames.iter().find(|frame| frame.time_s < 0.0) {
+            return Err(Error::Unsuitable {
+                format: "mcap",
+                reason: format!(
+                    "frame {:02}_{:06} is at {} s, and times of messages begin with the \
+                     sequence's; make the data set with times from 0 on",
+                    frame.sequence, frame.index, frame.time_s
+                ),
             });
         }
         for sequence in &manifest.header.sequences {

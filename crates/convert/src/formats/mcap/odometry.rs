@@ -33,19 +33,19 @@ pub(super) fn message(frame: &FrameRef<'_>, twist: Option<&Twist>) -> Vec<u8> {
 }
 
 /// What tells how the body moves.
-pub(super) struct Motion<'a> {
+pub(in crate::formats) struct Motion<'a> {
     /// The frames that exist.
-    pub(super) frames: &'a [FrameRef<'a>],
+    pub(in crate::formats) frames: &'a [FrameRef<'a>],
     /// The number of frames of the whole drive; `None` if frames are single views.
-    pub(super) length: Option<u64>,
+    pub(in crate::formats) length: Option<u64>,
     /// The inertial measurement unit with its readings, if there is one.
-    pub(super) unit: Option<(&'a ImuSpec, &'a [ImuReading])>,
+    pub(in crate::formats) unit: Option<(&'a ImuSpec, &'a [ImuReading])>,
 }
 
 impl Motion<'_> {
     /// The motion at a frame, in the body's own axes then: that of the inertial unit's true states,
     /// or the mean motion from the frame before to the next one.
-    pub(super) fn at(&self, i: usize) -> Option<Twist> {
+    pub(in crate::formats) fn at(&self, i: usize) -> Option<Twist> {
         self.of_states(i).or_else(|| self.of_neighbours(i))
     }
 
@@ -82,7 +82,7 @@ impl Motion<'_> {
         let time_ns = (frame.time_s * 1e9).round() as i64;
         let last = readings.len().checked_sub(2)?;
         let after = readings.partition_point(|reading| reading.time_ns <= time_ns);
-        // The drive may end a little after the last reading.
+        // A unit may end a little before the drive.
         let k = after.saturating_sub(1).min(last);
         let (a, b) = (&readings[k], &readings[k + 1]);
         let share = (time_ns - a.time_ns) as f64 / (b.time_ns - a.time_ns) as f64;

@@ -10,14 +10,14 @@ use crate::config::{InputPath, PathFormat};
 section! {
     /// The robot: its path, and the interval of frames.
     Robot at "robot" {
-        /// Distance between frames.
+        /// Distance between frames at full speed.
         spacing_m: f64 = 1.0, Real(0.0, 1000.0), "new views, overlapping";
         /// Time between frames; 0 to use the distance instead.
         spacing_s: f64 = 0.0, Real(0.0, 3600.0), "by metres";
         /// Speed, which gives times and the motion during a scan.
         speed_m_s: f64 = 1.0, RealAbove(0.0, 30.0), "walking pace";
-        /// Time at rest before it sets out, as inertial estimators begin; it then speeds up by at
-        /// most 1 m/s². 0 to have its speed from the start.
+        /// Time at rest before a drive along a trail, a wander or a straight line, as inertial
+        /// estimators begin; it then speeds up by at most 1 m/s². 0 for full speed from the start.
         rest_s: f64 = 0.0, Real(0.0, 3600.0), "in full motion";
         /// Start of the path, metres east.
         start_x_m: f64 = 0.0, Real(-1e8, 1e8), "the origin";
