@@ -44,8 +44,6 @@ pub(crate) struct Bends {
     /// For each interval, the distance from its first knot below which each point's edge is that
     /// at its foot, metres.
     free_m: Vec<f64>,
-    /// The least of them.
-    tightest_m: f64,
 }
 
 impl Bends {
@@ -71,16 +69,25 @@ impl Bends {
                 (bearable / left.max(right).max(1e-9) - step).max(0.0)
             })
             .collect();
-        Self {
-            tightest_m: free_m.iter().copied().fold(f64::INFINITY, f64::min),
-            sharpest,
-            free_m,
-        }
+        Self { sharpest, free_m }
     }
 
-    /// The distance below which every point's edge is that at its foot, metres.
-    pub(crate) fn tightest_m(&self) -> f64 {
-        self.tightest_m
+    /// Whether the edge of points that are nearer than a distance may not be that at their foot, in
+    /// the interval from a knot on.
+    pub(crate) fn is_tight(&self, knot: usize, within_m: f64) -> bool {
+        self.free_m.get(knot).is_some_and(|free| *free < within_m)
+    }
+
+    /// What the distance to the edge of an interval cannot be less than, metres.
+    pub(crate) fn least_edge_m(&self, knots: &[Knot], i: usize, p: DVec2) -> f64 {
+        let (a, b) = (&knots[i], &knots[i + 1]);
+        let half_step = 0.5 * (b.arc - a.arc);
+        let square = (a.position.distance_squared(p)).min(b.position.distance_squared(p));
+        let to_chord = libm::sqrt((square - half_step * half_step).max(0.0));
+        let [left, right] = self.sharpest[i];
+        // The curve is at most this far from its chord.
+        let bulge = (half_step * half_step * left.max(right)).min(half_step);
+        to_chord - bulge - a.lane.half_width.max(b.lane.half_width) - 1e-9
     }
 
     /// Whether the edge may be that at another place than the foot, for points near an interval.
@@ -173,6 +180,13 @@ impl<'a> View<'a> {
             curve: cubic(ends[0], ends[1]),
             bare: [i == 0, i + 2 == knots.len()],
         }
+    }
+
+    /// The distance to the edge at a knot, metres, at least as great as that of its trail.
+    pub(crate) fn edge_at_knot_m(knots: &[Knot], i: usize, p: DVec2) -> f64 {
+        let knot = &knots[i];
+        let away = p - knot.position;
+        away.length() - knot.lane.half_width + SLANT * away.dot(knot.tangent).abs() + 1e-9
     }
 
     /// The least distance to the edge over all places of the part, where looking along the trail

@@ -29,13 +29,14 @@ pub(crate) struct Index {
 }
 
 impl Index {
-    /// Makes the index from the transits through chunks that are `near`.
+    /// Makes the index from the transits through chunks that are `near`, of the knots that count.
     pub(crate) fn new(
         paths: &[Arc<TrailPath>],
         low: DVec2,
         high: DVec2,
         reach_m: f64,
         near: &dyn Fn(ChunkCoord) -> bool,
+        counts: impl Fn(&TrailPath, usize) -> bool,
     ) -> Self {
         let size = ((high - low) / CELL_M).ceil().max(DVec2::ONE);
         let (columns, rows) = (size.x as usize, size.y as usize);
@@ -44,7 +45,7 @@ impl Index {
         let reach = reach_m + 1e-3;
         for (path, trail) in (0_u32..).zip(paths) {
             for (_, _, knots) in trail.transits().filter(|t| near(t.1)) {
-                for i in knots {
+                for i in knots.filter(|&i| counts(trail, i)) {
                     let place = trail.knots()[i].position - low;
                     let from = ((place - reach) / CELL_M).floor().max(DVec2::ZERO);
                     let to = ((place + reach) / CELL_M).floor().min(size - 1.0);

@@ -48,6 +48,8 @@ pub(crate) struct Layer {
     index: Index,
     /// An index of the knots that are close, which are few of many where trails are dense.
     close: Index,
+    /// An index of the knots at tight bends, which are few.
+    tight: Index,
 }
 
 /// A point of a trail that is nearer than those around it, and the signed distance to its edge.
@@ -156,8 +158,13 @@ impl Layer {
             width_m,
             has_ditch,
         } = earthwork;
-        let index = Index::new(&paths, low, high, reach_m(*width_m), near);
-        let close = Index::new(&paths, low, high, close_m(*width_m, *has_ditch), near);
+        let reach = reach_m(*width_m);
+        let close = close_m(*width_m, *has_ditch);
+        let index = Index::new(&paths, low, high, reach, near, |_, _| true);
+        let close = Index::new(&paths, low, high, close, near, |_, _| true);
+        let reach = reach + KNOT_M;
+        let is_tight = |path: &TrailPath, knot| path.bends().is_tight(knot, reach);
+        let tight = Index::new(&paths, low, high, reach, near, is_tight);
         Self {
             paths,
             section: section.clone(),
@@ -165,6 +172,7 @@ impl Layer {
             has_ditch: *has_ditch,
             index,
             close,
+            tight,
         }
     }
 
@@ -274,25 +282,25 @@ impl Layer {
     /// The least distance to an edge in bends whose inside a point is in, if it is less than that
     /// to the `nearest` one.
     fn folded_edge(&self, p: DVec2, nearest: Option<Dual>) -> Option<Dual> {
+        let stretches = self.tight.at(p);
+        let views = || {
+            stretches.iter().flat_map(|stretch| {
+                let path = &*self.paths[stretch.path as usize];
+                (stretch.first as usize..stretch.end as usize).map(move |i| (path, i))
+            })
+        };
+        let nearest_m = nearest.map_or(REACH_M, |edge| edge.value.min(REACH_M));
+        // Each knot is a place of its trail, so that its edge bounds the least one.
+        let mut bound_m = views().fold(nearest_m, |least, (path, i)| {
+            least.min(View::edge_at_knot_m(path.knots(), i, p))
+        });
         let mut best: Option<Dual> = None;
-        let mut bound = nearest.map_or(REACH_M, |edge| edge.value.min(REACH_M));
-        for &Stretch { path, first, end } in self.index.at(p) {
-            let path = &*self.paths[path as usize];
-            let half_width = 0.5 * path.way().widest_m();
-            if path.bends().tightest_m() > bound + half_width + 2.0 * KNOT_M {
-                continue;
-            }
-            let knots = path.knots();
-            for i in (first as usize).saturating_sub(1)..(end as usize).min(knots.len() - 1) {
-                let far = (bound + half_width + 2.0 * KNOT_M).max(0.0);
-                if knots[i].position.distance_squared(p) > far * far
-                    || !path.bends().is_folded(knots, i, p)
-                {
-                    continue;
-                }
+        for (path, i) in views() {
+            let (knots, bends) = (path.knots(), path.bends());
+            if bends.least_edge_m(knots, i, p) <= bound_m && bends.is_folded(knots, i, p) {
                 let edge = View::new(knots, i, p).edge();
-                if edge.value < bound {
-                    bound = edge.value;
+                bound_m = bound_m.min(edge.value);
+                if edge.value < best.map_or(nearest_m, |best| best.value) {
                     best = Some(edge);
                 }
             }
@@ -341,7 +349,9 @@ impl Layer {
             (Some(only), None) if only.is_firm() => only.path.way().profile(&only.foot),
             (first, _) => {
                 let all = first.into_iter().chain(close);
-                around.mean(all, SHOULDER_M, |s| s.path.way().profile(&s.foot))
+                around.mean(all, SHOULDER_M, |s, weight| {
+                    weight * s.path.way().profile(&s.foot)
+                })
             }
         };
         let t = (edge.value / SHOULDER_M).clamp(0.0, 1.0);
@@ -357,7 +367,7 @@ impl Layer {
         }
         let close = || (around.strands.iter()).filter(|s| s.edge.value < DITCH_REACH_M);
         close().next()?;
-        let depth = around.mean(close(), DITCH_REACH_M, |strand| {
+        let depth = around.mean(close(), DITCH_REACH_M, |strand, weight| {
             let Some((ditch, share)) = strand.path.way().ditch(&strand.foot) else {
                 return Dual::constant(0.0);
             };
@@ -365,13 +375,13 @@ impl Layer {
             let bell = x * (1.0 - x);
             let d_bell = (1.0 - 2.0 * x) / ditch.width_m;
             let form = edge.chain((16.0 * bell * bell, 32.0 * bell * d_bell));
-            share * form.scale(ditch.depth_m)
+            weight * share * form.scale(ditch.depth_m)
         });
-        let width = around.mean(close(), DITCH_REACH_M, |strand| {
-            let ditch = strand.path.way().ditch(&strand.foot);
-            ditch.map_or(Dual::constant(0.0), |(ditch, share)| {
-                share.scale(ditch.width_m)
-            })
+        let width = around.mean(close(), DITCH_REACH_M, |strand, weight| {
+            match strand.path.way().ditch(&strand.foot) {
+                Some((ditch, share)) => weight * share.scale(ditch.width_m),
+                None => Dual::constant(0.0),
+            }
         });
         let span = DITCH_REACH_M - SHOULDER_M;
         let t = ((edge.value - SHOULDER_M) / span).clamp(0.0, 1.0);
@@ -469,7 +479,7 @@ impl<'a> Around<'a> {
         &self,
         strands: impl Iterator<Item = &'s Strand<'a>>,
         reach_m: f64,
-        value: impl Fn(&Strand<'a>) -> Dual,
+        weighted: impl Fn(&Strand<'a>, Dual) -> Dual,
     ) -> Dual
     where
         'a: 's,
@@ -485,7 +495,7 @@ impl<'a> Around<'a> {
                 weight = weight * strand.firmness.shape;
             }
             total = total + weight;
-            sum = sum + weight * value(strand);
+            sum = sum + weighted(strand, weight);
         }
         let least = weight_at(self.nearest);
         if total.value < least.value {
