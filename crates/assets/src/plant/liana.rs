@@ -14,8 +14,9 @@ use crate::tree::FoliageCard;
 
 /// The angle on either side of its middle that a veil of clematis covers, radians.
 const VEIL_RAD: f32 = 1.15;
-/// The highest that the lowest leaves of a crown may be for clematis to hang there, metres.
-const HIGHEST_M: f32 = 9.0;
+/// The highest that the lowest leaves of a crown may be for clematis to hang there, metres; it
+/// climbs to twice that.
+const HIGHEST_M: f32 = 14.0;
 /// The share of a veil's area that leaves must be drawn over for it to look closed.
 const OVERLAP: f32 = 1.1;
 /// The least and the most cards of a veil.

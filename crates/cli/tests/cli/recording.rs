@@ -416,7 +416,7 @@ fn an_inertial_unit_is_written_once() {
     let written = imu(&["imu.rate_hz=50"]);
     assert_eq!(written.code, Some(0), "{}", written.stderr);
     assert!(
-        written.stdout.contains("101 samples in"),
+        written.stdout.contains("102 samples in"),
         "{}",
         written.stdout
     );

@@ -133,9 +133,9 @@ fn a_long_drive_frees_chunks_and_turns_back_at_the_end_of_its_trail() {
     assert_eq!(all, again);
     // It brakes before it turns.
     assert_eq!(measured.range_note(), None, "{measured:?}");
-    // One frame is one sample, and one after it.
+    // One frame is one sample, and those until its scan has ended.
     let (one, _) = of_single(&["frames=1"]);
-    assert_eq!(one.len(), 2);
+    assert_eq!(one.len(), 3);
     assert_eq!(one[0].0.time_s, 0.0);
 }
 

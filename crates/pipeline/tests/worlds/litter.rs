@@ -399,7 +399,7 @@ fn value_stability() {
     let patch = patches[100];
     assert_eq!(
         (patches.len(), patch.species, patch.is_wide),
-        (1169, 1, true)
+        (1237, 1, true)
     );
     let place = DVec2::new(26.282_571_997_974_13, 3.319_940_887_018_889);
     assert_eq!(patch.at.position_m, place);

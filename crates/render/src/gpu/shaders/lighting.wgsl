@@ -323,7 +323,7 @@ fn ground(material: u32, place: vec3f, normal: vec3f, tile: f32, footprint: f32)
     var base = mean;
     if footprint <= tile {
         let n = normal * normal;
-        let steep = smoothstep(0.0, 1.0, (0.9 - sqrt(n.z)) / 0.25);
+        let steep = smoothstep(0.0, 1.0, (0.8 - sqrt(n.z)) / 0.2);
         if steep <= 0.0 {
             base = laid_anew(material, at, tile, footprint);
         } else {
