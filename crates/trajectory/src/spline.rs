@@ -57,16 +57,14 @@ impl<const N: usize> NaturalSpline<N> {
             let [before, after] = [times[i] - times[i - 1], times[i + 1] - times[i]];
             let pivot = 2.0 * (before + after) - before * upper[i - 1];
             upper[i] = after / pivot;
-            for n in 0..N {
+            bends[i] = std::array::from_fn(|n| {
                 let up = (values[i + 1][n] - values[i][n]) / after;
                 let down = (values[i][n] - values[i - 1][n]) / before;
-                bends[i][n] = (6.0 * (up - down) - before * bends[i - 1][n]) / pivot;
-            }
+                (6.0 * (up - down) - before * bends[i - 1][n]) / pivot
+            });
         }
         for i in (1..count.saturating_sub(1)).rev() {
-            for n in 0..N {
-                bends[i][n] -= upper[i] * bends[i + 1][n];
-            }
+            bends[i] = std::array::from_fn(|n| bends[i][n] - upper[i] * bends[i + 1][n]);
         }
         Self {
             times,

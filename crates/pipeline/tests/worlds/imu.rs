@@ -249,7 +249,8 @@ fn poses_of_a_file_are_a_drive_and_a_loop_is_closed() -> Result<(), Error> {
             heading.cos()
         )
     };
-    std::fs::write(&poses, (0..41).map(pose).collect::<String>()).expect("written");
+    let text: String = (0..41).map(pose).collect();
+    nemoral_files::write(&poses, text.as_bytes()).expect("written");
     let path = format!("robot.file.path={}", poses.display());
     record_with(
         &out,
