@@ -109,15 +109,15 @@ def test_an_inertial_unit_feels_gravity_and_is_in_data_sets(cache: Path, tmp_pat
     keys = {**SMALL, "imu.enabled": True, "imu.rate_hz": 50, "robot.spacing_s": 0.2}
     forest = nemoral.Forest("demo", 7, cache=cache, **keys)
     live = forest.imu()
-    # Two frames that are 0.2 s apart.
-    assert np.allclose(live["time_s"], np.arange(11) / 50)
-    assert live["rotation_xyzw"].shape == (11, 4) and live["angular_rate_rad_s"].shape == (11, 3)
+    # Two frames that are 0.2 s apart, and until the last scan has ended.
+    assert np.allclose(live["time_s"], np.arange(12) / 50)
+    assert live["rotation_xyzw"].shape == (12, 4) and live["angular_rate_rad_s"].shape == (12, 3)
     felt = live["specific_force_m_s2"] - live["accelerometer_bias_m_s2"]
     assert np.linalg.norm(felt, axis=1).mean() == pytest.approx(9.81, abs=0.5)
     mount = np.eye(4)
     mount[2, 3] = 0.5
     unit = forest.pose(1) @ mount
-    assert np.allclose(live["position_m"][-1], unit[:3, 3], atol=1e-9)
+    assert np.allclose(live["position_m"][10], unit[:3, 3], atol=1e-9)
 
     out = tmp_path / "out"
     nemoral.generate("demo", 7, out=out, cache=cache, **keys)
