@@ -273,11 +273,11 @@ impl Source {
     }
 
     /// The number of frames of a sequence's whole drive, of which only some may exist here; `None`
-    /// if its frames are single views, which follow no path.
+    /// if nothing drives from one to the next: they are single views, or stations.
     pub(crate) fn drive_length(&self, sequence: u32) -> Option<u64> {
         let mut tracks = self.manifest().tracks.iter();
         let track = tracks.find(|track| track.sequence == sequence)?;
-        track.balance.is_none().then_some(track.length)
+        (track.balance.is_none() && !track.stands).then_some(track.length)
     }
 
     /// What the inertial measurement unit of a sequence measured along the whole drive, in the

@@ -212,6 +212,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             sequence: 0,
             poses,
             balance: None,
+            stands: false,
             imu: None,
         },
         &WorldTables::default(),

@@ -79,6 +79,8 @@ pub struct Track {
     pub poses: Vec<(f64, RigidTransform)>,
     /// How they were chosen, if they are not a drive.
     pub balance: Option<BalanceRecord>,
+    /// Whether the body stands still at each of them, as a tripod does.
+    pub stands: bool,
     /// What the inertial measurement unit measured, if the sequence has one.
     pub imu: Option<ImuTexts>,
 }

@@ -179,8 +179,11 @@ fn columns<const N: usize>(
         Error::malformed(path, format!("'{shown}' is not {wide} numbers"))
     };
     let mut fields = line.split(',');
-    let time_ns = fields.next().and_then(|field| field.parse().ok());
-    let time_ns = time_ns.ok_or_else(bad)?;
+    let time_ns = fields.next().and_then(|field| field.parse::<i64>().ok());
+    // So differences of times are times, too.
+    let time_ns = time_ns
+        .filter(|t| t.unsigned_abs() <= 1 << 62)
+        .ok_or_else(bad)?;
     let mut vectors = [[0.0; 4]; N];
     for (vector, &size) in vectors.iter_mut().zip(sizes) {
         for number in &mut vector[..size] {

@@ -75,7 +75,8 @@
 //!     lidars: vec![LidarData { name: "top", points: &[], sensor_chunk: ChunkCoord::new(0, 0) }],
 //!     frame_key: [0; 32],
 //! })?;
-//! let track = Track { sequence: 0, poses: vec![(0.0, mount)], balance: None, imu: None };
+//! let (balance, stands, imu) = (None, false, None);
+//! let track = Track { sequence: 0, poses: vec![(0.0, mount)], balance, stands, imu };
 //! writer.write_sequence(&track, &WorldTables::default())?;
 //! writer.finish()?;
 //!

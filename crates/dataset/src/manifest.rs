@@ -49,6 +49,9 @@ pub struct TrackRecord {
     /// How its poses were chosen among several; absent if they are a drive.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub balance: Option<BalanceRecord>,
+    /// Whether the body stands still at each pose, as a tripod does; absent if it does not.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub stands: bool,
 }
 
 /// A frame that exists.

@@ -72,6 +72,7 @@ pub fn merge_watched(
                 poses: part.read_text(&path(layout::POSES))?,
                 times: part.read_text(&path(layout::TIMES))?,
                 balance: track.balance.clone(),
+                stands: track.stands,
             };
             let imu = part.imu_records(track.sequence);
             let our_imu = measured.entry(track.sequence);

@@ -269,6 +269,7 @@ impl Writer {
             poses: kitti::encode_poses(&relative.collect::<Vec<_>>()),
             times: kitti::encode_times(&times),
             balance: track.balance.clone(),
+            stands: track.stands,
         };
         let trees = tables::tree_rows(world.trees)?;
         let objects = tables::object_rows(world.objects)?;
@@ -344,6 +345,7 @@ impl Writer {
             frames: Vec::new(),
             world_from_frame0: drive.world_from_frame0,
             balance: drive.balance.clone(),
+            stands: drive.stands,
         };
         self.drives().insert(spec.number, (record, files));
         Ok(())
@@ -588,6 +590,7 @@ pub(crate) struct Drive {
     pub(crate) poses: String,
     pub(crate) times: String,
     pub(crate) balance: Option<BalanceRecord>,
+    pub(crate) stands: bool,
 }
 
 fn size<T>(image: &Image<T>) -> (usize, usize) {

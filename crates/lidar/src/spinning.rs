@@ -34,8 +34,8 @@ pub struct Spinning {
     rotation_hz: f64,
     /// Whether each laser is alone on its ring.
     rings_differ: bool,
-    /// Whether ring 0 is the highest laser.
-    counts_down: bool,
+    /// The ring of each laser as counted from the lowest one, however the head's maker counts.
+    from_lowest: Vec<u8>,
 }
 
 impl Spinning {
@@ -79,7 +79,7 @@ impl Spinning {
         let rings: BTreeSet<u8> = lasers.iter().map(|l| l.ring).collect();
         Ok(Self {
             rings_differ: rings.len() == lasers.len(),
-            counts_down: false,
+            from_lowest: lasers.iter().map(|l| l.ring).collect(),
             slopes: lasers
                 .iter()
                 .map(|l| libm::sincos(l.elevation_rad))
@@ -169,7 +169,7 @@ impl Spinning {
         let sequence_s = 1.0 / (f64::from(columns) * rotation_hz);
         let head = Self::new((0..beams).map(laser).collect(), sequence_s, rotation_hz)?;
         Ok(Self {
-            counts_down: true,
+            from_lowest: (head.lasers.iter()).map(|l| beams - 1 - l.ring).collect(),
             ..head
         })
     }
@@ -191,19 +191,15 @@ impl ScanPattern for Spinning {
     }
 
     /// The identity is made of firing sequence and ring, or of the laser's number where lasers
-    /// share a ring. Rings count from the lowest laser here, whoever made the head.
+    /// share a ring. Rings count from the lowest laser here, so that the noise of a pulse does not
+    /// depend on the maker's numbers.
     fn identity(&self, number: u64) -> u64 {
         if !self.rings_differ {
             return number;
         }
         let count = self.lasers.len() as u64;
-        let ring = u64::from(self.lasers[(number % count) as usize].ring);
-        let from_bottom = if self.counts_down {
-            count - 1 - ring
-        } else {
-            ring
-        };
-        (number / count) << 8 | from_bottom
+        let ring = self.from_lowest[(number % count) as usize];
+        (number / count) << 8 | u64::from(ring)
     }
 
     fn rate_hz(&self) -> f64 {

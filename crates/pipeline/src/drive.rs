@@ -8,7 +8,7 @@ use nemoral_dataset::Track;
 use nemoral_scene::{ChunkCoord, DeadwoodRecord, ObjectRecord, TreeRecord};
 
 use crate::chunks::ChunkManager;
-use crate::config::Config;
+use crate::config::{Config, RobotPath};
 use crate::plan::{At, Runner};
 use crate::recording::scene::visible_chunks;
 use crate::world::trajectory::Surroundings;
@@ -82,6 +82,7 @@ pub(crate) fn track(
         sequence,
         poses,
         balance,
+        stands: matches!(config.robot.path, RobotPath::Stations(_)),
         imu: None,
     })
 }

@@ -15,6 +15,7 @@ use crate::config::Config;
 use crate::plan::Runner;
 use crate::prove::prove;
 use crate::recording::pose::half_scan_s;
+use crate::world::lidars::LidarRig;
 use crate::world::trajectory::{RobotTrajectory, Surroundings};
 use crate::{Error, ForestPlan, Recorder};
 
@@ -45,7 +46,7 @@ impl MeasuredMotion {
         (self.out_of_range > 0).then(|| {
             format!(
                 "{} of {} samples of the inertial unit are beyond 2000 degrees a second or 16 g, \
-                 which is beyond the range of most: it drives fast over what its ground is like",
+                 which is beyond the range of most: the robot drives too fast for its ground",
                 self.out_of_range, self.samples
             )
         })
@@ -77,13 +78,10 @@ fn measure(
     let mut noise = ImuNoise::new(&params, key).map_err(|e| Error::request(e.to_string()))?;
     let first_s = trajectory.time_s(0);
     let last_s = trajectory.time_s(config.frames - 1) - first_s;
-    // Until the last scan has ended, and beyond the last frame in any case: programs wait for a
-    // sample after it.
-    let scan_s = half_scan_s(&runner.get(forest.lidars, ())?);
+    let end_s = end_s(config, &trajectory, &runner.get(forest.lidars, ())?);
+    // Beyond the last frame in any case: programs wait for a sample after it.
     let after_last = (last_s * params.rate_hz + 1e-6).floor() + 1.0;
-    let intervals = ((last_s + scan_s) * params.rate_hz - 1e-6)
-        .ceil()
-        .max(after_last);
+    let intervals = (end_s * params.rate_hz - 1e-6).ceil().max(after_last);
     if intervals >= MOST_SAMPLES {
         return Err(Error::request(format!(
             "imu.rate_hz = {}: in the {last_s:.1e} s of the drive these are {intervals:.1e} \
@@ -121,7 +119,6 @@ pub(crate) fn imu_texts(
     forest: &ForestPlan,
     runner: &Runner<'_>,
 ) -> Result<(ImuTexts, MeasuredMotion), Error> {
-    refuse_too_many(config, &*runner.get(forest.trajectory, ())?)?;
     let manager = ChunkManager::new(config.chunks.clone());
     let mut texts = ImuTexts {
         samples: euroc::SAMPLES_HEADER.to_owned(),
@@ -138,10 +135,18 @@ pub(crate) fn imu_texts(
     Ok((texts, measured))
 }
 
+/// When the last scan has ended, seconds after the first frame.
+fn end_s(config: &Config, trajectory: &RobotTrajectory, lidars: &[LidarRig]) -> f64 {
+    trajectory.time_s(config.frames - 1) - trajectory.time_s(0) + half_scan_s(lidars)
+}
+
 /// Refuses more samples than a data set's sequence may have.
-fn refuse_too_many(config: &Config, trajectory: &RobotTrajectory) -> Result<(), Error> {
-    let last_s = trajectory.time_s(config.frames - 1) - trajectory.time_s(0);
-    let too_many = config.too_many_in(last_s);
+pub(crate) fn refuse_too_many(
+    config: &Config,
+    trajectory: &RobotTrajectory,
+    lidars: &[LidarRig],
+) -> Result<(), Error> {
+    let too_many = config.too_many_in(end_s(config, trajectory, lidars));
     too_many.map_or(Ok(()), |message| Err(Error::request(message)))
 }
 
@@ -170,8 +175,10 @@ impl Recorder {
     /// As [`Recorder::measure_motion`], and if there are more samples than a data set's sequence
     /// may have.
     pub fn imu_readings(&self) -> Result<Vec<ImuReading>, Error> {
-        let trajectory = self.runner().get(self.forest().trajectory, ())?;
-        refuse_too_many(&self.sequence().config, &trajectory)?;
+        let (runner, forest) = (self.runner(), self.forest());
+        let trajectory = runner.get(forest.trajectory, ())?;
+        let lidars = runner.get(forest.lidars, ())?;
+        refuse_too_many(&self.sequence().config, &trajectory, &lidars)?;
         let mut all = Vec::new();
         self.measure_motion(|motion, sample| {
             all.push(ImuReading {

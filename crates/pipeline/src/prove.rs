@@ -1,6 +1,7 @@
 //! The checks of a world before its first frame.
 
 use crate::config::{Camera, CameraOptics, Config};
+use crate::imu::refuse_too_many;
 use crate::plan::Runner;
 use crate::recording::pose::half_scan_s;
 use crate::world::trajectory::RobotTrajectory;
@@ -22,6 +23,9 @@ pub(crate) fn prove(
     }
     runner.get(forest.cameras, ())?;
     let lidars = runner.get(forest.lidars, ())?;
+    if config.imu.enabled {
+        refuse_too_many(config, &trajectory, &lidars)?;
+    }
     runner.get(forest.placement, ())?;
     let ground = runner.get(forest.ground_model, ())?;
     let on_trails = ground.measured_trees_on_trails();

@@ -1,14 +1,12 @@
 //! The input and the output of renderers.
 
 use glam::Vec3;
-use nemoral_scene::{
-    Image, InstancedScene, Liquid, Material, MaterialLibrary, RayCaster, TruthImages,
-};
+use nemoral_scene::{Image, InstancedScene, MaterialLibrary, RayCaster, TruthImages};
 use nemoral_seed::Key;
 
 use crate::Lamp;
 use crate::camera::view::View;
-use crate::error::{ParamError, check};
+use crate::error::ParamError;
 
 /// The share of the sky that is visible through the crowns.
 ///
@@ -67,7 +65,7 @@ impl SceneView<'_> {
     /// If a material has a number that is not in its range.
     pub(crate) fn check(&self) -> Result<(), ParamError> {
         for material in self.materials.materials() {
-            check_material(material).map_err(|mut error| {
+            material.check().map_err(|mut error| {
                 error.field = format!("materials[{}].{}", material.name, error.field);
                 error
             })?;
@@ -78,50 +76,13 @@ impl SceneView<'_> {
     /// The sky view factor at a camera, which decides about the air in all of its picture.
     ///
     /// # Errors
-    /// If it is not finite.
+    /// If it is not finite; small errors of rounding beside 0..=1 do no harm.
     pub(crate) fn sky_view_factor_of_camera(&self, position: Vec3) -> Result<f32, ParamError> {
         let share = self.sky_visibility.sky_view_factor(position);
         let field = "sky_visibility.sky_view_factor(camera)";
-        ParamError::check(share.is_finite(), field, share, "0..=1")?;
+        ParamError::check(share.is_finite(), field, share, "finite")?;
         Ok(share)
     }
-}
-
-fn check_material(material: &Material) -> Result<(), ParamError> {
-    let Material {
-        transmittance,
-        roughness,
-        tile_m,
-        liquid,
-        ..
-    } = material;
-    check("roughness", (*roughness).into(), 0.0, 1.0, "0..=1")?;
-    for share in transmittance.to_array() {
-        check("transmittance", share.into(), 0.0, 1.0, "0..=1")?;
-    }
-    ParamError::check_positive("tile_m", (*tile_m).into())?;
-    if let Some(liquid) = liquid {
-        let Liquid {
-            refractive_index,
-            absorption_per_m,
-            ripple_slope,
-            ripple_m,
-        } = liquid;
-        ParamError::check(
-            refractive_index.is_finite() && *refractive_index > 1.0,
-            "liquid.refractive_index",
-            refractive_index,
-            "finite and greater than 1",
-        )?;
-        for absorption in absorption_per_m.to_array() {
-            ParamError::check_at_least_zero("liquid.absorption_per_m", absorption.into())?;
-        }
-        ParamError::check_at_least_zero("liquid.ripple_slope", (*ripple_slope).into())?;
-        if *ripple_slope > 0.0 {
-            ParamError::check_positive("liquid.ripple_m", (*ripple_m).into())?;
-        }
-    }
-    Ok(())
 }
 
 impl std::fmt::Debug for SceneView<'_> {

@@ -81,6 +81,7 @@ fn write(out: &Path, frames: u64, of: u64) {
         sequence: 0,
         poses,
         balance: None,
+        stands: false,
         imu: None,
     };
     let tables = WorldTables::default();

@@ -8,7 +8,6 @@ use crate::{GroundMixture, MaterialId, ObjectId};
 ///
 /// A caster whose shapes have neither textures nor smooth normals needs [`Hit::new`] alone.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Hit {
     /// The surface: its distance, material and object.
     pub surface: SurfaceHit,
@@ -19,7 +18,6 @@ pub struct Hit {
 /// Where a ray meets a surface, its material and its object: all that range sensors and labels
 /// need.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SurfaceHit {
     /// Distance from the ray's origin, metres.
     pub distance_m: f32,
@@ -34,7 +32,6 @@ pub struct SurfaceHit {
 
 /// What the colour of a surface point depends on besides its material.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Shading {
     /// Unit interpolated normal, on the same side as [`SurfaceHit::geometric_normal`].
     pub normal: Vec3,

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
-use crate::{AlphaMask, Semantic, Texture};
+use crate::{AlphaMask, ParamError, Semantic, Texture};
 
 /// The index of a material in a [`MaterialLibrary`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -93,6 +93,22 @@ pub struct Material {
     pub liquid: Option<Liquid>,
 }
 
+impl Liquid {
+    fn check(&self) -> Result<(), ParamError> {
+        let bends = self.refractive_index.is_finite() && self.refractive_index > 1.0;
+        let (field, allowed) = ("liquid.refractive_index", "finite and greater than 1");
+        ParamError::check(bends, field, self.refractive_index, allowed)?;
+        for absorption in self.absorption_per_m.to_array() {
+            ParamError::check_at_least_zero("liquid.absorption_per_m", absorption.into())?;
+        }
+        ParamError::check_at_least_zero("liquid.ripple_slope", self.ripple_slope.into())?;
+        if self.ripple_slope > 0.0 {
+            ParamError::check_positive("liquid.ripple_m", self.ripple_m.into())?;
+        }
+        Ok(())
+    }
+}
+
 /// All materials of a world; a [`MaterialId`] is an index into it.
 #[derive(Clone, Debug, Default)]
 pub struct MaterialLibrary {
@@ -134,6 +150,25 @@ impl MaterialLibrary {
 }
 
 impl Material {
+    /// Checks the numbers.
+    ///
+    /// # Errors
+    /// If one is not in its range.
+    pub fn check(&self) -> Result<(), ParamError> {
+        let share =
+            |field: &str, value: f32| ParamError::check_within(field, value.into(), 0.0, 1.0);
+        share("roughness", self.roughness)?;
+        for of_band in self.transmittance.to_array() {
+            share("transmittance", of_band)?;
+        }
+        for (name, band) in [("nm905", self.optics.nm905), ("nm1550", self.optics.nm1550)] {
+            share(&format!("optics.{name}.reflectance"), band.reflectance)?;
+            share(&format!("optics.{name}.transmittance"), band.transmittance)?;
+        }
+        ParamError::check_positive("tile_m", self.tile_m.into())?;
+        self.liquid.as_ref().map_or(Ok(()), Liquid::check)
+    }
+
     /// A matt material of one colour, opaque everywhere.
     #[must_use]
     pub fn plain(name: &str, semantic: Semantic, albedo: Vec3) -> Self {

@@ -4,7 +4,6 @@ use glam::Vec3;
 
 /// A ray in a frame's scene. `direction` has unit length.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Ray {
     /// The start of the ray, metres.
     pub origin: Vec3,

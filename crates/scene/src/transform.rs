@@ -6,7 +6,6 @@ use glam::{DMat3, DQuat, DVec3};
 ///
 /// Named `target_from_source`, so that `world_from_body * body_from_lidar` is `world_from_lidar`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct RigidTransform {
     /// The rotation; unit length.
     pub rotation: DQuat,

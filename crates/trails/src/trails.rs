@@ -31,6 +31,8 @@ const WAYS: Domain = Domain::new("trails.ways");
 
 /// The greatest coordinate of a given line, metres.
 const FARTHEST_M: f64 = 1e8;
+/// The greatest length of all given lines together, metres.
+const LONGEST_M: f64 = 1e7;
 
 /// The trails of an endless world, found from any chunk.
 ///
@@ -130,7 +132,8 @@ impl Trails {
     /// in world coordinates. Lines shorter than a metre are left out.
     ///
     /// # Errors
-    /// If a coordinate of a vertex is not within ±100,000 km.
+    /// If a coordinate of a vertex is not within ±100,000 km, or if lines are longer than 10,000 km
+    /// in all.
     pub fn along(mut self, lines_m: &[Vec<DVec2>], way: usize) -> Result<Self, ParamError> {
         for (number, line) in lines_m.iter().enumerate() {
             let beyond = |p: &&DVec2| !p.abs().cmple(DVec2::splat(FARTHEST_M)).all();
@@ -139,6 +142,10 @@ impl Trails {
                 return Err(ParamError::new(field, vertex, "finite and within ±1e8 m"));
             }
         }
+        let length_m =
+            |line: &Vec<DVec2>| line.windows(2).map(|w| w[0].distance(w[1])).sum::<f64>();
+        let all_m: f64 = lines_m.iter().map(length_m).sum();
+        ParamError::check(all_m <= LONGEST_M, "lines_m", all_m, "at most 1e7 m in all")?;
         let way = way.min(self.ways.len() - 1);
         for (number, line) in (self.numbered..).zip(lines_m) {
             let Some(course) = course(line, number, self.chunk_size_m) else {

@@ -2,9 +2,9 @@
 //!
 //! Crowns of close trees meet, and their lower branches die in the shade: the crown ratio falls
 //! with the stand's density, and with a tree's rank in it. Measures and model are those of
-//! Hasenauer and Monserud 1996, "A crown model for Austrian forests", fitted to some 40,000 trees
-//! of Austria's forest inventory; coefficients of Hasenauer 2000. Their terms of the site are those
-//! of level ground 500 m above the sea, and are in each species' constant.
+//! Hasenauer and Monserud 1996, "A crown model for Austrian forests", fitted to trees of Austria's
+//! forest inventory; coefficients of Hasenauer 2000. Their terms of the site are those of level
+//! ground 500 m above the sea, and are in each species' constant.
 
 use serde::Deserialize;
 
@@ -27,20 +27,17 @@ pub struct CrownCompetition {
 
 impl CrownCompetition {
     pub(super) fn check(&self, r: &Ranges<'_>) -> Result<(), ParamError> {
-        let [
-            constant,
-            by_slenderness,
-            by_height,
-            by_section,
-            by_larger,
-            by_factor,
-        ] = self.ratio;
-        r.one("competition.ratio[0]", constant, -10.0, 10.0)?;
-        r.one("competition.ratio[1]", by_slenderness, 0.0, 0.1)?;
-        r.one("competition.ratio[2]", by_height, 0.0, 0.2)?;
-        r.one("competition.ratio[3]", by_section, -1e-3, 1e-3)?;
-        r.one("competition.ratio[4]", by_larger, 0.0, 0.1)?;
-        r.one("competition.ratio[5]", by_factor, 0.0, 2.0)?;
+        const RANGES: [[f64; 2]; 6] = [
+            [-10.0, 10.0],
+            [0.0, 0.1],
+            [0.0, 0.2],
+            [-1e-3, 1e-3],
+            [0.0, 0.1],
+            [0.0, 2.0],
+        ];
+        for (i, (value, [low, high])) in self.ratio.into_iter().zip(RANGES).enumerate() {
+            r.one(&format!("competition.ratio[{i}]"), value, low, high)?;
+        }
         let [width, power] = self.open_width;
         r.one("competition.open_width[0]", width, 0.05, 5.0)?;
         r.one("competition.open_width[1]", power, 0.1, 2.0)
@@ -127,28 +124,16 @@ impl Species {
     #[must_use]
     pub fn mean_crown_ratio(&self, dbh_m: f64, height_m: f64, competition: &Competition) -> f64 {
         let [mean, _, least, most] = self.allometry.crown_ratio;
-        let Some(CrownCompetition {
-            ratio:
-                [
-                    constant,
-                    by_slenderness,
-                    by_height,
-                    by_section,
-                    by_larger,
-                    by_factor,
-                ],
-            ..
-        }) = self.allometry.competition
-        else {
+        let Some(CrownCompetition { ratio: b, .. }) = self.allometry.competition else {
             return mean;
         };
         let dbh_cm = 100.0 * dbh_m;
-        let x = constant
-            + by_slenderness * height_m / dbh_m
-            + by_height * height_m
-            + by_section * dbh_cm * dbh_cm
-            + by_larger * competition.larger_m2_ha
-            + by_factor * libm::log(competition.crown_factor.max(1.0));
+        let x = b[0]
+            + b[1] * height_m / dbh_m
+            + b[2] * height_m
+            + b[3] * dbh_cm * dbh_cm
+            + b[4] * competition.larger_m2_ha
+            + b[5] * libm::log(competition.crown_factor.max(1.0));
         (1.0 / (1.0 + libm::exp(x))).clamp(least, most)
     }
 }

@@ -168,9 +168,26 @@ impl FromStr for FormatName {
     }
 }
 
-/// Refuses a data set of which a sequence has two frames at the same time, in seconds, to a format
-/// that calls pictures by their times.
-fn refuse_equal_times(
+/// Refuses times of frames that ROS' 32 bits of seconds do not hold, or that are before the start
+/// of a sequence.
+fn refuse_times_beyond(format: &'static str, manifest: &Manifest) -> Result<(), Error> {
+    const MOST_S: f64 = 2_147_483_000.0;
+    let mut frames = manifest.frames.iter();
+    let beyond = frames.find(|frame| !(0.0..=MOST_S).contains(&frame.time_s));
+    beyond.map_or(Ok(()), |frame| {
+        Err(Error::Unsuitable {
+            format,
+            reason: format!(
+                "frame {:02}_{:06} is at {} s: must be at 0 to {MOST_S} s",
+                frame.sequence, frame.index, frame.time_s
+            ),
+        })
+    })
+}
+
+/// Refuses a data set of which times of frames, in seconds, do not rise to a format that calls
+/// pictures by their times.
+fn refuse_times_that_do_not_rise(
     format: &'static str,
     manifest: &Manifest,
     is_same: impl Fn(f64, f64) -> bool,
@@ -182,9 +199,9 @@ fn refuse_equal_times(
         Err(Error::Unsuitable {
             format,
             reason: format!(
-                "frames {} and {} have the same time",
-                name(&pair[0]),
-                name(&pair[1])
+                "the time of frame {} is not after that of {}",
+                name(&pair[1]),
+                name(&pair[0])
             ),
         })
     })

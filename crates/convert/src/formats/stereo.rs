@@ -18,11 +18,17 @@ pub(super) fn right(cameras: &[CameraSpec]) -> Option<usize> {
 }
 
 /// How far the right camera is to the right of the left one, metres, if the pair is rectified: the
-/// axes of both are parallel, and one is neither higher nor further back than the other.
+/// axes of both are parallel, one is neither higher nor further back than the other, and rows and
+/// focal lengths are the same.
 pub(super) fn baseline_m(left: &CameraSpec, right: &CameraSpec) -> Option<f64> {
     let Apart { turn_rad, at_m } = Apart::of(left, right);
     let [x_m, y_m, z_m] = at_m;
-    let is_rectified = turn_rad < TOLERANCE && y_m.abs() < TOLERANCE && z_m.abs() < TOLERANCE;
+    let is_beside = x_m > TOLERANCE && y_m.abs() < TOLERANCE && z_m.abs() < TOLERANCE;
+    let rows = |camera: &CameraSpec| {
+        let k = &camera.intrinsics;
+        (k.width, k.height, k.fx, k.fy, k.cy)
+    };
+    let is_rectified = turn_rad < TOLERANCE && is_beside && rows(left) == rows(right);
     is_rectified.then_some(x_m)
 }
 
@@ -49,8 +55,8 @@ pub(super) fn notes(manifest: &Manifest, consequence: &str) -> Vec<String> {
     vec![format!(
         "cameras '{left}' and '{right}' of sequence {:02}{others} are not a rectified pair: \
          '{right}' is turned by {:.4}° and lies {x_m:.4} m to the right, {y_m:.4} m down and \
-         {z_m:.4} m forward in the frame of '{left}', where a rectified pair has 0°, 0 m down and \
-         0 m forward; {consequence}",
+         {z_m:.4} m forward in the frame of '{left}', where a rectified pair has 0°, 0 m down, 0 \
+         m forward and the same size, fx, fy and cy; {consequence}",
         sequence.number,
         turn_rad.to_degrees(),
         left = left.name,

@@ -15,7 +15,7 @@ use nemoral_dataset::{CameraSpec, ImuReading, Manifest};
 use nemoral_scene::{Image, RigidTransform};
 use png::{BitDepth, ColorType};
 
-use crate::formats::refuse_equal_times;
+use crate::formats::refuse_times_that_do_not_rise;
 use crate::geometry::{lens, line};
 use crate::{Error, Format, FrameRef, Sink, Source, pictures};
 
@@ -29,7 +29,7 @@ pub(crate) struct Tum;
 
 impl Format for Tum {
     fn check(&self, manifest: &Manifest) -> Result<(), Error> {
-        refuse_equal_times("tum", manifest, |a, b| b - a < 1e-6)
+        refuse_times_that_do_not_rise("tum", manifest, |a, b| b - a < 1e-6)
     }
 
     fn write(&self, source: &Source, sink: &mut Sink) -> Result<(), Error> {

@@ -213,6 +213,7 @@ pub(crate) fn write(out: &Path, header: &DatasetHeader, frames: &[u64]) -> Datas
         sequence: 0,
         poses: (0..5).map(pose).collect(),
         balance: None,
+        stands: false,
         imu: header.sequences[0].imu.as_ref().map(imu_texts),
     };
     let objects = objects();

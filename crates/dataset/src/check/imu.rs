@@ -30,13 +30,19 @@ impl Checker<'_> {
         let [Some(first_s), Some(last_s)] = [drive.times.first(), drive.times.last()] else {
             return;
         };
+        let [first_ns, last_ns] = [first_s, last_s].map(|time_s| (time_s * 1e9).round() as i64);
         let last_s = last_s - first_s;
         let intervals = (last_s * imu.rate_hz + 1e-6).floor() as usize;
         let wanted = intervals.saturating_add(1);
-        if readings.len() < wanted {
+        // It goes on until the last scan has ended.
+        let found = readings.partition_point(|reading| reading.time_ns <= last_ns);
+        let begins = readings
+            .first()
+            .is_some_and(|reading| reading.time_ns == first_ns);
+        if found != wanted || !begins {
             let message = format!(
-                "has {} samples: at least {wanted} are made in {last_s} s at {} Hz",
-                readings.len(),
+                "has {found} samples from the first frame to the last: {wanted} are made in \
+                 {last_s} s at {} Hz, the first with the first frame",
                 imu.rate_hz
             );
             self.problem(path(samples), message);

@@ -159,6 +159,7 @@ pub(crate) fn track(frames: usize) -> Track {
         sequence: 0,
         poses: (0..frames).map(pose).collect(),
         balance: None,
+        stands: false,
         imu: None,
     }
 }

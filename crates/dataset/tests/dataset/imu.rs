@@ -163,7 +163,7 @@ fn a_unit_that_is_elsewhere_is_found() -> Result<(), Error> {
     }
     let report = told(short)?;
     assert!(
-        report.contains("has 50 samples: at least 51 are made"),
+        report.contains("has 50 samples from the first frame to the last: 51 are made"),
         "{report}"
     );
     let mut broken = texts(0.0);

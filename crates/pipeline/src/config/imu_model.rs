@@ -58,22 +58,7 @@ impl Config {
         }
     }
 
-    /// Why so many samples of a unit as its drive has are not kept.
-    pub(crate) fn too_many_samples(&self) -> Option<String> {
-        let robot = &self.robot;
-        // The times of a file are known only where it is read.
-        if matches!(robot.path, RobotPath::File(_)) {
-            return None;
-        }
-        let interval_s = if robot.spacing_s > 0.0 {
-            robot.spacing_s
-        } else {
-            robot.spacing_m / robot.speed_m_s
-        };
-        self.too_many_in((self.frames.max(1) - 1) as f64 * interval_s)
-    }
-
-    /// The same of a drive that takes `last_s`.
+    /// Why the samples of a drive that takes `last_s` are too many to be kept.
     pub(crate) fn too_many_in(&self, last_s: f64) -> Option<String> {
         (last_s * self.imu.rate_hz >= MOST_KEPT).then(|| {
             format!(
@@ -99,8 +84,6 @@ impl Config {
             );
             out.push(("imu.enabled".to_owned(), message));
         }
-        let too_many = self.too_many_samples();
-        out.extend(too_many.map(|message| ("imu.rate_hz".to_owned(), message)));
         out
     }
 }

@@ -284,10 +284,6 @@ fn a_data_set_without_a_drive_is_refused_before_it_is_begun() {
             &["balance.targets.trunks=0.2", "frames=2"],
             "imu.enabled = true: must be false with [balance.targets]",
         ),
-        (
-            &["frames=100000", "imu.rate_hz=400"],
-            "imu.rate_hz = 400: must be at most 50.0 with 100000 frames in 99999 s",
-        ),
     ] {
         let settings = [&["imu.enabled=true"], settings].concat();
         let layers = Layers {
@@ -300,6 +296,32 @@ fn a_data_set_without_a_drive_is_refused_before_it_is_begun() {
             .and_then(|all| all.get(0))
             .expect_err(told);
         assert!(refused.to_string().contains(told), "{refused}");
+    }
+}
+
+/// The times of a file are known only where it is read.
+#[test]
+fn more_samples_than_are_kept_are_refused_before_the_first_frame() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let (poses, out) = (dir.path().join("slow.txt"), dir.path().join("out"));
+    let pose = |i: u32| format!("{} {i} 0 0 0 0 0 1\n", 125_000 * i);
+    let text: String = (0..9).map(pose).collect();
+    nemoral_files::write(&poses, text.as_bytes()).expect("written");
+    let of_file = [format!("robot.file.path={}", poses.display())];
+    let of_drive = ["frames=100000", "robot.spacing_s=1", "imu.rate_hz=400"].map(str::to_owned);
+    for (settings, told) in [
+        (
+            &of_file[..],
+            "imu.rate_hz = 100: must be at most 5.0 with 9 frames in 1000000 s",
+        ),
+        (
+            &of_drive[..],
+            "imu.rate_hz = 400: must be at most 50.0 with 100000 frames in 99999 s",
+        ),
+    ] {
+        let refused = record_with(&out, None, settings).expect_err(told);
+        assert!(refused.to_string().contains(told), "{refused}");
+        assert!(!out.exists());
     }
 }
 

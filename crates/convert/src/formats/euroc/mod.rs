@@ -27,7 +27,7 @@ use nemoral_scene::RigidTransform;
 
 use crate::formats::coco::needs_cameras;
 use crate::formats::mcap::stamp_ns;
-use crate::formats::refuse_equal_times;
+use crate::formats::{refuse_times_beyond, refuse_times_that_do_not_rise};
 use crate::geometry::relative;
 use crate::{Error, Files, Format, FrameRef, Sequence, Sink, Source};
 use calibration::Lens;
@@ -44,7 +44,8 @@ impl Format for Euroc {
                 Lens::of(sequence.number, camera)?;
             }
         }
-        refuse_equal_times("euroc", manifest, |a, b| stamp_ns(b) <= stamp_ns(a))
+        refuse_times_beyond("euroc", manifest)?;
+        refuse_times_that_do_not_rise("euroc", manifest, |a, b| stamp_ns(b) <= stamp_ns(a))
     }
 
     fn write(&self, source: &Source, sink: &mut Sink) -> Result<(), Error> {

@@ -28,6 +28,8 @@ pub(super) fn put(
     files: &mut Files,
 ) -> Result<(), Error> {
     let number = sequence.number;
+    // Tables that are not those of a unit are refused.
+    source.imu(number)?;
     let unit = sequence.imu.zip(source.imu_texts(number)?);
     let states = if let Some((unit, texts)) = unit {
         let place = |name: &str| source.root().join(format!("sequences/{number:02}/{name}"));

@@ -5,16 +5,18 @@
 //! SS/metadata.yaml   topics, numbers of messages, time
 //! ```
 //!
-//! | topic | message |
-//! |---|---|
-//! | `/NAME/points` | `PointCloud2` of a LiDAR; its fields: `docs/reference/formats.md` |
-//! | `/NAME/image` | `Image` of a camera, `rgb8` |
-//! | `/NAME/semantic` | `Image`, `mono8`: the class |
-//! | `/NAME/depth` | `Image`, `32FC1`: planar depth, metres; 0 = none |
-//! | `/NAME/camera_info` | `CameraInfo`; the first pixel's centre is (0, 0), as OpenCV has it; `right` has the baseline of its pair in `p` |
-//! | `/imu` | `Imu`, if the data set has what an inertial measurement unit measures: angular velocity, and linear acceleration with gravity |
-//! | `/tf_static`, `/tf` | sensors in `base_link`, `base_link` in `map` |
-//! | `/odom` | `Odometry` of `base_link` in `map`; velocities are the inertial unit's true ones, or by differences of poses |
+//! Topics, NAME being that of a sensor:
+//! - `/NAME/points`: `PointCloud2` of a LiDAR; its fields are in `docs/reference/formats.md`.
+//! - `/NAME/image`: `Image` of a camera, `rgb8`.
+//! - `/NAME/semantic`: `Image`, `mono8`: the class.
+//! - `/NAME/depth`: `Image`, `32FC1`: planar depth, metres; 0 = none.
+//! - `/NAME/camera_info`: `CameraInfo`; the first pixel's centre is (0, 0), as OpenCV has it;
+//!   `right` has the baseline of its pair in `p`.
+//! - `/imu`: `Imu`, if the data set has an inertial measurement unit: angular velocity, and linear
+//!   acceleration with gravity.
+//! - `/tf_static`, `/tf`: sensors in `base_link`, `base_link` in `map`.
+//! - `/odom`: `Odometry` of `base_link` in `map`; velocities are the inertial unit's true ones, or
+//!   by differences of poses.
 //!
 //! Times are nanoseconds after the start of the sequence, plus a second: to tf2 a time of 0 is the
 //! latest one, and scans begin before their frame's time. The stamp of a deskewed scan is its
@@ -32,7 +34,7 @@ pub(super) mod odometry;
 use nemoral_dataset::{CameraSpec, Manifest};
 use nemoral_scene::{Image, Ontology, Twist};
 
-use crate::formats::stereo;
+use crate::formats::{refuse_times_beyond, stereo};
 use crate::geometry::lens;
 use crate::labels::Labels;
 use crate::{Error, Format, FrameRef, Sequence, Sink, Source, Stream, Table};
@@ -74,16 +76,7 @@ impl Format for Mcap {
                     .to_owned(),
             });
         }
-        if let Some(frame) = manifest.frames.iter().find(|frame| frame.time_s < 0.0) {
-            return Err(Error::Unsuitable {
-                format: "mcap",
-                reason: format!(
-                    "frame {:02}_{:06} is at {} s, and times of messages begin with the \
-                     sequence's; make the data set with times from 0 on",
-                    frame.sequence, frame.index, frame.time_s
-                ),
-            });
-        }
+        refuse_times_beyond("mcap", manifest)?;
         for sequence in &manifest.header.sequences {
             let cameras = sequence.cameras.iter().map(|c| &c.name);
             let mut names = cameras.chain(sequence.lidars.iter().map(|l| &l.name));
@@ -142,6 +135,15 @@ fn write_messages(
     let frames: Vec<_> = source.frames(sequence.number).collect();
     let times_ns: Vec<u64> = frames.iter().map(time_ns).collect();
     let all = source.imu(sequence.number)?;
+    if let Some(first) = all.first().filter(|reading| reading.time_ns < 0) {
+        return Err(Error::Unsuitable {
+            format: "mcap",
+            reason: format!(
+                "the inertial unit of sequence {:02} begins {} ns before the sequence",
+                sequence.number, -first.time_ns
+            ),
+        });
+    }
     let mut readings = imu::parts(&all, &times_ns);
     let motion = Motion {
         frames: &frames,
