@@ -71,6 +71,28 @@ def test_inventories_are_those_of_the_data_set(forest: nemoral.Forest, written: 
         forest.obstacles(-1e6, -1e6, 1e6, 1e6)
 
 
+def test_a_survey_has_the_trees_and_the_ground(forest: nemoral.Forest) -> None:
+    x, y = np.round(forest.frame(0).world_from_body[:2, 3])
+    box = (x - 20, y - 30, x + 20, y + 30)
+    maps = forest.survey(*box, cell_m=1, rays_a_side=3)
+    assert maps["height_m"].shape == maps["instance"].shape == (60, 40)
+    assert maps["instance"].dtype == np.uint32
+    np.testing.assert_array_equal(maps["x_m"], np.arange(x - 19.5, x + 20))
+    np.testing.assert_array_equal(maps["y_m"], np.arange(y + 29.5, y - 30, -1))
+    xs, ys = np.meshgrid(maps["x_m"], maps["y_m"])
+    np.testing.assert_array_equal(maps["ground_m"], forest.ground(xs, ys)["height_m"])
+    trees = forest.trees(*box)
+    assert 0.9 * trees["height_m"].max() < maps["height_m"].max()
+    assert np.isin(trees["instance"], maps["instance"]).mean() > 0.5
+    assert 0 < maps["canopy_cover"] <= 1
+    layers = maps["leaf_area_density_m2_m3"]
+    assert layers.sum() == pytest.approx(maps["leaf_area_index"])
+    assert len(maps["wood_area_density_m2_m3"]) == len(layers)
+    for wrong in ({"cell_m": 0.0}, {"rays_a_side": 33}, {"layer_m": "thick"}, {"cell_m": 7}):
+        with pytest.raises(ValueError):
+            forest.survey(*box, **wrong)
+
+
 def test_a_log_is_a_row_of_obstacles(cache: Path) -> None:
     floor = {"deadwood.volume_m3_ha": 60.0}
     forest = nemoral.Forest("demo", cache=cache, **SMALL, **floor)

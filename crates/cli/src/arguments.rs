@@ -63,6 +63,12 @@ pub(crate) enum Command {
     Tree(Tree),
     /// Writes a part of a forest for other programs.
     Export(Export),
+    /// Writes what a forest inventory would find, exactly: trees, measures per hectare, maps.
+    ///
+    /// `trees.csv`, `stand.csv` (and `plots.csv`), `profile.csv` of leaf area by height, GeoTIFFs
+    /// of the ground, the surface, the canopy's height and whose crown is highest, and these crowns
+    /// as GeoJSON.
+    Inventory(Inventory),
     /// Writes what an inertial measurement unit on the robot measures along its drive.
     ///
     /// The layout is that of the EuRoC MAV data set: samples, the unit's errors, true states.
@@ -240,6 +246,34 @@ pub(crate) struct Export {
     pub(crate) spacing: Option<f64>,
     /// The file, or the folder, which must be empty.
     #[arg(long, short, value_name = "PATH")]
+    pub(crate) out: PathBuf,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Inventory {
+    #[command(flatten)]
+    pub(crate) of: OneSequence,
+    /// A rectangle of the world, west, south, east, north, metres; a hectare around the robot's
+    /// first place if not given.
+    #[arg(long, value_name = "X0,Y0,X1,Y1", allow_hyphen_values = true)]
+    pub(crate) region: Option<Region>,
+    /// Side of the maps' cells, metres; the region must be whole cells.
+    #[arg(long, value_name = "M", default_value_t = 0.5)]
+    pub(crate) cell: f64,
+    /// Vertical rays a side of a cell, 1 to 32.
+    #[arg(long, value_name = "N", default_value_t = 5)]
+    pub(crate) rays: usize,
+    /// Thickness of the profile's layers, metres.
+    #[arg(long, value_name = "M", default_value_t = 1.0)]
+    pub(crate) layer: f64,
+    /// Thinner trees do not count per hectare, metres.
+    #[arg(long, value_name = "M", default_value_t = 0.07)]
+    pub(crate) min_dbh: f64,
+    /// Side of square plots that the region is cut into for `plots.csv`, metres.
+    #[arg(long, value_name = "M")]
+    pub(crate) plots: Option<f64>,
+    /// The folder, which must be empty.
+    #[arg(long, short, value_name = "DIR")]
     pub(crate) out: PathBuf,
 }
 

@@ -23,9 +23,9 @@ use crate::arguments::{
 };
 use crate::failure::{Failure, wrong};
 use crate::frames::Frames;
-use crate::progress::{Reporter, note, say};
+use crate::progress::{Reporter, note, say, tell};
 use crate::request::{cache, layers, load, recorder, threads};
-use crate::{export, view};
+use crate::{export, inventory, view};
 
 /// Runs a command. The result is `false` if it ran but its answer is no.
 ///
@@ -71,6 +71,7 @@ pub(crate) fn run(arguments: Arguments, program: Option<&Path>) -> Result<bool, 
         Command::Merge(a) => run_merge(&a),
         Command::Tree(a) => export::run_tree(&a),
         Command::Export(a) => export::run(&a, program),
+        Command::Inventory(a) => inventory::run(&a, program),
         Command::Imu(a) => run_imu(&a, program),
         Command::Completions { shell } => {
             let mut script = Vec::new();
@@ -330,7 +331,12 @@ fn run_config(command: &ConfigCommand, program: Option<&Path>) -> Result<bool, F
         ConfigCommand::Check { world, keeping } => {
             let sequences = load(world)?;
             let (cache, no_cache) = cache(keeping, program);
-            let known = check(&sequences, threads(world)?, cache)?;
+            let begin = |number: u32| {
+                if sequences.len() > 1 {
+                    tell(&format!("sequence {} of {}", number + 1, sequences.len()));
+                }
+            };
+            let known = check(&sequences, threads(world)?, cache, begin)?;
             for message in known.into_iter().chain(no_cache) {
                 note(&message);
             }

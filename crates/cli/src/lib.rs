@@ -11,6 +11,7 @@ mod commands;
 mod export;
 mod failure;
 mod frames;
+mod inventory;
 mod progress;
 mod request;
 mod view;

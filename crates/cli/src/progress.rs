@@ -21,7 +21,12 @@ pub(crate) fn complain(message: &str) {
 
 /// Writes a note to standard error.
 pub(crate) fn note(message: &str) {
-    let _ = writeln!(io::stderr(), "note: {message}");
+    tell(&format!("note: {message}"));
+}
+
+/// Writes a line to standard error.
+pub(crate) fn tell(line: &str) {
+    let _ = writeln!(io::stderr(), "{line}");
 }
 
 /// Writes a line to standard output. A closed pipe is no error, as the reader wants no more.

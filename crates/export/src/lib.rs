@@ -7,6 +7,7 @@
 //! - [`write_usd`]: OpenUSD as text, with the labels of Isaac Sim.
 //! - [`write_sdf`]: a world for Gazebo, with visuals and collisions.
 //! - [`write_height_map`]: 16-bit PNG, with a file that says what its levels are.
+//! - [`write_geotiff`]: maps of measures and of ids, for geographic information systems.
 //!
 //! # Promises
 //! - Positions are ours: triangles are those that rays are cast at, in their order, cards two
@@ -48,6 +49,7 @@
 mod clip;
 mod decomposition;
 mod error;
+mod geotiff;
 mod gltf;
 mod height_map;
 mod name;
@@ -64,6 +66,7 @@ use nemoral_files::Folder;
 pub use clip::clipped;
 pub use decomposition::{Decomposition, RotationScale};
 pub use error::Error;
+pub use geotiff::{RasterMap, RasterValues, to_geotiff, write_geotiff};
 pub use gltf::{GltfParams, Instancing, to_glb, write_glb};
 pub use height_map::{HeightGrid, Levels, check_height_map, write_height_map};
 pub use parts::{Part, is_ground, parts};

@@ -68,6 +68,7 @@ pub mod recording;
 mod site;
 pub mod stages;
 mod surroundings;
+mod survey;
 pub mod world;
 mod worlds;
 
@@ -90,3 +91,4 @@ pub use pictures::{
 pub use pool::use_thread_pool;
 pub use preview::{check_png_name, preview, write_png};
 pub use recorder::{InventoryItem, Observation, Recorder, Recording};
+pub use survey::{InventoryParams, Survey, SurveyParams};

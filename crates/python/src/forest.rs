@@ -7,7 +7,7 @@ use etcetera::BaseStrategy;
 use nemoral_dataset::SequenceSpec;
 use nemoral_pipeline::config::{Config, Sequences};
 use nemoral_pipeline::plan::Cache;
-use nemoral_pipeline::{Backend, BackendChoice, Observation, Recorder};
+use nemoral_pipeline::{Backend, BackendChoice, Observation, Recorder, SurveyParams};
 use nemoral_scene::glam::{DVec2, DVec3, Vec3};
 use nemoral_scene::{
     ObjectRecord, Ontology, Ray, RigidTransform, Semantic, SurfaceHit, TreeRecord, Twist,
@@ -18,7 +18,7 @@ use pyo3::types::{PyDict, PyList};
 
 use crate::failure::Failure;
 use crate::frame::Frame;
-use crate::{arrays, config, imu, work};
+use crate::{arrays, config, imu, survey, work};
 
 /// The most worlds that are kept at a time: the current one and the next one.
 const WORLDS: usize = 2;
@@ -354,6 +354,28 @@ impl Forest {
         let on_trail: Vec<bool> = items.iter().map(|i| i.on_trail).collect();
         dict.set_item("on_trail", PyArray1::from_vec(py, on_trail))?;
         Ok(dict)
+    }
+
+    /// Maps of ground and canopy and the profile of leaves over a rectangle.
+    fn survey<'py>(
+        &self,
+        py: Python<'py>,
+        sequence: u32,
+        low: [f64; 2],
+        high: [f64; 2],
+        (cell_m, rays_a_side, layer_m): (f64, usize, f64),
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let params = SurveyParams {
+            cell_m,
+            rays_a_side,
+            layer_m,
+        };
+        let survey = self.with(py, sequence, move |_, world| {
+            let low_m = place("xmin, ymin", low[0], low[1])?;
+            let high_m = place("xmax, ymax", high[0], high[1])?;
+            Ok(world.recorder.survey(low_m, high_m, &params)?)
+        })?;
+        survey::columns(py, &survey)
     }
 
     /// What the inertial measurement unit measures along a sequence's drive, as columns.

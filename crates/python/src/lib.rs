@@ -20,6 +20,7 @@ mod pool;
 mod ray_scene;
 mod rays;
 mod scanner;
+mod survey;
 mod work;
 
 use pyo3::prelude::*;

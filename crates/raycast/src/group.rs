@@ -163,7 +163,8 @@ impl Group {
     }
 
     /// The box of everything that can be hit; `None` if there is nothing.
-    pub(crate) fn bounds(&self) -> Option<Bounds> {
+    #[must_use]
+    pub fn bounds(&self) -> Option<Bounds> {
         self.root.map(|_| self.bounds)
     }
 

@@ -278,6 +278,42 @@ class Forest:
         low, high = self._rectangle(xmin, ymin, xmax, ymax)
         return self._live.inventory(self._sequence(sequence), low, high, False)
 
+    def survey(
+        self,
+        xmin: float,
+        ymin: float,
+        xmax: float,
+        ymax: float,
+        *,
+        cell_m: float = 0.5,
+        rays_a_side: SupportsIndex = 5,
+        layer_m: float = 1.0,
+        sequence: SupportsIndex = 0,
+    ) -> dict[str, Any]:
+        """Maps of ground and canopy over a rectangle of the world, which must be whole cells, and
+        its leaf area by height: what ``nemoral inventory`` writes.
+
+        Args:
+            cell_m: Side of a cell, metres.
+            rays_a_side: Vertical rays a side of a cell, 1 to 32.
+            layer_m: Thickness of the profile's layers, metres.
+
+        Returns:
+            Maps of R rows from north to south and C columns from west to east: ``ground_m``,
+            ``surface_m`` (the highest point of a cell) and ``height_m`` (of that above the ground)
+            float64, ``instance`` uint32 (whose point it is, 0 for ground and undergrowth); places
+            of the cells' middles ``x_m`` (C,) and ``y_m`` (R,); ``leaf_area_density_m2_m3`` and
+            ``wood_area_density_m2_m3`` of layers from the ground up; ``leaf_area_index`` and
+            ``canopy_cover`` (what is 2 m high or higher) floats.
+        """
+        low, high = self._rectangle(xmin, ymin, xmax, ymax)
+        params = (
+            arguments.real("cell_m", cell_m, 0.01, 1000),
+            arguments.whole("rays_a_side", rays_a_side, 1, 32),
+            arguments.real("layer_m", layer_m, 0.01, 100),
+        )
+        return self._live.survey(self._sequence(sequence), low, high, params)
+
     def imu(self, *, sequence: SupportsIndex = 0) -> dict[str, Array]:
         """What an inertial measurement unit on the robot measures along the drive of a sequence,
         from frame 0's time to the last frame's, and how it truly moves. ``[imu]`` describes it.

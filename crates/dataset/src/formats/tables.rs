@@ -112,6 +112,14 @@ pub(crate) fn object_rows(objects: &[ObjectRecord]) -> Result<Rows, Error> {
     Ok(rows)
 }
 
+/// Trees as the text of a `trees.csv`.
+///
+/// # Errors
+/// If two that differ have the same id.
+pub fn trees_csv(trees: &[TreeRecord]) -> Result<String, Error> {
+    Ok(encode_trees(&tree_rows(trees)?))
+}
+
 pub(crate) fn encode_trees(rows: &Rows) -> String {
     encode(&format!("{ID_COLUMNS},{TREE_COLUMNS}"), rows)
 }

@@ -6,6 +6,7 @@
 )]
 
 mod common;
+mod geotiff;
 mod glb;
 mod gltf;
 mod height_map;

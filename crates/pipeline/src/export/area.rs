@@ -15,13 +15,13 @@ const FARTHEST_M: f64 = 1e7;
 
 /// A rectangle with area.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Rectangle {
-    pub(super) low_m: DVec2,
-    pub(super) high_m: DVec2,
+pub(crate) struct Rectangle {
+    pub(crate) low_m: DVec2,
+    pub(crate) high_m: DVec2,
 }
 
 impl Rectangle {
-    pub(super) fn new(low_m: DVec2, high_m: DVec2) -> Result<Self, Error> {
+    pub(crate) fn new(low_m: DVec2, high_m: DVec2) -> Result<Self, Error> {
         let numbers = [low_m.x, low_m.y, high_m.x, high_m.y];
         let is_near = numbers.iter().all(|n| n.abs() <= FARTHEST_M);
         if !is_near || low_m.cmpge(high_m).any() {
@@ -34,13 +34,18 @@ impl Rectangle {
         Ok(Self { low_m, high_m })
     }
 
+    /// The rectangle that reaches so much farther at all sides.
+    pub(crate) fn grown(&self, by_m: f64) -> Result<Self, Error> {
+        Self::new(self.low_m - by_m, self.high_m + by_m)
+    }
+
     /// The chunks that it touches, in order, if an export may have so many.
-    pub(super) fn chunks(&self, size_m: f64) -> Result<Vec<ChunkCoord>, Error> {
+    pub(crate) fn chunks(&self, size_m: f64) -> Result<Vec<ChunkCoord>, Error> {
         let Self { low_m, high_m } = *self;
         chunks_of((low_m, high_m), size_m, ("region", Recorder::EXPORT_CHUNKS))
     }
 
-    pub(super) fn middle_m(&self) -> DVec2 {
+    pub(crate) fn middle_m(&self) -> DVec2 {
         (self.low_m + self.high_m) / 2.0
     }
 }

@@ -108,6 +108,9 @@ pub struct WorldAssets {
     pub ivy_carpets: Vec<Arc<Blas>>,
     /// The species and their shares.
     pub shares: Vec<(String, f64)>,
+    /// Of each of them the silhouette that its leaves or shoots are drawn with, over their
+    /// one-sided leaf area.
+    pub(crate) silhouette_factors: Vec<f64>,
     /// Mean diameter of the stand's trees at breast height, metres.
     pub dbh_mean_m: f64,
     /// The trees of the stem map, in its order.
@@ -334,6 +337,9 @@ impl WorldAssets {
                 .collect(),
             ivy_carpets: plants(&library.climbers.carpets),
             shares: species.iter().map(|(s, n)| (s.name.clone(), *n)).collect(),
+            silhouette_factors: (species.iter())
+                .map(|(s, _)| s.foliage.silhouette_factor)
+                .collect(),
             dbh_mean_m: recipe.dbh_mean_m(),
             measured,
             field_ids,

@@ -10,6 +10,7 @@ mod edge_trees;
 mod export;
 mod ground_shade;
 mod imu;
+mod inventory;
 mod litter;
 mod meadows;
 mod seasons;

@@ -1,0 +1,50 @@
+//! The command `inventory`.
+
+use std::path::Path;
+
+use nemoral_pipeline::{InventoryParams, SurveyParams};
+
+use crate::arguments::{Inventory, Region};
+use crate::failure::Failure;
+use crate::progress::{note, say};
+use crate::request::recorder;
+
+/// Side of the square that is surveyed if none is named, metres: a hectare.
+const SIDE_M: f64 = 100.0;
+
+/// Writes what a forest inventory would find.
+pub(crate) fn run(a: &Inventory, program: Option<&Path>) -> Result<bool, Failure> {
+    let (recorder, no_cache) = recorder(&a.of, program)?;
+    let region_m = match a.region {
+        Some(Region([x0, y0, x1, y1])) => [[x0, y0].into(), [x1, y1].into()],
+        None => recorder.square_around_start(SIDE_M)?,
+    };
+    let params = InventoryParams {
+        survey: SurveyParams {
+            cell_m: a.cell,
+            rays_a_side: a.rays,
+            layer_m: a.layer,
+        },
+        min_dbh_m: a.min_dbh,
+        plot_m: a.plots,
+    };
+    let survey = recorder.write_inventory(region_m, &params, &a.out)?;
+    let [low_m, high_m] = region_m;
+    say(&format!(
+        "{} trees, {:.0} % canopy cover, leaf area index {:.1} on {:.2} ha from {}, {} to {}, {} m \
+         in {}",
+        survey.trees.len(),
+        100.0 * survey.maps.cover,
+        survey.profile.leaf_area_index(),
+        survey.maps.grid.area_m2() / 1e4,
+        low_m.x,
+        low_m.y,
+        high_m.x,
+        high_m.y,
+        a.out.display()
+    ))?;
+    if let Some(no_cache) = no_cache {
+        note(&no_cache);
+    }
+    Ok(true)
+}

@@ -1,0 +1,57 @@
+//! This crate measures a virtual forest as an inventory would measure a real one, without its
+//! errors: what programs for plots, airborne and terrestrial scans estimate, and should find.
+//!
+//! - [`StandMeasures`]: trees, basal area, diameters, heights and volume per hectare.
+//! - [`CanopyMaps`]: models of the ground, the surface and the canopy's height on a grid, and whose
+//!   crown is highest where, by vertical rays.
+//! - [`visible_crowns`]: those crowns as polygons.
+//! - [`AreaProfile`]: leaf and wood area by height above the ground.
+//! - [`stand_csv`], [`profile_csv`] and [`crowns_geojson`]: all of that as text.
+//!
+//! ```
+//! use nemoral_mensuration::{Plot, StandMeasures};
+//! # use nemoral_scene::{ChunkCoord, ObjectId, TreeRecord, glam::DVec3};
+//! # let tree = |item: u16, dbh_m: f64, height_m: f64| TreeRecord {
+//! #     object: ObjectId::new(ChunkCoord::new(0, 0), item).unwrap(),
+//! #     species: "beech".to_owned(),
+//! #     position_m: DVec3::ZERO,
+//! #     dbh_m,
+//! #     height_m,
+//! #     crown_base_m: 10.0,
+//! #     crown_radius_m: 3.0,
+//! #     leaf_area_m2: 300.0,
+//! #     stem_volume_m3: 1.2,
+//! #     lean_rad: 0.0,
+//! #     age_class: "mature".to_owned(),
+//! #     alive: true,
+//! #     field_id: String::new(),
+//! # };
+//! let trees = [tree(1, 0.3, 22.0), tree(2, 0.4, 26.0)];
+//! let plot = Plot { area_m2: 100.0, min_dbh_m: 0.07 };
+//! let stand = StandMeasures::of(&trees, &plot)?;
+//! assert_eq!(stand.trees_per_ha, 200.0);
+//! assert!((stand.basal_area_m2_ha - 19.635).abs() < 1e-3);
+//! // A hundredth of a hectare has one of the 100 thickest trees per hectare.
+//! assert_eq!(stand.dominant_height_m, Some(26.0));
+//! # Ok::<(), nemoral_scene::ParamError>(())
+//! ```
+//!
+//! World axes are x east, y north, z up; lengths are metres.
+
+mod area_profile;
+mod canopy_maps;
+mod map_grid;
+mod stand;
+mod tables;
+mod visible_crowns;
+
+pub use area_profile::{AreaProfile, ShapeAreas};
+pub use canopy_maps::{CanopyMaps, CanopyScene, CellRays};
+pub use map_grid::MapGrid;
+pub use stand::{Plot, StandMeasures};
+pub use tables::{crowns_geojson, profile_csv, stand_csv};
+pub use visible_crowns::{CrownPolygon, VisibleCrown, visible_crowns};
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -1,0 +1,371 @@
+//! Maps, crowns and profiles against closed forms.
+
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+use nemoral_mensuration::{
+    AreaProfile, CanopyMaps, CanopyScene, CellRays, MapGrid, ShapeAreas, crowns_geojson,
+    profile_csv, visible_crowns,
+};
+use nemoral_scene::glam::{DVec2, DVec3, Mat3, Quat, Vec2, Vec3};
+use nemoral_scene::{
+    AlphaMask, Card, ChunkCoord, Hit, Instance, InstancePlace, Material, MaterialId,
+    MaterialLibrary, Mesh, ObjectId, Prototype, Ray, RayCaster, Semantic, TextureWindow, Triangle,
+};
+use proptest::prelude::*;
+
+fn id(item: u16) -> ObjectId {
+    ObjectId::new(ChunkCoord::new(0, 0), item).expect("in range")
+}
+
+/// Cones over a level ground at 0, in a scene around (100, 200, 10) of the world.
+struct Cones(Vec<(ObjectId, Vec2, f32, f32)>);
+
+const ORIGIN_M: DVec3 = DVec3::new(100.0, 200.0, 10.0);
+
+impl RayCaster for Cones {
+    fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
+        assert_eq!(ray.direction, Vec3::NEG_Z);
+        let tip = |&(object, at, radius_m, height_m): &(ObjectId, Vec2, f32, f32)| {
+            let inside = 1.0 - ray.origin.truncate().distance(at) / radius_m;
+            (inside > 0.0).then_some((object, inside * height_m))
+        };
+        let mut highest = (ObjectId::NONE, 0.0);
+        for (object, height_m) in self.0.iter().filter_map(tip) {
+            if height_m > highest.1 {
+                highest = (object, height_m);
+            }
+        }
+        let hit = Hit::new(ray.origin.z - highest.1, Vec3::Z, MaterialId(0));
+        Some(hit.with_object(highest.0))
+    }
+}
+
+fn cones(caster: &Cones) -> CanopyScene<'_> {
+    CanopyScene {
+        caster,
+        origin_m: ORIGIN_M,
+        above_m: 60.0,
+        ground_m: &|_| 10.0,
+    }
+}
+
+fn rays(a_side: usize) -> CellRays {
+    CellRays::a_side(a_side).expect("in range")
+}
+
+#[test]
+fn a_cone_is_as_high_as_its_formula_and_covers_its_circle() {
+    let caster = Cones(vec![(id(7), Vec2::new(5.0, 6.0), 4.0, 20.0)]);
+    let grid = MapGrid::of(ORIGIN_M.truncate(), ORIGIN_M.truncate() + 12.0, 0.25).expect("whole");
+    let maps = CanopyMaps::cast(&cones(&caster), grid, rays(5));
+    // Above 2 m is what is nearer to the middle than 0.9 of the radius.
+    let wanted = PI * (0.9 * 4.0_f64).powi(2) / 144.0;
+    assert!(
+        (maps.cover - wanted).abs() < 1e-3,
+        "{}: {wanted}",
+        maps.cover
+    );
+    let heights: Vec<f64> = maps.heights_m().collect();
+    for row in 0..grid.rows {
+        for column in 0..grid.columns {
+            let cell = row * grid.columns + column;
+            let away_m =
+                (grid.middle_m(column, row) - ORIGIN_M.truncate() - DVec2::new(5.0, 6.0)).length();
+            // The highest of the rays of a cell is at most half a diagonal nearer than its middle.
+            let at = |m: f64| 20.0 * (1.0 - m / 4.0).max(0.0);
+            let range = at(away_m) - 1e-4..=at((away_m - 0.18).max(0.0)) + 1e-4;
+            assert!(
+                range.contains(&heights[cell]),
+                "{column}, {row}: {}",
+                heights[cell]
+            );
+            assert_eq!(maps.ground_m[cell], 10.0);
+            let is_crown = maps.tops[cell] == id(7);
+            assert!(is_crown || heights[cell] == 0.0);
+        }
+    }
+    let crowns = visible_crowns(&maps);
+    assert_eq!(crowns.len(), 1);
+    // Cells at the rim count whole.
+    let circle = PI * 16.0;
+    assert!(
+        (circle..circle * 1.1).contains(&crowns[0].area_m2),
+        "{}",
+        crowns[0].area_m2
+    );
+}
+
+#[test]
+fn grids_are_whole_cells() {
+    let grid = MapGrid::of(DVec2::new(-1.0, 2.0), DVec2::new(2.0, 3.0), 0.1).expect("whole");
+    assert_eq!((grid.columns, grid.rows), (30, 10));
+    assert!((grid.area_m2() - 3.0).abs() < 1e-12);
+    assert_eq!(grid.cell_at(DVec2::new(-1.0, 2.0)), Some(0));
+    assert_eq!(grid.cell_at(grid.middle_m(7, 3)), Some(97));
+    assert_eq!(grid.cell_at(DVec2::new(2.0, 2.5)), None);
+    assert_eq!(grid.cell_at(DVec2::new(0.0, 1.999)), None);
+    assert!(CellRays::a_side(0).is_err() && CellRays::a_side(33).is_err());
+    for (high, cell_m) in [
+        (DVec2::new(1.0, 1.0), 0.3),
+        (DVec2::new(-1.0, 1.0), 0.5),
+        (DVec2::new(f64::NAN, 1.0), 0.5),
+        (DVec2::new(f64::INFINITY, 1.0), 0.5),
+        (DVec2::splat(1e6), 0.5),
+        (DVec2::ONE, 0.0),
+        (DVec2::ONE, f64::NAN),
+    ] {
+        assert!(
+            MapGrid::of(DVec2::ZERO, high, cell_m).is_err(),
+            "{high} {cell_m}"
+        );
+    }
+}
+
+/// The area of a polygon by the shoelace formula.
+fn ring_m2(ring: &[DVec2]) -> f64 {
+    let next = ring.iter().cycle().skip(1);
+    0.5 * ring
+        .iter()
+        .zip(next)
+        .map(|(a, b)| a.perp_dot(*b))
+        .sum::<f64>()
+}
+
+/// Whether a place is inside of a ring, by the crossings of a ray to the east.
+fn surrounds(ring: &[DVec2], place: DVec2) -> bool {
+    let next = ring.iter().cycle().skip(1);
+    let crosses = |(a, b): (&DVec2, &DVec2)| {
+        (a.y > place.y) != (b.y > place.y)
+            && place.x < a.x + (place.y - a.y) / (b.y - a.y) * (b.x - a.x)
+    };
+    ring.iter().zip(next).filter(|&edge| crosses(edge)).count() % 2 == 1
+}
+
+proptest! {
+    /// Polygons have the cells of their object and no others, whatever the map.
+    #[test]
+    fn polygons_are_the_cells_of_their_crowns(
+        columns in 1..9_usize,
+        labels in prop::collection::vec(0..4_u16, 1..80),
+    ) {
+        let rows = labels.len().div_ceil(columns);
+        let grid = MapGrid { south_west_m: DVec2::new(3.0, -2.0), cell_m: 0.5, columns, rows };
+        let tops: Vec<ObjectId> = (0..columns * rows)
+            .map(|i| labels.get(i).filter(|l| **l > 0).map_or(ObjectId::NONE, |&l| id(l)))
+            .collect();
+        let flat = vec![0.0; tops.len()];
+        let maps = CanopyMaps { grid, ground_m: flat.clone(), surface_m: flat, tops: tops.clone(), cover: 0.0 };
+        let crowns = visible_crowns(&maps);
+        for crown in &crowns {
+            let mut total_m2 = 0.0;
+            for polygon in &crown.polygons {
+                for (i, ring) in polygon.rings.iter().enumerate() {
+                    // The border turns left, holes turn right, and no corner comes twice.
+                    prop_assert_eq!(ring_m2(ring) > 0.0, i == 0);
+                    let mut corners: Vec<_> = ring.iter().map(|c| c.to_array().map(f64::to_bits)).collect();
+                    corners.sort_unstable();
+                    corners.dedup();
+                    prop_assert_eq!(corners.len(), ring.len());
+                    total_m2 += ring_m2(ring);
+                }
+            }
+            prop_assert!((total_m2 - crown.area_m2).abs() < 1e-9);
+        }
+        for row in 0..rows {
+            for column in 0..columns {
+                let place = grid.middle_m(column, row);
+                let owners: Vec<ObjectId> = crowns.iter().flat_map(|crown| {
+                    let inside = crown.polygons.iter().filter(|p| {
+                        surrounds(&p.rings[0], place) && !p.rings[1..].iter().any(|r| surrounds(r, place))
+                    });
+                    inside.map(|_| crown.object).collect::<Vec<_>>()
+                }).collect();
+                let top = tops[row * columns + column];
+                let wanted = if top.is_none() { vec![] } else { vec![top] };
+                prop_assert_eq!(owners, wanted);
+            }
+        }
+    }
+}
+
+#[test]
+fn crowns_of_trees_are_features_with_closed_rings() {
+    let caster = Cones(vec![
+        (id(1), Vec2::new(3.0, 3.0), 2.0, 9.0),
+        (id(2), Vec2::new(5.0, 3.0), 2.0, 6.0),
+    ]);
+    let low = ORIGIN_M.truncate();
+    let grid = MapGrid::of(low, low + 8.0, 0.5).expect("whole");
+    let maps = CanopyMaps::cast(&cones(&caster), grid, rays(2));
+    let crowns = visible_crowns(&maps);
+    let tree = nemoral_scene::TreeRecord {
+        object: id(2),
+        species: "beech".to_owned(),
+        position_m: DVec3::ZERO,
+        dbh_m: 0.2,
+        height_m: 6.0,
+        crown_base_m: 1.0,
+        crown_radius_m: 2.0,
+        leaf_area_m2: 20.0,
+        stem_volume_m3: 0.1,
+        lean_rad: 0.0,
+        age_class: "young".to_owned(),
+        alive: true,
+        field_id: "B7".to_owned(),
+    };
+    let text = crowns_geojson(&crowns, &[tree], DVec2::new(5e5, 5e6), Some(25_832));
+    let json: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    let features = json["features"].as_array().expect("features");
+    // The other is no tree of the list.
+    assert_eq!(features.len(), 1);
+    assert_eq!(features[0]["properties"]["field_id"], "B7");
+    assert_eq!(
+        json["crs"]["properties"]["name"],
+        "urn:ogc:def:crs:EPSG::25832"
+    );
+    let ring = features[0]["geometry"]["coordinates"][0][0]
+        .as_array()
+        .expect("a ring");
+    assert_eq!(ring.first(), ring.last());
+    let x = ring[0][0].as_f64().expect("a number");
+    assert!((5e5 + 100.0..5e5 + 108.0).contains(&x), "{x}");
+}
+
+/// A library with a leaf whose mask is opaque in its left half, and bark.
+fn library() -> MaterialLibrary {
+    let mut library = MaterialLibrary::new();
+    let half = AlphaMask::from_fn(64, 64, |x, _| x < 32).expect("a mask");
+    library.add(Material {
+        mask: Some(Arc::new(half)),
+        transmittance: Vec3::splat(0.2),
+        ..Material::plain("leaf", Semantic::Leaf, Vec3::splat(0.2))
+    });
+    library.add(Material::plain("bark", Semantic::Stem, Vec3::splat(0.2)));
+    library.add(Material::plain("soil", Semantic::Soil, Vec3::splat(0.2)));
+    library
+}
+
+const LEAF: MaterialId = MaterialId(0);
+const BARK: MaterialId = MaterialId(1);
+const SOIL: MaterialId = MaterialId(2);
+
+fn leaf_card(z: f32) -> Card {
+    Card {
+        corner: Vec3::new(0.0, 0.0, z),
+        edge_u: Vec3::X,
+        edge_v: Vec3::Y,
+        material: LEAF,
+    }
+}
+
+fn profile_of(shape: Prototype, place: InstancePlace) -> AreaProfile {
+    let grid = MapGrid::of(DVec2::splat(-10.0), DVec2::splat(10.0), 1.0).expect("whole");
+    let areas = ShapeAreas::of(&shape, &library());
+    let mut profile = AreaProfile::new(0.5, &grid).expect("valid");
+    let instance = Instance::new(Arc::new(shape), place);
+    let ground_m = vec![2.0; grid.cells()];
+    profile.add((&areas, &instance), DVec3::ZERO, (&grid, &ground_m), 1.0);
+    profile
+}
+
+#[test]
+fn leaves_count_with_their_opaque_area_once_turned_and_stretched() {
+    let shape = || {
+        Prototype::new("twig", Mesh::default(), vec![leaf_card(0.0)], &library()).expect("sound")
+    };
+    let turn = Mat3::from_quat(Quat::from_euler(
+        nemoral_scene::glam::EulerRot::XYZ,
+        0.4,
+        1.0,
+        0.3,
+    ));
+    for (linear, factor) in [
+        (Mat3::IDENTITY, 1.0),
+        (turn, 1.0),
+        (Mat3::from_diagonal(Vec3::new(2.0, 3.0, 9.0)), 6.0),
+        (turn * Mat3::from_diagonal(Vec3::splat(2.0)), 4.0),
+        // Sheared along the slope, a level card gets longer.
+        (
+            Mat3::from_cols(Vec3::new(1.0, 0.0, 1.0), Vec3::Y, Vec3::Z),
+            2.0_f64.sqrt(),
+        ),
+    ] {
+        let place = InstancePlace {
+            linear,
+            ..InstancePlace::at(Vec3::new(0.0, 0.0, 6.0))
+        };
+        let profile = profile_of(shape(), place);
+        let sum: f64 = profile.leaf_m2.iter().sum();
+        assert!((sum - 0.5 * factor).abs() < 1e-5, "{linear}: {sum}");
+        assert!(profile.wood_m2.is_empty());
+        assert!((profile.leaf_area_index() - sum / 400.0).abs() < 1e-12);
+    }
+    // 4 m above the ground is the ninth layer of half a metre.
+    let profile = profile_of(shape(), InstancePlace::at(Vec3::new(0.0, 0.0, 6.0)));
+    assert_eq!((profile.layers(), profile.leaf_m2[8]), (9, 0.5));
+    assert_eq!(profile.densities_m2_m3(8), [0.5 / 400.0 / 0.5, 0.0]);
+    let text = profile_csv(&profile);
+    assert_eq!(text.lines().last(), Some("4,4.5,0.002500,0.000000"));
+    // What is outside of the map does not count.
+    assert_eq!(
+        profile_of(shape(), InstancePlace::at(Vec3::new(10.0, 0.0, 6.0))).layers(),
+        0
+    );
+}
+
+#[test]
+fn windows_and_triangles_have_the_share_of_their_part_of_the_mask() {
+    let window =
+        |low: f32, high: f32| TextureWindow::rectangle(Vec2::new(low, 0.0), Vec2::new(high, 1.0));
+    for (window, share) in [
+        (window(0.0, 0.5), 1.0),
+        (window(0.5, 1.0), 0.0),
+        (window(0.25, 0.75), 0.5),
+    ] {
+        let shape = Prototype::new("twig", Mesh::default(), vec![leaf_card(1.0)], &library())
+            .and_then(|p| p.with_card_windows(vec![window]))
+            .expect("sound");
+        let profile = profile_of(shape, InstancePlace::at(Vec3::new(0.0, 0.0, 2.0)));
+        let sum: f64 = profile.leaf_m2.iter().sum();
+        assert!((sum - share).abs() < 5e-3, "{window:?}: {sum}");
+    }
+    // Half of a square, of which the left half of the square is opaque: three quarters of it.
+    let triangle = |material, positions: [Vec3; 3]| Mesh {
+        positions: positions.to_vec(),
+        uvs: positions.map(|p| p.truncate()).to_vec(),
+        triangles: vec![Triangle {
+            corners: [0, 1, 2],
+            material,
+        }],
+        ..Mesh::default()
+    };
+    let corners = [Vec3::ZERO, Vec3::X, Vec3::Y];
+    for (material, leaf, wood) in [(LEAF, 0.5 * 0.75, 0.0), (BARK, 0.0, 0.25), (SOIL, 0.0, 0.0)] {
+        let shape = Prototype::new("part", triangle(material, corners), Vec::new(), &library());
+        let profile = profile_of(
+            shape.expect("sound"),
+            InstancePlace::at(Vec3::new(0.0, 0.0, 2.0)),
+        );
+        let [found_leaf, found_wood] =
+            [&profile.leaf_m2, &profile.wood_m2].map(|a| a.iter().sum::<f64>());
+        assert!((found_leaf - leaf).abs() < 0.02, "{found_leaf}");
+        assert!((found_wood - wood).abs() < 1e-6, "{found_wood}");
+    }
+}
+
+#[test]
+fn profiles_of_parts_join() {
+    let card =
+        |z| Prototype::new("twig", Mesh::default(), vec![leaf_card(z)], &library()).expect("sound");
+    let at = InstancePlace::at(Vec3::new(0.0, 0.0, 2.0));
+    let (low, high) = (profile_of(card(0.6), at), profile_of(card(1.2), at));
+    let mut all = low.clone();
+    all.join(&high);
+    assert_eq!(all.leaf_m2, vec![0.0, 0.5, 0.5]);
+    let mut other = high;
+    other.join(&low);
+    assert_eq!(all, other);
+    let grid = MapGrid::of(DVec2::ZERO, DVec2::ONE, 1.0).expect("whole");
+    assert!(AreaProfile::new(0.0, &grid).is_err() && AreaProfile::new(f64::NAN, &grid).is_err());
+}

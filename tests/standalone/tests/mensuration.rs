@@ -1,0 +1,68 @@
+//! Use of `nemoral-mensuration` alone: a stand of another simulator, measured per hectare and from
+//! above, by rays that a function casts.
+
+use std::error::Error;
+
+use nemoral_mensuration::{
+    CanopyMaps, CanopyScene, CellRays, MapGrid, Plot, StandMeasures, crowns_geojson, stand_csv,
+    visible_crowns,
+};
+use nemoral_scene::glam::{DVec2, DVec3, Vec2};
+use nemoral_scene::{ChunkCoord, Hit, MaterialId, ObjectId, Ray, RayCaster, TreeRecord};
+
+/// Trees with crowns like parasols, on level ground at 0.
+struct Parasols(Vec<TreeRecord>);
+
+impl RayCaster for Parasols {
+    fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
+        let over = |tree: &&TreeRecord| {
+            let foot: Vec2 = tree.position_m.truncate().as_vec2();
+            f64::from(foot.distance(ray.origin.truncate())) < tree.crown_radius_m
+        };
+        let highest = self.0.iter().filter(over).max_by(|a, b| a.height_m.total_cmp(&b.height_m));
+        let (height_m, object) =
+            highest.map_or((0.0, ObjectId::NONE), |tree| (tree.height_m, tree.object));
+        let hit = Hit::new(ray.origin.z - height_m as f32, -ray.direction, MaterialId(0));
+        Some(hit.with_object(object))
+    }
+}
+
+fn tree(item: u16, x_m: f64, dbh_m: f64, height_m: f64) -> TreeRecord {
+    TreeRecord {
+        object: ObjectId::new(ChunkCoord::new(0, 0), item).expect("in range"),
+        species: "umbrella_pine".to_owned(),
+        position_m: DVec3::new(x_m, 10.0, 0.0),
+        dbh_m,
+        height_m,
+        crown_base_m: height_m,
+        crown_radius_m: 4.0,
+        leaf_area_m2: 50.0,
+        stem_volume_m3: 0.5,
+        lean_rad: 0.0,
+        age_class: "mature".to_owned(),
+        alive: true,
+        field_id: String::new(),
+    }
+}
+
+#[test]
+fn a_stand_is_measured() -> Result<(), Box<dyn Error>> {
+    let stand = Parasols(vec![tree(1, 6.0, 0.4, 14.0), tree(2, 11.0, 0.3, 12.0)]);
+    let plot = Plot { area_m2: 400.0, min_dbh_m: 0.07 };
+    let measures = StandMeasures::of(&stand.0, &plot)?;
+    assert_eq!(measures.trees_per_ha, 50.0);
+    assert!(stand_csv(&["plot"], &[(vec!["1".to_owned()], measures)]).lines().count() == 2);
+    let scene = CanopyScene {
+        caster: &stand,
+        origin_m: DVec3::ZERO,
+        above_m: 20.0,
+        ground_m: &|_| 0.0,
+    };
+    let grid = MapGrid::of(DVec2::ZERO, DVec2::splat(20.0), 0.5)?;
+    let maps = CanopyMaps::cast(&scene, grid, CellRays::a_side(3)?);
+    let crowns = visible_crowns(&maps);
+    // The higher crown hides a part of the lower one.
+    assert!(crowns[0].area_m2 > 50.0 && crowns[1].area_m2 < 45.0);
+    assert!(crowns_geojson(&crowns, &stand.0, DVec2::ZERO, None).contains("umbrella_pine"));
+    Ok(())
+}
