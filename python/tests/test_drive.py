@@ -75,16 +75,16 @@ def test_a_survey_has_the_trees_and_the_ground(forest: nemoral.Forest) -> None:
     x, y = np.round(forest.frame(0).world_from_body[:2, 3])
     box = (x - 20, y - 30, x + 20, y + 30)
     maps = forest.survey(*box, cell_m=1, rays_a_side=3)
-    assert maps["height_m"].shape == maps["instance"].shape == (60, 40)
-    assert maps["instance"].dtype == np.uint32
+    assert maps["height_m"].shape == maps["object"].shape == (60, 40)
+    assert maps["object"].dtype == np.uint64
     np.testing.assert_array_equal(maps["x_m"], np.arange(x - 19.5, x + 20))
     np.testing.assert_array_equal(maps["y_m"], np.arange(y + 29.5, y - 30, -1))
     xs, ys = np.meshgrid(maps["x_m"], maps["y_m"])
     np.testing.assert_array_equal(maps["ground_m"], forest.ground(xs, ys)["height_m"])
     trees = forest.trees(*box)
     assert 0.9 * trees["height_m"].max() < maps["height_m"].max()
-    assert np.isin(trees["instance"], maps["instance"]).mean() > 0.5
-    assert 0 < maps["canopy_cover"] <= 1
+    assert np.isin(trees["object"], maps["object"]).mean() > 0.5
+    assert maps["cover"].mean() == pytest.approx(maps["canopy_cover"])
     layers = maps["leaf_area_density_m2_m3"]
     assert layers.sum() == pytest.approx(maps["leaf_area_index"])
     assert len(maps["wood_area_density_m2_m3"]) == len(layers)

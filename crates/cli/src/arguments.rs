@@ -63,11 +63,11 @@ pub(crate) enum Command {
     Tree(Tree),
     /// Writes a part of a forest for other programs.
     Export(Export),
-    /// Writes what a forest inventory would find, exactly: trees, measures per hectare, maps.
+    /// Writes what a forest inventory should find: trees, measures per hectare, maps.
     ///
-    /// `trees.csv`, `stand.csv` (and `plots.csv`), `profile.csv` of leaf area by height, GeoTIFFs
-    /// of the ground, the surface, the canopy's height and whose crown is highest, and these crowns
-    /// as GeoJSON.
+    /// `trees.csv`, `deadwood.csv`, `stand.csv` (and `plots.csv`), `profile.csv` of leaf area by
+    /// height, GeoTIFFs of the ground, the surface, the canopy's height and whose crown is the top,
+    /// and these crowns and the stems as GeoJSON.
     Inventory(Inventory),
     /// Writes what an inertial measurement unit on the robot measures along its drive.
     ///
@@ -263,13 +263,13 @@ pub(crate) struct Inventory {
     /// Vertical rays a side of a cell, 1 to 32.
     #[arg(long, value_name = "N", default_value_t = 5)]
     pub(crate) rays: usize,
-    /// Thickness of the profile's layers, metres.
+    /// Thickness of the profile's layers, 0.1 to 100 m.
     #[arg(long, value_name = "M", default_value_t = 1.0)]
     pub(crate) layer: f64,
-    /// Thinner trees do not count per hectare, metres.
+    /// Thinner trees do not count per hectare, metres, 0 to 2.
     #[arg(long, value_name = "M", default_value_t = 0.07)]
     pub(crate) min_dbh: f64,
-    /// Side of square plots that the region is cut into for `plots.csv`, metres.
+    /// Side of square plots that the region is cut into for `plots.csv`, 1 to 1000 m.
     #[arg(long, value_name = "M")]
     pub(crate) plots: Option<f64>,
     /// The folder, which must be empty.

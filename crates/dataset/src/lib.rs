@@ -125,7 +125,7 @@ pub use formats::kitti::{Calibration, CameraCalibration, LidarCalibration};
 pub use formats::npy::encode as encode_npy;
 pub use formats::ontology_yaml::{ClassTable, TableRow};
 pub use formats::ply::PlyPoint;
-pub use formats::tables::trees_csv;
+pub use formats::tables::{deadwood_csv, trees_csv};
 pub use frame::{CameraData, FrameData, LidarData, Track, WorldTables};
 pub use header::{CameraSpec, DatasetHeader, DepthFormat, LidarSpec};
 pub use imu::{ImuReading, ImuSpec, ImuTexts};

@@ -106,21 +106,19 @@ where
     Ok(bytes.into_inner())
 }
 
-/// The directory of GeoKeys: a header of four numbers, then four for each key.
+/// The directory of GeoKeys: a header of four numbers, then four for each key. Without a reference
+/// system it says that values are those of areas, and no more.
 fn geo_keys(epsg: Option<u16>) -> Vec<u16> {
     const MODEL_TYPE: u16 = 1024;
     const RASTER_TYPE: u16 = 1025;
     const PROJECTED_CRS: u16 = 3072;
-    const LINEAR_UNIT: u16 = 3076;
     const PROJECTED: u16 = 1;
     const PIXEL_IS_AREA: u16 = 1;
-    const USER_DEFINED: u16 = 32_767;
-    const METRE: u16 = 9001;
-    let mut keys = vec![[MODEL_TYPE, PROJECTED], [RASTER_TYPE, PIXEL_IS_AREA]];
-    match epsg {
-        Some(code) => keys.push([PROJECTED_CRS, code]),
-        None => keys.extend([[PROJECTED_CRS, USER_DEFINED], [LINEAR_UNIT, METRE]]),
-    }
+    let area = [RASTER_TYPE, PIXEL_IS_AREA];
+    let keys = match epsg {
+        Some(code) => vec![[MODEL_TYPE, PROJECTED], area, [PROJECTED_CRS, code]],
+        None => vec![area],
+    };
     let header = [1, 1, 0, keys.len() as u16];
     let of_key = keys.iter().flat_map(|&[id, value]| [id, 0, 1, value]);
     header.into_iter().chain(of_key).collect()

@@ -1,8 +1,9 @@
 //! Areas of leaves and wood by height above the ground.
 
 use std::collections::HashMap;
+use std::f64::consts::FRAC_PI_2;
 
-use nemoral_scene::glam::{DVec3, Vec2, Vec3};
+use nemoral_scene::glam::{DVec2, DVec3, Vec2, Vec3};
 use nemoral_scene::{
     AlphaMask, Instance, Material, MaterialId, MaterialLibrary, ParamError, Prototype, Semantic,
     TextureWindow,
@@ -23,25 +24,31 @@ pub struct ShapeAreas {
     parts: Vec<Part>,
 }
 
+/// A triangle or a card.
 #[derive(Clone, Copy, Debug)]
 struct Part {
-    middle_m: Vec3,
-    /// Along the normal, as long as the area counts, m².
-    area_m2: Vec3,
+    corner_m: Vec3,
+    /// The vectors from there to the next corners, metres.
+    edges_m: [Vec3; 2],
+    /// Whether there is a fourth corner, opposite to the first.
+    is_card: bool,
+    /// What is counted, in the area of the parallelogram of both edges.
+    share: f64,
     tissue: Tissue,
 }
 
 /// Leaf and wood area in horizontal layers above a map.
 ///
-/// A leaf counts with one side. Wood counts with half of its surface, as in the plant area index
-/// (Jonckheere et al. 2004, *Agricultural and Forest Meteorology* 121).
+/// Leaves count with one side: half of the whole surface, for needles too. Wood counts with half of
+/// its surface, as in the plant area index (Jonckheere et al. 2004, *Agricultural and Forest
+/// Meteorology* 121).
 #[derive(Clone, Debug, PartialEq)]
 pub struct AreaProfile {
     /// Thickness of a layer, metres.
     pub layer_m: f64,
     /// Area of the map, m².
     pub ground_m2: f64,
-    /// One-sided leaf area in each layer from the ground up, m².
+    /// Leaf area in each layer from the ground up, m².
     pub leaf_m2: Vec<f64>,
     /// Half of the surface of stems, branches and twigs in the same layers, m².
     pub wood_m2: Vec<f64>,
@@ -49,10 +56,13 @@ pub struct AreaProfile {
 
 impl ShapeAreas {
     /// Those of a shape whose materials are in a library.
+    ///
+    /// # Panics
+    /// If the shape has materials that the library has not.
     #[must_use]
     pub fn of(shape: &Prototype, materials: &MaterialLibrary) -> Self {
         let mut parts = Vec::new();
-        let mut shares: HashMap<(MaterialId, [u32; 6]), f32> = HashMap::new();
+        let mut shares: HashMap<(MaterialId, [u32; 6]), f64> = HashMap::new();
         for (i, card) in shape.cards().iter().enumerate() {
             let material = materials.get(card.material);
             let Some(tissue) = tissue(material) else {
@@ -60,12 +70,15 @@ impl ShapeAreas {
             };
             let window = shape.card_windows().get(i).copied();
             let window = window.unwrap_or(TextureWindow::WHOLE);
-            let share = *shares
+            let mask = material.mask.as_deref();
+            let opaque = *shares
                 .entry((card.material, bits(&window)))
-                .or_insert_with(|| share_of_window(material.mask.as_deref(), &window));
+                .or_insert_with(|| mask.map_or(1.0, |mask| share_of_window(mask, &window)));
             parts.push(Part {
-                middle_m: card.corner + 0.5 * (card.edge_u + card.edge_v),
-                area_m2: share * card.edge_u.cross(card.edge_v),
+                corner_m: card.corner,
+                edges_m: [card.edge_u, card.edge_v],
+                is_card: true,
+                share: opaque * drawn(tissue),
                 tissue,
             });
         }
@@ -78,16 +91,18 @@ impl ShapeAreas {
             let [a, b, c] = triangle
                 .corners
                 .map(|corner| mesh.positions[corner as usize]);
-            let mask = material.mask.as_deref();
-            let share = share_of_triangle(mask, triangle.corners.map(|corner| mesh.uv(corner)));
-            // A leaf is one sheet; what has no mask and is wood closes around its inside.
-            let sides = match (tissue, mask) {
-                (Tissue::Wood, None) => 0.5,
-                _ => 1.0,
+            let uvs = triangle.corners.map(|corner| mesh.uv(corner));
+            let share = match (&material.mask, tissue) {
+                (Some(mask), _) => share_of_triangle(mask, uvs) * drawn(tissue),
+                (None, Tissue::Leaf) => 1.0,
+                // It closes around its inside.
+                (None, Tissue::Wood) => 0.5,
             };
             parts.push(Part {
-                middle_m: (a + b + c) / 3.0,
-                area_m2: sides * share * 0.5 * (b - a).cross(c - a),
+                corner_m: a,
+                edges_m: [b - a, c - a],
+                is_card: false,
+                share: 0.5 * share,
                 tissue,
             });
         }
@@ -99,9 +114,9 @@ impl AreaProfile {
     /// An empty profile of layers so thick over a map.
     ///
     /// # Errors
-    /// If `layer_m` is not 0.01 to 100 m.
+    /// If `layer_m` is not 0.1 to 100 m.
     pub fn new(layer_m: f64, grid: &MapGrid) -> Result<Self, ParamError> {
-        ParamError::check_within("layer_m", layer_m, 0.01, 100.0)?;
+        ParamError::check_within("layer_m", layer_m, 0.1, 100.0)?;
         Ok(Self {
             layer_m,
             ground_m2: grid.area_m2(),
@@ -110,47 +125,54 @@ impl AreaProfile {
         })
     }
 
-    /// Adds an instance: each of its parts to the layer that its middle is in, above the ground of
-    /// the map's cell there. Parts outside of the map do not count.
+    /// Adds an instance. The area of each of its parts is spread evenly over the heights that it
+    /// spans above the ground at its middle; what is below counts nowhere, and neither does a part
+    /// whose middle is outside of the map.
     ///
     /// `origin_m` is the world position of the origin that the instance's place is relative to,
-    /// `ground_m` has the height of the ground for each cell, and `leaf_per_silhouette` is the
-    /// one-sided leaf area that a drawn leaf or shoot stands for, in its silhouette (1 for flat
-    /// leaves; needles of a shoot hide each other).
+    /// `ground_m` the height of the ground at a place of the world, and `leaf_per_silhouette` is
+    /// the leaf area that a drawn leaf or shoot stands for, in its silhouette (1 for flat leaves;
+    /// needles of a shoot hide each other).
     pub fn add(
         &mut self,
         (shape, instance): (&ShapeAreas, &Instance),
         origin_m: DVec3,
-        (grid, ground_m): (&MapGrid, &[f64]),
+        (grid, ground_m): (&MapGrid, &dyn Fn(DVec2) -> f64),
         leaf_per_silhouette: f64,
     ) {
-        let to_world = instance.linear;
-        // Normals, as long as areas, turn with the cofactors.
-        let [x, y, z] = [to_world.x_axis, to_world.y_axis, to_world.z_axis];
-        let cofactors = [y.cross(z), z.cross(x), x.cross(y)];
         for part in &shape.parts {
-            let here_m = to_world * part.middle_m + instance.position_m;
-            let place_m = origin_m + here_m.as_dvec3();
-            let Some(cell) = grid.cell_at(place_m.truncate()) else {
+            let [u, v] = part.edges_m.map(|edge| instance.linear * edge);
+            let corner = instance.linear * part.corner_m + instance.position_m;
+            let middle = corner + (u + v) * if part.is_card { 0.5 } else { 1.0 / 3.0 };
+            let place_m = (origin_m + middle.as_dvec3()).truncate();
+            if grid.cell_at(place_m).is_none() {
                 continue;
-            };
-            let [a, b, c] = part.area_m2.to_array();
-            let area_m2 = (a * cofactors[0] + b * cofactors[1] + c * cofactors[2]).length();
-            let above_m = (place_m.z - ground_m[cell]).max(0.0);
-            let layer = (above_m / self.layer_m) as usize;
+            }
+            // Heights of its corners above the first one's.
+            let corners_m = [0.0, u.z, v.z, if part.is_card { u.z + v.z } else { 0.0 }];
+            let low_m = corners_m.into_iter().fold(0.0, f32::min);
+            let high_m = corners_m.into_iter().fold(0.0, f32::max);
+            let above_m = origin_m.z + f64::from(corner.z) - ground_m(place_m);
             let (sums, factor) = match part.tissue {
                 Tissue::Leaf => (&mut self.leaf_m2, leaf_per_silhouette),
                 Tissue::Wood => (&mut self.wood_m2, 1.0),
             };
-            if sums.len() <= layer {
-                sums.resize(layer + 1, 0.0);
-            }
-            sums[layer] += factor * f64::from(area_m2);
+            let area_m2 = factor * part.share * f64::from(u.cross(v).length());
+            let span_m = [low_m, high_m].map(|m| above_m + f64::from(m));
+            spread(sums, self.layer_m, span_m, area_m2);
         }
     }
 
     /// Adds another profile of the same map and layers.
+    ///
+    /// # Panics
+    /// If map or layers are others.
     pub fn join(&mut self, other: &Self) {
+        assert_eq!(
+            (self.layer_m, self.ground_m2),
+            (other.layer_m, other.ground_m2),
+            "profiles of one map"
+        );
         for (sums, more) in [
             (&mut self.leaf_m2, &other.leaf_m2),
             (&mut self.wood_m2, &other.wood_m2),
@@ -170,7 +192,7 @@ impl AreaProfile {
         self.leaf_m2.len().max(self.wood_m2.len())
     }
 
-    /// One-sided leaf area and half of the wood's surface in a layer, m² per m³.
+    /// Leaf area and half of the wood's surface in a layer, m² per m³.
     #[must_use]
     pub fn densities_m2_m3(&self, layer: usize) -> [f64; 2] {
         let volume_m3 = self.ground_m2 * self.layer_m;
@@ -178,14 +200,44 @@ impl AreaProfile {
             .map(|areas| areas.get(layer).copied().unwrap_or(0.0) / volume_m3)
     }
 
-    /// One-sided leaf area of all plants over that of the map, undergrowth included.
+    /// Leaf area of all that grows, low plants included, over the area of the map.
     #[must_use]
     pub fn leaf_area_index(&self) -> f64 {
         self.leaf_m2.iter().sum::<f64>() / self.ground_m2
     }
 }
 
-/// Whether a surface is that of leaves or of wood that stands.
+/// Adds an area to layers, spread evenly between two heights.
+fn spread(sums: &mut Vec<f64>, layer_m: f64, [low_m, high_m]: [f64; 2], area_m2: f64) {
+    if high_m < 0.0 {
+        return;
+    }
+    let [first, last] = [low_m.max(0.0), high_m].map(|m| (m / layer_m) as usize);
+    if sums.len() <= last {
+        sums.resize(last + 1, 0.0);
+    }
+    let span_m = high_m - low_m;
+    if first == last && low_m >= 0.0 {
+        sums[first] += area_m2;
+        return;
+    }
+    for (layer, sum) in sums.iter_mut().enumerate().take(last + 1).skip(first) {
+        let [from_m, to_m] = [layer, layer + 1].map(|n| n as f64 * layer_m);
+        let inside_m = high_m.min(to_m) - low_m.max(from_m);
+        *sum += area_m2 * inside_m / span_m;
+    }
+}
+
+/// What is counted of an opaque area. Twigs are drawn as silhouettes: half of the surface of
+/// something round is π/2 times as large.
+const fn drawn(tissue: Tissue) -> f64 {
+    match tissue {
+        Tissue::Leaf => 1.0,
+        Tissue::Wood => FRAC_PI_2,
+    }
+}
+
+/// Whether a surface is that of leaves or of wood that stands. Moss on bark is neither.
 fn tissue(material: &Material) -> Option<Tissue> {
     use Semantic as S;
     match material.semantic {
@@ -195,9 +247,7 @@ fn tissue(material: &Material) -> Option<Tissue> {
             let is_leaf = material.transmittance.max_element() > 0.0;
             Some(if is_leaf { Tissue::Leaf } else { Tissue::Wood })
         }
-        S::Stem | S::Limb | S::RootFlare | S::Snag | S::Branch | S::Twig | S::StemGrowth => {
-            Some(Tissue::Wood)
-        }
+        S::Stem | S::Limb | S::RootFlare | S::Snag | S::Branch | S::Twig => Some(Tissue::Wood),
         _ => None,
     }
 }
@@ -209,24 +259,22 @@ fn bits(window: &TextureWindow) -> [u32; 6] {
 }
 
 /// The opaque share of a card.
-fn share_of_window(mask: Option<&AlphaMask>, window: &TextureWindow) -> f32 {
+fn share_of_window(mask: &AlphaMask, window: &TextureWindow) -> f64 {
     const SIDE: usize = 256;
-    let Some(mask) = mask else { return 1.0 };
     if *window == TextureWindow::WHOLE {
-        return mask.opaque_fraction() as f32;
+        return mask.opaque_fraction();
     }
     let at = |i: usize| (i as f64 + 0.5) / SIDE as f64;
     let opaque = (0..SIDE * SIDE).filter(|i| {
         let uv = window.uv(at(i % SIDE), at(i / SIDE));
         mask.is_opaque(uv.x, uv.y)
     });
-    opaque.count() as f32 / (SIDE * SIDE) as f32
+    opaque.count() as f64 / (SIDE * SIDE) as f64
 }
 
 /// The opaque share of a triangle, by the middles of 64 equal parts.
-fn share_of_triangle(mask: Option<&AlphaMask>, uvs: [Vec2; 3]) -> f32 {
+fn share_of_triangle(mask: &AlphaMask, uvs: [Vec2; 3]) -> f64 {
     const SIDE: usize = 8;
-    let Some(mask) = mask else { return 1.0 };
     let mut opaque = 0;
     for i in 0..SIDE {
         for j in 0..SIDE - i {
@@ -238,5 +286,5 @@ fn share_of_triangle(mask: Option<&AlphaMask>, uvs: [Vec2; 3]) -> f32 {
             }
         }
     }
-    opaque as f32 / (SIDE * SIDE) as f32
+    f64::from(opaque) / (SIDE * SIDE) as f64
 }

@@ -1,12 +1,13 @@
 //! This crate measures a virtual forest as an inventory would measure a real one, without its
-//! errors: what programs for plots, airborne and terrestrial scans estimate, and should find.
+//! errors of instruments and models: what programs for plots, airborne and terrestrial scans should
+//! find.
 //!
 //! - [`StandMeasures`]: trees, basal area, diameters, heights and volume per hectare.
-//! - [`CanopyMaps`]: models of the ground, the surface and the canopy's height on a grid, and whose
-//!   crown is highest where, by vertical rays.
+//! - [`CanopyMaps`]: ground, surface and height of the canopy on a grid, its cover, and whose crown
+//!   is the top, by vertical rays.
 //! - [`visible_crowns`]: those crowns as polygons.
 //! - [`AreaProfile`]: leaf and wood area by height above the ground.
-//! - [`stand_csv`], [`profile_csv`] and [`crowns_geojson`]: all of that as text.
+//! - [`stand_csv`], [`profile_csv`], [`crowns_geojson`] and [`stems_geojson`]: all of that as text.
 //!
 //! ```
 //! use nemoral_mensuration::{Plot, StandMeasures};
@@ -46,10 +47,10 @@ mod tables;
 mod visible_crowns;
 
 pub use area_profile::{AreaProfile, ShapeAreas};
-pub use canopy_maps::{CanopyMaps, CanopyScene, CellRays};
+pub use canopy_maps::{CanopyCell, CanopyMaps, CanopyScene, CellRays};
 pub use map_grid::MapGrid;
 pub use stand::{Plot, StandMeasures};
-pub use tables::{crowns_geojson, profile_csv, stand_csv};
+pub use tables::{MapFrame, crowns_geojson, profile_csv, stand_csv, stems_geojson};
 pub use visible_crowns::{CrownPolygon, VisibleCrown, visible_crowns};
 
 #[cfg(doctest)]

@@ -3,7 +3,7 @@
 use nemoral_scene::ParamError;
 use nemoral_scene::glam::DVec2;
 
-/// The cells of a map: rows from south to north, each from west to east.
+/// The cells of a map, numbered from south to north, in each row from west to east.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MapGrid {
     /// World position of the south-west corner, metres.
@@ -17,26 +17,33 @@ pub struct MapGrid {
 }
 
 impl MapGrid {
-    /// The most cells of a grid.
-    pub const MOST_CELLS: usize = 100_000_000;
+    /// The most cells of a grid: 2.5 km a side in cells of half a metre.
+    pub const MOST_CELLS: usize = 25_000_000;
 
-    /// The cells of which a rectangle of the world is made, from its south-west corner on.
+    /// The most cells of a side, as pictures have them.
+    pub const MOST_A_SIDE: usize = 65_535;
+
+    /// The cells that a rectangle of the world is made of, from its south-west corner on.
     ///
     /// # Errors
-    /// If a number is not finite, a side of the rectangle is not a whole number of cells (within a
-    /// millionth of one), or there are more than [`MOST_CELLS`](Self::MOST_CELLS).
+    /// If a corner is not finite, `cell_m` is not 0.01 to 1000 m, a side of the rectangle is not a
+    /// whole number of cells (within a millionth of one), or there are more than
+    /// [`MOST_A_SIDE`](Self::MOST_A_SIDE) or [`MOST_CELLS`](Self::MOST_CELLS).
     pub fn of(low_m: DVec2, high_m: DVec2, cell_m: f64) -> Result<Self, ParamError> {
-        ParamError::check_positive("cell_m", cell_m)?;
+        ParamError::check_within("cell_m", cell_m, 0.01, 1000.0)?;
         let sides = (high_m - low_m) / cell_m;
         let whole = sides.round();
+        let most = DVec2::splat(Self::MOST_A_SIDE as f64);
         let fits = whole.cmpge(DVec2::ONE).all()
+            && whole.cmple(most).all()
             && (sides - whole).abs().cmple(DVec2::splat(1e-6)).all()
             && whole.x * whole.y <= Self::MOST_CELLS as f64;
         let allowed = format!(
-            "a whole number of cells a side, at least 1 and at most {} in all",
+            "a whole number of cells a side, at least 1 and at most {}, and at most {} in all",
+            Self::MOST_A_SIDE,
             Self::MOST_CELLS
         );
-        let given = format!("{} x {} cells of {cell_m} m", sides.x, sides.y);
+        let given = format!("{} x {} of {cell_m} m", sides.x, sides.y);
         ParamError::check(fits, "cells", given, &allowed)?;
         Ok(Self {
             south_west_m: low_m,
@@ -58,10 +65,17 @@ impl MapGrid {
         self.cells() as f64 * self.cell_m * self.cell_m
     }
 
+    /// World position of the south-west corner of a cell, metres.
+    #[must_use]
+    pub fn corner_m(&self, number: usize) -> DVec2 {
+        let place = [number % self.columns, number / self.columns];
+        self.south_west_m + DVec2::from(place.map(|n| n as f64)) * self.cell_m
+    }
+
     /// World position of a cell's middle, metres.
     #[must_use]
-    pub fn middle_m(&self, column: usize, row: usize) -> DVec2 {
-        self.south_west_m + (DVec2::new(column as f64, row as f64) + 0.5) * self.cell_m
+    pub fn middle_m(&self, number: usize) -> DVec2 {
+        self.corner_m(number) + 0.5 * self.cell_m
     }
 
     /// The number of the cell that a place is in; `None` outside of the map. A border belongs to
@@ -72,5 +86,12 @@ impl MapGrid {
         let sides = DVec2::new(self.columns as f64, self.rows as f64);
         let is_inside = at.cmpge(DVec2::ZERO).all() && at.cmplt(sides).all();
         is_inside.then(|| at.y as usize * self.columns + at.x as usize)
+    }
+
+    /// Values of all cells as maps are stored: rows from north to south, each from west to east.
+    pub fn from_north<T: Copy>(&self, of_cell: impl Fn(usize) -> T) -> Vec<T> {
+        let row = |row: usize| (0..self.columns).map(move |column| row * self.columns + column);
+        let numbers = (0..self.rows).rev().flat_map(row);
+        numbers.map(of_cell).collect()
     }
 }

@@ -29,8 +29,8 @@ pub struct StandMeasures {
     pub trees_per_ha: f64,
     /// Cross-sections of living stems at 1.3 m, m²/ha.
     pub basal_area_m2_ha: f64,
-    /// Diameter of the tree of mean basal area (Dq), metres; `None` without living trees, as the
-    /// next four.
+    /// Diameter of the tree of mean basal area (Dq), metres; `None` without basal area, as the next
+    /// four.
     pub quadratic_mean_dbh_m: Option<f64>,
     /// Mean height weighted by basal area (Lorey's), metres.
     pub lorey_height_m: Option<f64>,
@@ -43,7 +43,8 @@ pub struct StandMeasures {
     pub stand_density_index: Option<f64>,
     /// Volume of living stems, over bark, from the ground to the tip, m³/ha.
     pub stem_volume_m3_ha: f64,
-    /// One-sided area of the leaves that living trees have in summer, over that of the plot.
+    /// Leaf area that living trees have in summer, over that of the plot. Leaves count with one
+    /// side, which is half of the whole surface of needles.
     pub leaf_area_index: f64,
     /// Standing dead trees per hectare.
     pub dead_trees_per_ha: f64,
@@ -52,9 +53,13 @@ pub struct StandMeasures {
 }
 
 impl Plot {
-    fn check(&self) -> Result<(), ParamError> {
+    /// Checks the numbers. A limit in centimetres would leave no trees: 2 m is the most.
+    ///
+    /// # Errors
+    /// If one is not in its range.
+    pub fn check(&self) -> Result<(), ParamError> {
         ParamError::check_positive("area_m2", self.area_m2)?;
-        ParamError::check_at_least_zero("min_dbh_m", self.min_dbh_m)
+        ParamError::check_within("min_dbh_m", self.min_dbh_m, 0.0, 2.0)
     }
 
     fn hectares(&self) -> f64 {
@@ -66,7 +71,7 @@ impl StandMeasures {
     /// Those of all trees that stand on a plot.
     ///
     /// # Errors
-    /// If the area is not positive, or the limit is negative or not finite.
+    /// As [`Plot::check`].
     pub fn of<'a>(
         trees: impl IntoIterator<Item = &'a TreeRecord>,
         plot: &Plot,

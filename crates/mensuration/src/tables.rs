@@ -1,7 +1,7 @@
 //! Measures as text: tables of comma-separated values, crowns as GeoJSON.
 
 use nemoral_scene::TreeRecord;
-use nemoral_scene::glam::DVec2;
+use nemoral_scene::glam::{DVec2, DVec3};
 use serde_json::{Value, json};
 
 use crate::{AreaProfile, StandMeasures, VisibleCrown};
@@ -21,13 +21,24 @@ const STAND_COLUMNS: [&str; 11] = [
     "dead_stem_volume_m3_ha",
 ];
 
-/// Measures in rows, each after the values of further columns that say what it is of. Measures that
-/// a stand does not have are empty.
+/// Measures in rows, each between values of further columns: those that say what it is of, and
+/// those that were measured besides. Measures that a stand does not have are empty.
+///
+/// # Panics
+/// If rows have other than a value for each further column.
 #[must_use]
-pub fn stand_csv(keys: &[&str], rows: &[(Vec<String>, StandMeasures)]) -> String {
-    let head = keys.iter().copied().chain(STAND_COLUMNS);
-    let mut table = Table::new(head.map(str::to_owned));
-    for (key, m) in rows {
+pub fn stand_csv(
+    (keys, more): (&[&str], &[&str]),
+    rows: &[(Vec<String>, StandMeasures, Vec<String>)],
+) -> String {
+    let head = keys.iter().chain(&STAND_COLUMNS).chain(more);
+    let mut table = Table::new(head.map(|name| (*name).to_owned()));
+    for (key, m, others) in rows {
+        assert_eq!(
+            (key.len(), others.len()),
+            (keys.len(), more.len()),
+            "values of all columns"
+        );
         let number = |value: f64| format!("{value:.4}");
         let maybe = |value: Option<f64>| value.map(number).unwrap_or_default();
         let measures = [
@@ -43,7 +54,8 @@ pub fn stand_csv(keys: &[&str], rows: &[(Vec<String>, StandMeasures)]) -> String
             number(m.dead_trees_per_ha),
             number(m.dead_stem_volume_m3_ha),
         ];
-        table.row(key.iter().cloned().chain(measures));
+        let fields = key.iter().cloned().chain(measures);
+        table.row(fields.chain(others.iter().cloned()));
     }
     table.finish()
 }
@@ -67,50 +79,89 @@ pub fn profile_csv(profile: &AreaProfile) -> String {
     table.finish()
 }
 
-/// Crowns of trees as polygons, with what is known of each tree. Crowns of what is no tree are left
-/// out. `origin_m` is added to all places; `epsg` is the coordinate reference system that they are
-/// in, if there is one, in the member `crs` that GDAL and QGIS read.
+/// Where features lie: what is added to places of the world, and the EPSG code of the coordinate
+/// reference system that they are in then, if there is one. It is written as the member `crs`,
+/// which GDAL and QGIS read.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct MapFrame {
+    /// Coordinates of the world's origin, metres.
+    pub origin_m: DVec3,
+    /// The code.
+    pub epsg: Option<u16>,
+}
+
+/// Crowns as polygons, with their number from 1 on and what is known of their trees. Crowns of what
+/// is no tree are left out.
 #[must_use]
-pub fn crowns_geojson(
-    crowns: &[VisibleCrown],
-    trees: &[TreeRecord],
-    origin_m: DVec2,
-    epsg: Option<u16>,
-) -> String {
+pub fn crowns_geojson(crowns: &[VisibleCrown], trees: &[TreeRecord], frame: &MapFrame) -> String {
     let mut by_id: Vec<&TreeRecord> = trees.iter().collect();
     by_id.sort_by_key(|tree| tree.object);
-    let feature = |crown: &VisibleCrown| -> Option<Value> {
+    let feature = |(crown, number): (&VisibleCrown, usize)| -> Option<Value> {
         let at = by_id.binary_search_by_key(&crown.object, |tree| tree.object);
-        let tree = by_id[at.ok()?];
-        let place = |corner: &DVec2| json!([corner.x + origin_m.x, corner.y + origin_m.y]);
+        let mut properties = properties(by_id[at.ok()?]);
+        properties["crown"] = json!(number);
+        properties["visible_area_m2"] = json!(crown.area_m2);
+        let place = |corner: &DVec2| frame.place(corner.extend(0.0))[..2].into();
         let ring = |ring: &Vec<DVec2>| -> Value {
             let closed = ring.iter().chain(ring.first());
-            closed.map(place).collect()
+            closed.map(place).collect::<Vec<Value>>().into()
         };
         let polygon = |rings: &Vec<Vec<DVec2>>| -> Value { rings.iter().map(ring).collect() };
         let polygons = crown.polygons.iter().map(|p| polygon(&p.rings));
-        Some(json!({
-            "type": "Feature",
-            "properties": {
-                "id": tree.object.to_u64(),
-                "image_id": tree.object.to_image_id(),
-                "species": tree.species,
-                "dbh_m": tree.dbh_m,
-                "height_m": tree.height_m,
-                "alive": tree.alive,
-                "field_id": tree.field_id,
-                "visible_area_m2": crown.area_m2,
-            },
-            "geometry": { "type": "MultiPolygon", "coordinates": polygons.collect::<Value>() },
-        }))
+        let geometry = ("MultiPolygon", polygons.collect());
+        Some(self::feature(&properties, geometry))
     };
-    let features: Vec<Value> = crowns.iter().filter_map(feature).collect();
-    let mut collection = json!({ "type": "FeatureCollection", "features": features });
-    if let Some(epsg) = epsg {
-        let name = format!("urn:ogc:def:crs:EPSG::{epsg}");
-        collection["crs"] = json!({ "type": "name", "properties": { "name": name } });
+    frame.collection(crowns.iter().zip(1..).filter_map(feature).collect())
+}
+
+/// The feet of trees as points, with what is known of them.
+#[must_use]
+pub fn stems_geojson(trees: &[TreeRecord], frame: &MapFrame) -> String {
+    let feature = |tree: &TreeRecord| {
+        let place = frame.place(tree.position_m);
+        feature(&properties(tree), ("Point", place[..].into()))
+    };
+    frame.collection(trees.iter().map(feature).collect())
+}
+
+/// What is known of a tree. Its id is text, as many readers have no whole numbers of 64 bits.
+fn properties(tree: &TreeRecord) -> Value {
+    json!({
+        "id": tree.object.to_u64().to_string(),
+        "species": tree.species,
+        "dbh_m": tree.dbh_m,
+        "height_m": tree.height_m,
+        "crown_base_m": tree.crown_base_m,
+        "crown_radius_m": tree.crown_radius_m,
+        "stem_volume_m3": tree.stem_volume_m3,
+        "alive": tree.alive,
+        "field_id": tree.field_id,
+    })
+}
+
+fn feature(properties: &Value, (kind, coordinates): (&str, Value)) -> Value {
+    json!({
+        "type": "Feature",
+        "properties": properties,
+        "geometry": { "type": kind, "coordinates": coordinates },
+    })
+}
+
+impl MapFrame {
+    /// A place of the world on the map, to the millimetre.
+    fn place(&self, world_m: DVec3) -> [f64; 3] {
+        let place_m = world_m + self.origin_m;
+        place_m.to_array().map(|m| (m * 1e3).round() / 1e3)
     }
-    format!("{collection}\n")
+
+    fn collection(&self, features: Vec<Value>) -> String {
+        let mut collection = json!({ "type": "FeatureCollection", "features": features });
+        if let Some(epsg) = self.epsg {
+            let name = format!("urn:ogc:def:crs:EPSG::{epsg}");
+            collection["crs"] = json!({ "type": "name", "properties": { "name": name } });
+        }
+        format!("{collection}\n")
+    }
 }
 
 /// Comma-separated values.

@@ -7,7 +7,7 @@ use nemoral_scene::glam::DVec2;
 
 use crate::CanopyMaps;
 
-/// The cells of a map whose highest point belongs to one object.
+/// The cells of a map of which an object is the top.
 #[derive(Clone, Debug, PartialEq)]
 pub struct VisibleCrown {
     /// The object.
@@ -29,10 +29,18 @@ pub struct CrownPolygon {
 /// A corner of cells: column and row.
 type Corner = [usize; 2];
 
-/// The crowns of all objects that are highest anywhere, in order of their ids.
+/// The crowns of all objects that are the top of a cell, in order of their ids.
+///
+/// # Panics
+/// If there are other than one cell for each of the map's grid.
 #[must_use]
 pub fn visible_crowns(maps: &CanopyMaps) -> Vec<VisibleCrown> {
     let grid = &maps.grid;
+    assert_eq!(
+        maps.cells.len(),
+        grid.cells(),
+        "a map has all cells of its grid"
+    );
     let cell_m2 = grid.cell_m * grid.cell_m;
     let world = |[column, row]: Corner| {
         grid.south_west_m + DVec2::new(column as f64, row as f64) * grid.cell_m
@@ -40,7 +48,7 @@ pub fn visible_crowns(maps: &CanopyMaps) -> Vec<VisibleCrown> {
     let mut crowns: BTreeMap<ObjectId, VisibleCrown> = BTreeMap::new();
     let mut parts = Parts::new(maps);
     for start in 0..grid.cells() {
-        let object = maps.tops[start];
+        let object = maps.cells[start].top;
         if object.is_none() {
             continue;
         }
@@ -92,7 +100,7 @@ impl<'a> Parts<'a> {
         while let Some(&cell) = cells.get(next) {
             next += 1;
             for neighbour in self.neighbours(cell).into_iter().flatten() {
-                let is_same = self.maps.tops[neighbour] == self.maps.tops[start];
+                let is_same = self.maps.cells[neighbour].top == self.maps.cells[start].top;
                 if is_same && self.of_cells[neighbour] == 0 {
                     self.of_cells[neighbour] = self.known;
                     cells.push(neighbour);

@@ -4,8 +4,8 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use nemoral_mensuration::{
-    AreaProfile, CanopyMaps, CanopyScene, CellRays, MapGrid, ShapeAreas, crowns_geojson,
-    profile_csv, visible_crowns,
+    AreaProfile, CanopyCell, CanopyMaps, CanopyScene, CellRays, MapFrame, MapGrid, ShapeAreas,
+    crowns_geojson, profile_csv, stems_geojson, visible_crowns,
 };
 use nemoral_scene::glam::{DVec2, DVec3, Mat3, Quat, Vec2, Vec3};
 use nemoral_scene::{
@@ -18,82 +18,112 @@ fn id(item: u16) -> ObjectId {
     ObjectId::new(ChunkCoord::new(0, 0), item).expect("in range")
 }
 
-/// Cones over a level ground at 0, in a scene around (100, 200, 10) of the world.
-struct Cones(Vec<(ObjectId, Vec2, f32, f32)>);
+/// Cones over an even ground that rises to the east, in a scene around (100, 200, 10) of the world.
+struct Cones {
+    slope: f32,
+    cones: Vec<(ObjectId, Vec2, f32, f32)>,
+}
 
 const ORIGIN_M: DVec3 = DVec3::new(100.0, 200.0, 10.0);
 
 impl RayCaster for Cones {
     fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
         assert_eq!(ray.direction, Vec3::NEG_Z);
-        let tip = |&(object, at, radius_m, height_m): &(ObjectId, Vec2, f32, f32)| {
-            let inside = 1.0 - ray.origin.truncate().distance(at) / radius_m;
-            (inside > 0.0).then_some((object, inside * height_m))
+        let at = ray.origin.truncate();
+        let tip = |&(object, middle, radius_m, height_m): &(ObjectId, Vec2, f32, f32)| {
+            let inside = 1.0 - at.distance(middle) / radius_m;
+            (inside > 0.0).then_some((object, LEAF, inside * height_m))
         };
-        let mut highest = (ObjectId::NONE, 0.0);
-        for (object, height_m) in self.0.iter().filter_map(tip) {
-            if height_m > highest.1 {
-                highest = (object, height_m);
+        let mut highest = (ObjectId::NONE, SOIL, 0.0);
+        for (object, material, height_m) in self.cones.iter().filter_map(tip) {
+            if height_m > highest.2 {
+                highest = (object, material, height_m);
             }
         }
-        let hit = Hit::new(ray.origin.z - highest.1, Vec3::Z, MaterialId(0));
-        Some(hit.with_object(highest.0))
+        let (object, material, height_m) = highest;
+        let distance_m = ray.origin.z - height_m - self.slope * at.x;
+        Some(Hit::new(distance_m, Vec3::Z, material).with_object(object))
     }
 }
 
-fn cones(caster: &Cones) -> CanopyScene<'_> {
-    CanopyScene {
-        caster,
-        origin_m: ORIGIN_M,
-        above_m: 60.0,
-        ground_m: &|_| 10.0,
+impl Cones {
+    fn maps(&self, grid: MapGrid, a_side: usize) -> CanopyMaps {
+        let slope = f64::from(self.slope);
+        let ground_m = move |place: DVec2| 10.0 + slope * (place.x - ORIGIN_M.x);
+        let materials = library();
+        let scene = CanopyScene {
+            caster: self,
+            materials: &materials,
+            origin_m: ORIGIN_M,
+            above_m: 60.0,
+            ground_m: &ground_m,
+        };
+        CanopyMaps::cast(&scene, grid, CellRays::a_side(a_side).expect("in range"))
     }
-}
-
-fn rays(a_side: usize) -> CellRays {
-    CellRays::a_side(a_side).expect("in range")
 }
 
 #[test]
 fn a_cone_is_as_high_as_its_formula_and_covers_its_circle() {
-    let caster = Cones(vec![(id(7), Vec2::new(5.0, 6.0), 4.0, 20.0)]);
-    let grid = MapGrid::of(ORIGIN_M.truncate(), ORIGIN_M.truncate() + 12.0, 0.25).expect("whole");
-    let maps = CanopyMaps::cast(&cones(&caster), grid, rays(5));
-    // Above 2 m is what is nearer to the middle than 0.9 of the radius.
-    let wanted = PI * (0.9 * 4.0_f64).powi(2) / 144.0;
-    assert!(
-        (maps.cover - wanted).abs() < 1e-3,
-        "{}: {wanted}",
-        maps.cover
-    );
-    let heights: Vec<f64> = maps.heights_m().collect();
-    for row in 0..grid.rows {
-        for column in 0..grid.columns {
-            let cell = row * grid.columns + column;
-            let away_m =
-                (grid.middle_m(column, row) - ORIGIN_M.truncate() - DVec2::new(5.0, 6.0)).length();
-            // The highest of the rays of a cell is at most half a diagonal nearer than its middle.
+    let low = ORIGIN_M.truncate();
+    let grid = MapGrid::of(low, low + 12.0, 0.25).expect("whole");
+    for slope in [0.0, 0.5] {
+        let cone = (id(7), Vec2::new(5.0, 6.0), 4.0, 20.0);
+        let maps = Cones {
+            slope,
+            cones: vec![cone],
+        }
+        .maps(grid, 5);
+        // Above 2 m is what is nearer to the middle than 0.9 of the radius.
+        let wanted = PI * (0.9 * 4.0_f64).powi(2) / 144.0;
+        assert!(
+            (maps.cover() - wanted).abs() < 1e-3,
+            "{}: {wanted}",
+            maps.cover()
+        );
+        for (number, cell) in maps.cells.iter().enumerate() {
+            let place = grid.middle_m(number) - low;
+            let away_m = place.distance(DVec2::new(5.0, 6.0));
+            // The nearest ray of a cell is at most half a diagonal nearer than its middle.
             let at = |m: f64| 20.0 * (1.0 - m / 4.0).max(0.0);
             let range = at(away_m) - 1e-4..=at((away_m - 0.18).max(0.0)) + 1e-4;
+            assert!(range.contains(&cell.height_m), "{place}: {cell:?}");
+            let ground_m = 10.0 + f64::from(slope) * place.x;
+            assert!((cell.ground_m - ground_m).abs() < 1e-9);
+            // A slope is no canopy.
             assert!(
-                range.contains(&heights[cell]),
-                "{column}, {row}: {}",
-                heights[cell]
+                away_m < 4.2 || (cell.height_m, cell.cover, cell.top) == (0.0, 0.0, ObjectId::NONE)
             );
-            assert_eq!(maps.ground_m[cell], 10.0);
-            let is_crown = maps.tops[cell] == id(7);
-            assert!(is_crown || heights[cell] == 0.0);
+            assert!(cell.surface_m >= cell.ground_m && cell.surface_m <= ground_m + 20.1);
+            assert_eq!(cell.top.is_none(), cell.height_m < 2.0, "{cell:?}");
         }
+        let crowns = visible_crowns(&maps);
+        assert_eq!(crowns.len(), 1);
+        // Cells at the rim count whole.
+        let circle = PI * 3.6 * 3.6;
+        assert!(
+            (circle..circle * 1.1).contains(&crowns[0].area_m2),
+            "{}",
+            crowns[0].area_m2
+        );
     }
-    let crowns = visible_crowns(&maps);
-    assert_eq!(crowns.len(), 1);
-    // Cells at the rim count whole.
-    let circle = PI * 16.0;
-    assert!(
-        (circle..circle * 1.1).contains(&crowns[0].area_m2),
-        "{}",
-        crowns[0].area_m2
-    );
+}
+
+#[test]
+fn cells_do_not_depend_on_blocks() {
+    let low = ORIGIN_M.truncate();
+    let grid = MapGrid::of(low, low + 40.0, 0.5).expect("whole");
+    let cone = (id(7), Vec2::new(15.0, 26.0), 9.0, 20.0);
+    let cones = Cones {
+        slope: 0.1,
+        cones: vec![cone],
+    };
+    // Blocks of 16 cells, and a map of one cell at its place.
+    let maps = cones.maps(grid, 32);
+    for number in [0, 17, 3_211, 4_190, 6_399] {
+        let corner = grid.corner_m(number);
+        let alone = MapGrid::of(corner, corner + 0.5, 0.5).expect("whole");
+        assert_eq!(cones.maps(alone, 32).cells[0], maps.cells[number]);
+    }
 }
 
 #[test]
@@ -102,7 +132,8 @@ fn grids_are_whole_cells() {
     assert_eq!((grid.columns, grid.rows), (30, 10));
     assert!((grid.area_m2() - 3.0).abs() < 1e-12);
     assert_eq!(grid.cell_at(DVec2::new(-1.0, 2.0)), Some(0));
-    assert_eq!(grid.cell_at(grid.middle_m(7, 3)), Some(97));
+    assert_eq!(grid.cell_at(grid.middle_m(97)), Some(97));
+    assert_eq!(grid.from_north(|n| n)[..2], [270, 271]);
     assert_eq!(grid.cell_at(DVec2::new(2.0, 2.5)), None);
     assert_eq!(grid.cell_at(DVec2::new(0.0, 1.999)), None);
     assert!(CellRays::a_side(0).is_err() && CellRays::a_side(33).is_err());
@@ -112,6 +143,8 @@ fn grids_are_whole_cells() {
         (DVec2::new(f64::NAN, 1.0), 0.5),
         (DVec2::new(f64::INFINITY, 1.0), 0.5),
         (DVec2::splat(1e6), 0.5),
+        (DVec2::new(7000.0, 1.0), 0.1),
+        (DVec2::splat(1e-3), 1e-3),
         (DVec2::ONE, 0.0),
         (DVec2::ONE, f64::NAN),
     ] {
@@ -154,8 +187,8 @@ proptest! {
         let tops: Vec<ObjectId> = (0..columns * rows)
             .map(|i| labels.get(i).filter(|l| **l > 0).map_or(ObjectId::NONE, |&l| id(l)))
             .collect();
-        let flat = vec![0.0; tops.len()];
-        let maps = CanopyMaps { grid, ground_m: flat.clone(), surface_m: flat, tops: tops.clone(), cover: 0.0 };
+        let cell = |&top: &ObjectId| CanopyCell { ground_m: 0.0, surface_m: 5.0, height_m: 5.0, cover: 1.0, top };
+        let maps = CanopyMaps { grid, cells: tops.iter().map(cell).collect() };
         let crowns = visible_crowns(&maps);
         for crown in &crowns {
             let mut total_m2 = 0.0;
@@ -174,7 +207,7 @@ proptest! {
         }
         for row in 0..rows {
             for column in 0..columns {
-                let place = grid.middle_m(column, row);
+                let place = grid.middle_m(row * columns + column);
                 let owners: Vec<ObjectId> = crowns.iter().flat_map(|crown| {
                     let inside = crown.polygons.iter().filter(|p| {
                         surrounds(&p.rings[0], place) && !p.rings[1..].iter().any(|r| surrounds(r, place))
@@ -191,18 +224,20 @@ proptest! {
 
 #[test]
 fn crowns_of_trees_are_features_with_closed_rings() {
-    let caster = Cones(vec![
-        (id(1), Vec2::new(3.0, 3.0), 2.0, 9.0),
-        (id(2), Vec2::new(5.0, 3.0), 2.0, 6.0),
-    ]);
+    let cones = Cones {
+        slope: 0.0,
+        cones: vec![
+            (id(1), Vec2::new(3.0, 3.0), 2.0, 9.0),
+            (id(2), Vec2::new(5.0, 3.0), 2.0, 6.0),
+        ],
+    };
     let low = ORIGIN_M.truncate();
     let grid = MapGrid::of(low, low + 8.0, 0.5).expect("whole");
-    let maps = CanopyMaps::cast(&cones(&caster), grid, rays(2));
-    let crowns = visible_crowns(&maps);
+    let crowns = visible_crowns(&cones.maps(grid, 2));
     let tree = nemoral_scene::TreeRecord {
         object: id(2),
         species: "beech".to_owned(),
-        position_m: DVec3::ZERO,
+        position_m: DVec3::new(1.5, 0.0, 0.0),
         dbh_m: 0.2,
         height_m: 6.0,
         crown_base_m: 1.0,
@@ -214,7 +249,11 @@ fn crowns_of_trees_are_features_with_closed_rings() {
         alive: true,
         field_id: "B7".to_owned(),
     };
-    let text = crowns_geojson(&crowns, &[tree], DVec2::new(5e5, 5e6), Some(25_832));
+    let frame = MapFrame {
+        origin_m: DVec3::new(5e5, 5e6, 300.0),
+        epsg: Some(25_832),
+    };
+    let text = crowns_geojson(&crowns, std::slice::from_ref(&tree), &frame);
     let json: serde_json::Value = serde_json::from_str(&text).expect("JSON");
     let features = json["features"].as_array().expect("features");
     // The other is no tree of the list.
@@ -230,6 +269,23 @@ fn crowns_of_trees_are_features_with_closed_rings() {
     assert_eq!(ring.first(), ring.last());
     let x = ring[0][0].as_f64().expect("a number");
     assert!((5e5 + 100.0..5e5 + 108.0).contains(&x), "{x}");
+    // Its number is that among all crowns.
+    assert_eq!(features[0]["properties"]["crown"], 2);
+    assert_eq!(features[0]["properties"]["id"], id(2).to_u64().to_string());
+    let text = stems_geojson(
+        &[tree],
+        &MapFrame {
+            epsg: None,
+            ..frame
+        },
+    );
+    let json: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    let point = &json["features"][0]["geometry"];
+    assert_eq!(
+        point["coordinates"],
+        serde_json::json!([5e5 + 1.5, 5e6, 300.0])
+    );
+    assert!(json.get("crs").is_none());
 }
 
 /// A library with a leaf whose mask is opaque in its left half, and bark.
@@ -264,8 +320,7 @@ fn profile_of(shape: Prototype, place: InstancePlace) -> AreaProfile {
     let areas = ShapeAreas::of(&shape, &library());
     let mut profile = AreaProfile::new(0.5, &grid).expect("valid");
     let instance = Instance::new(Arc::new(shape), place);
-    let ground_m = vec![2.0; grid.cells()];
-    profile.add((&areas, &instance), DVec3::ZERO, (&grid, &ground_m), 1.0);
+    profile.add((&areas, &instance), DVec3::ZERO, (&grid, &|_| 2.0), 1.0);
     profile
 }
 
@@ -366,6 +421,21 @@ fn profiles_of_parts_join() {
     let mut other = high;
     other.join(&low);
     assert_eq!(all, other);
+    // A card that stands is spread over the heights that it spans, and not below the ground.
+    let turned = |z| InstancePlace {
+        linear: Mat3::from_quat(Quat::from_rotation_x(std::f32::consts::FRAC_PI_2)),
+        ..InstancePlace::at(Vec3::new(0.0, 0.0, z))
+    };
+    let standing = profile_of(card(0.0), turned(2.25));
+    for (layer, area_m2) in [0.125, 0.25, 0.125].into_iter().enumerate() {
+        assert!(
+            (standing.leaf_m2[layer] - area_m2).abs() < 1e-6,
+            "{standing:?}"
+        );
+    }
+    let sunk: f64 = profile_of(card(0.0), turned(1.6)).leaf_m2.iter().sum();
+    assert!((sunk - 0.5 * 0.6).abs() < 1e-6, "{sunk}");
+    assert_eq!(profile_of(card(0.0), turned(0.9)).layers(), 0);
     let grid = MapGrid::of(DVec2::ZERO, DVec2::ONE, 1.0).expect("whole");
     assert!(AreaProfile::new(0.0, &grid).is_err() && AreaProfile::new(f64::NAN, &grid).is_err());
 }

@@ -109,7 +109,10 @@ fn thin_and_dead_trees_count_apart() {
     // Nothing that lives has no means, and its cells are empty.
     let bare = StandMeasures::of(&trees[1..], &hectare()).expect("valid");
     assert_eq!(bare.quadratic_mean_dbh_m, None);
-    let text = stand_csv(&["species"], &[(vec!["a,b".to_owned()], bare)]);
+    let text = stand_csv(
+        (&["species"], &["cover"]),
+        &[(vec!["a,b".to_owned()], bare, vec!["0.5".to_owned()])],
+    );
     let row = text.lines().nth(1).expect("a row");
     assert!(
         row.starts_with("\"a,b\",0.0000,0.0000,,,,,,0.0000"),
@@ -123,6 +126,8 @@ fn a_plot_without_area_is_refused() {
         (0.0, 0.07, "area_m2"),
         (f64::NAN, 0.07, "area_m2"),
         (1.0, -0.1, "min_dbh_m"),
+        // As foresters write it, in centimetres.
+        (1.0, 7.0, "min_dbh_m"),
     ] {
         let plot = Plot { area_m2, min_dbh_m };
         let refused = StandMeasures::of(&[], &plot).expect_err(told);
@@ -145,10 +150,12 @@ proptest! {
         let close = |x: f64, y: f64| (x - y).abs() <= 1e-9 * (1.0 + x.abs());
         prop_assert!(close(all.basal_area_m2_ha, a.basal_area_m2_ha + b.basal_area_m2_ha));
         prop_assert!(close(all.stem_volume_m3_ha, a.stem_volume_m3_ha + b.stem_volume_m3_ha));
-        // The mean by basal area lies between heights, and dominant trees are no thinner.
+        // Dominant trees are no thinner than the mean.
         if let (Some(mean_m), Some(top_m)) = (all.quadratic_mean_dbh_m, all.dominant_dbh_m) {
-            prop_assert!(trees.len() > 100 || close(top_m, top_m) && top_m > 0.0);
-            prop_assert!(mean_m >= 0.07);
+            let few = Plot { area_m2: 500.0, ..hectare() };
+            let few = StandMeasures::of(&trees, &few).expect("valid").dominant_dbh_m;
+            prop_assert!(mean_m >= 0.07 && few >= Some(top_m));
+            prop_assert!(few.is_some_and(|few_m| few_m >= mean_m * 0.5));
         }
     }
 }

@@ -363,8 +363,9 @@ impl Forest {
         sequence: u32,
         low: [f64; 2],
         high: [f64; 2],
-        (cell_m, rays_a_side, layer_m): (f64, usize, f64),
+        params: (f64, usize, f64),
     ) -> PyResult<Bound<'py, PyDict>> {
+        let (cell_m, rays_a_side, layer_m) = params;
         let params = SurveyParams {
             cell_m,
             rays_a_side,

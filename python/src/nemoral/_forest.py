@@ -291,7 +291,7 @@ class Forest:
         sequence: SupportsIndex = 0,
     ) -> dict[str, Any]:
         """Maps of ground and canopy over a rectangle of the world, which must be whole cells, and
-        its leaf area by height: what ``nemoral inventory`` writes.
+        its leaf area by height, as ``nemoral inventory`` writes them.
 
         Args:
             cell_m: Side of a cell, metres.
@@ -300,17 +300,18 @@ class Forest:
 
         Returns:
             Maps of R rows from north to south and C columns from west to east: ``ground_m``,
-            ``surface_m`` (the highest point of a cell) and ``height_m`` (of that above the ground)
-            float64, ``instance`` uint32 (whose point it is, 0 for ground and undergrowth); places
-            of the cells' middles ``x_m`` (C,) and ``y_m`` (R,); ``leaf_area_density_m2_m3`` and
-            ``wood_area_density_m2_m3`` of layers from the ground up; ``leaf_area_index`` and
-            ``canopy_cover`` (what is 2 m high or higher) floats.
+            ``surface_m`` (the highest point of a cell), ``height_m`` (of the canopy above the
+            ground), ``cover`` (share of rays that meet something 2 m high or higher) float64, and
+            ``object`` uint64 (whose crown is the top, 0 if none is); places of the cells' middles
+            ``x_m`` (C,) and ``y_m`` (R,); ``leaf_area_density_m2_m3`` and
+            ``wood_area_density_m2_m3`` of layers from the ground up; ``leaf_area_index`` (of all
+            plants, in the forest's season) and ``canopy_cover`` floats.
         """
         low, high = self._rectangle(xmin, ymin, xmax, ymax)
         params = (
             arguments.real("cell_m", cell_m, 0.01, 1000),
             arguments.whole("rays_a_side", rays_a_side, 1, 32),
-            arguments.real("layer_m", layer_m, 0.01, 100),
+            arguments.real("layer_m", layer_m, 0.1, 100),
         )
         return self._live.survey(self._sequence(sequence), low, high, params)
 

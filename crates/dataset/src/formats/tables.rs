@@ -124,6 +124,14 @@ pub(crate) fn encode_trees(rows: &Rows) -> String {
     encode(&format!("{ID_COLUMNS},{TREE_COLUMNS}"), rows)
 }
 
+/// Logs and root plates as the text of a `deadwood.csv`.
+///
+/// # Errors
+/// If two that differ have the same id.
+pub fn deadwood_csv(deadwood: &[DeadwoodRecord]) -> Result<String, Error> {
+    Ok(encode_deadwood(&deadwood_rows(deadwood)?))
+}
+
 pub(crate) fn encode_deadwood(rows: &Rows) -> String {
     encode(&format!("{ID_COLUMNS},{DEADWOOD_COLUMNS}"), rows)
 }

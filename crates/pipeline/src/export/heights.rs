@@ -1,6 +1,7 @@
 //! The ground's heights on a grid.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use nemoral_export::HeightGrid;
 use nemoral_scene::glam::DVec2;
@@ -9,13 +10,43 @@ use rayon::prelude::*;
 
 use super::ExportArea;
 use super::area::Rectangle;
+use crate::plan::Runner;
 use crate::pool::in_pool;
+use crate::world::chunk_ground::ChunkGround;
 use crate::{Error, Recorder};
 
 /// The most posts of a height map.
 const MOST_POSTS: f64 = 1e8;
 
+/// The ground of a rectangle.
+#[derive(Debug)]
+pub(crate) struct RegionGround {
+    size_m: f64,
+    chunks: BTreeMap<ChunkCoord, Arc<ChunkGround>>,
+}
+
+impl RegionGround {
+    /// The ground at a place in the rectangle.
+    pub(crate) fn height_m(&self, place_m: DVec2) -> f64 {
+        self.chunks[&ChunkCoord::containing(place_m, self.size_m)].height_m(place_m)
+    }
+}
+
 impl Recorder {
+    /// The ground of the chunks that a rectangle touches.
+    pub(crate) fn ground_of(
+        &self,
+        runner: &Runner<'_>,
+        rectangle: Rectangle,
+    ) -> Result<RegionGround, Error> {
+        let size_m = self.sequence().config.chunks.size_m;
+        let mut chunks = BTreeMap::new();
+        for chunk in rectangle.chunks(size_m)? {
+            chunks.insert(chunk, runner.get(self.forest().ground, chunk)?);
+        }
+        Ok(RegionGround { size_m, chunks })
+    }
+
     /// The ground at the posts of a grid: of a region, from its south-west corner on; of a frame,
     /// in the square around the robot that what is visible fills. No plants are grown for it,
     /// unless trees that were thrown have left pits.
@@ -50,20 +81,14 @@ impl Recorder {
             )));
         }
         let (columns, rows) = (spans.x as usize + 1, spans.y as usize + 1);
-        let size_m = chunks.size_m;
-        let runner = self.runner();
-        let mut grounds = BTreeMap::new();
-        for chunk in rectangle.chunks(size_m)? {
-            grounds.insert(chunk, runner.get(self.forest().ground, chunk)?);
-        }
+        let ground = self.ground_of(&self.runner(), rectangle)?;
         let south_west_m = rectangle.low_m;
         let row = |row: usize| -> Vec<f64> {
             let height = |column: usize| {
                 let place_m = south_west_m + DVec2::new(column as f64, row as f64) * spacing_m;
                 // The last post may be beyond the border by a millionth of a spacing.
                 let place_m = place_m.min(rectangle.high_m);
-                let chunk = ChunkCoord::containing(place_m, size_m);
-                grounds[&chunk].height_m(place_m)
+                ground.height_m(place_m)
             };
             (0..columns).map(height).collect()
         };

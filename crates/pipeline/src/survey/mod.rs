@@ -1,14 +1,17 @@
 //! What a forest inventory of a part of a forest would find.
 
 mod files;
+mod plots;
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
 
 use nemoral_mensuration::{AreaProfile, CanopyMaps, CanopyScene, CellRays, MapGrid, ShapeAreas};
 use nemoral_raycast::{Group, RayScene};
 use nemoral_scene::glam::{DVec2, DVec3};
-use nemoral_scene::{ChunkCoord, MaterialLibrary, ObjectId, ParamError, Surface, TreeRecord};
+use nemoral_scene::{
+    ChunkCoord, DeadwoodRecord, MaterialLibrary, ObjectId, ParamError, TreeRecord,
+};
 use rayon::prelude::*;
 
 pub use files::InventoryParams;
@@ -19,8 +22,11 @@ use crate::recording::scene::chunk_offset_m;
 use crate::world::object_reach::ObjectReach;
 use crate::{Error, Recorder};
 
-/// Low plants of a chunk reach less far over its border, metres.
-const LOW_REACH_M: f64 = 5.0;
+/// Patches of undergrowth and litter reach less far over the border of their chunk, metres.
+const PATCH_REACH_M: f64 = 5.0;
+
+/// Climbers hang less far out of the crowns that they grow in, metres.
+const CLIMBER_REACH_M: f64 = 2.0;
 
 /// How finely a part of a forest is surveyed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,7 +56,11 @@ pub struct Survey {
     /// The trees whose feet are in the rectangle, its west and south borders included, in order of
     /// their ids.
     pub trees: Vec<TreeRecord>,
-    /// Ground and canopy. Crowns of trees outside reach in.
+    /// Other trees whose crowns are the top of a cell, in order of their ids.
+    pub trees_outside: Vec<TreeRecord>,
+    /// Logs and root plates whose middles are in the rectangle, in order of their ids.
+    pub deadwood: Vec<DeadwoodRecord>,
+    /// Ground and canopy, with trees as tops alone.
     pub maps: CanopyMaps,
     /// Leaves and wood above the rectangle, in the forest's season.
     pub profile: AreaProfile,
@@ -87,30 +97,24 @@ impl Recorder {
         let runner = self.runner();
         let assets = runner.get(self.forest().assets, ())?;
         let size_m = self.sequence().config.chunks.size_m;
-        let with = |reach_m: f64| rectangle.grown(reach_m)?.chunks(size_m);
-        let tall = with(ObjectReach::of(&assets).across_m)?;
-        let low = with(LOW_REACH_M)?;
+        let reach_m = ObjectReach::of(&assets).across_m + CLIMBER_REACH_M;
+        let chunks = rectangle
+            .grown(reach_m.max(PATCH_REACH_M))?
+            .chunks(size_m)?;
         let objects = runner.demand(self.forest().object_geometry);
         let undergrowth = runner.demand(self.forest().undergrowth_geometry);
         let litter = runner.demand(self.forest().litter_geometry);
-        let wanted = objects.wanted(&tall).and(undergrowth.wanted(&low));
-        wanted.and(litter.wanted(&low)).compute()?;
+        let wanted = objects.wanted(&chunks).and(undergrowth.wanted(&chunks));
+        wanted.and(litter.wanted(&chunks)).compute()?;
         let mut groups: Vec<(ChunkCoord, Arc<Group>)> = Vec::new();
-        let standing = tall.iter().zip(objects.all(&tall)?);
+        let standing = chunks.iter().zip(objects.all(&chunks)?);
         groups.extend(standing.map(|(&at, of)| (at, Arc::clone(&of.group))));
-        let growing = low.iter().zip(undergrowth.all(&low)?);
+        let growing = chunks.iter().zip(undergrowth.all(&chunks)?);
         groups.extend(growing.filter_map(|(&at, of)| Some((at, Arc::clone(of.0.as_ref()?)))));
-        let lying = low.iter().zip(litter.all(&low)?);
+        let lying = chunks.iter().zip(litter.all(&chunks)?);
         groups.extend(lying.filter_map(|(&at, of)| Some((at, Arc::clone(of.0.as_ref()?)))));
-
-        let mut grounds = BTreeMap::new();
-        for chunk in rectangle.chunks(size_m)? {
-            grounds.insert(chunk, runner.get(self.forest().ground, chunk)?);
-        }
-        let ground_m = |place_m: DVec2| {
-            let chunk = ChunkCoord::containing(place_m, size_m);
-            grounds[&chunk].height_m(place_m)
-        };
+        let ground = self.ground_of(&runner, rectangle)?;
+        let ground_m = |place_m: DVec2| ground.height_m(place_m);
         let around = ChunkCoord::containing(low_m, size_m);
         let placed = |(at, group): &(ChunkCoord, Arc<Group>)| {
             (chunk_offset_m(*at, around, size_m), Arc::clone(group))
@@ -120,37 +124,51 @@ impl Recorder {
         let above_m = tops_m.map(|b| f64::from(b.max.z)).fold(0.0, f64::max) + 1.0;
         let canopy = CanopyScene {
             caster: &scene,
+            materials: &assets.library.materials,
             origin_m: around.origin_m(size_m).extend(0.0),
             above_m,
             ground_m: &ground_m,
         };
-        let maps = in_pool(|| CanopyMaps::cast(&canopy, grid, rays));
+        let mut maps = in_pool(|| CanopyMaps::cast(&canopy, grid, rays));
 
-        let mut leaf_per_silhouette = HashMap::new();
-        for &chunk in &tall {
+        let (mut leaf_per_silhouette, mut trees, mut deadwood) =
+            (HashMap::new(), Vec::new(), Vec::new());
+        let inside = |place_m: DVec2| place_m.cmpge(low_m).all() && place_m.cmplt(high_m).all();
+        for &chunk in &chunks {
             for object in &runner.get(self.forest().objects, chunk)?.0 {
                 if let Some(species) = assets.species_of(object) {
                     let factor = 1.0 / assets.silhouette_factors[species];
                     leaf_per_silhouette.insert(object.object, factor);
                 }
+                trees.extend(assets.tree_record(object));
+                let lying = assets.deadwood_record(object);
+                deadwood.extend(lying.filter(|d| inside(d.position_m.truncate())));
             }
         }
-        let materials = &assets.library.materials;
+        trees.sort_by_key(|tree| tree.object);
+        deadwood.sort_by_key(|piece| piece.object);
+        let is_tree = |top| trees.binary_search_by_key(&top, |tree| tree.object).is_ok();
+        for cell in maps.cells.iter_mut().filter(|cell| !is_tree(cell.top)) {
+            cell.top = ObjectId::NONE;
+        }
+        let tops: BTreeSet<ObjectId> = maps.cells.iter().map(|cell| cell.top).collect();
         let profile = in_pool(|| {
             let leaves = Leaves {
                 size_m,
-                materials,
+                materials: &assets.library.materials,
                 leaf_per_silhouette: &leaf_per_silhouette,
+                ground_m: &ground_m,
             };
-            leaves.profile(&groups, &maps, &empty)
+            leaves.profile(&groups, &grid, &empty)
         });
-        let is_inside = |tree: &TreeRecord| tree.position_m.truncate().cmplt(high_m).all();
-        let found = self.inventory(low_m, high_m)?;
-        let mut trees: Vec<_> = found.into_iter().filter_map(|item| item.tree).collect();
-        trees.retain(is_inside);
+        let foot = |tree: &TreeRecord| inside(tree.position_m.truncate());
+        let (trees, mut trees_outside): (Vec<_>, Vec<_>) = trees.into_iter().partition(foot);
+        trees_outside.retain(|tree| tops.contains(&tree.object));
         self.stay_near(rectangle.middle_m());
         Ok(Survey {
             trees,
+            trees_outside,
+            deadwood,
             maps,
             profile,
         })
@@ -163,6 +181,7 @@ struct Leaves<'a> {
     materials: &'a MaterialLibrary,
     /// Of trees of species whose leaves hide each other, the leaf area over its silhouette.
     leaf_per_silhouette: &'a HashMap<ObjectId, f64>,
+    ground_m: &'a (dyn Fn(DVec2) -> f64 + Sync),
 }
 
 impl Leaves<'_> {
@@ -170,7 +189,7 @@ impl Leaves<'_> {
     fn profile(
         &self,
         groups: &[(ChunkCoord, Arc<Group>)],
-        maps: &CanopyMaps,
+        grid: &MapGrid,
         empty: &AreaProfile,
     ) -> AreaProfile {
         let mut numbers = HashMap::new();
@@ -193,8 +212,8 @@ impl Leaves<'_> {
             for (instance, _) in group.instances() {
                 let shape = &areas[numbers[&Arc::as_ptr(&instance.prototype).addr()]];
                 let factor = self.leaf_per_silhouette.get(&instance.object);
-                let ground = (&maps.grid, &maps.ground_m[..]);
                 let factor = factor.copied().unwrap_or(1.0);
+                let ground: (&MapGrid, &dyn Fn(DVec2) -> f64) = (grid, self.ground_m);
                 profile.add((shape, instance), origin_m, ground, factor);
             }
             profile

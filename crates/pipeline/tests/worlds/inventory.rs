@@ -1,5 +1,6 @@
 //! A survey agrees with the trees that were grown, with the ground, and with itself.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use nemoral_import::HeightMap;
@@ -43,7 +44,7 @@ fn a_survey_finds_the_trees_that_were_grown() {
     let recorder = recorder(&[]);
     let survey = recorder.survey(LOW_M, HIGH_M, &coarse()).expect("a survey");
     let trees = &survey.trees;
-    println!("{} trees, cover {:.3}", trees.len(), survey.maps.cover);
+    println!("{} trees, cover {:.3}", trees.len(), survey.maps.cover());
     assert!(trees.len() > 100, "{}", trees.len());
     heights_are_the_trees(&survey);
     leaves_are_the_trees(&survey);
@@ -56,43 +57,50 @@ fn a_survey_finds_the_trees_that_were_grown() {
 /// than what stands around.
 fn heights_are_the_trees(survey: &Survey) {
     let grid = &survey.maps.grid;
-    let heights: Vec<f64> = survey.maps.heights_m().collect();
-    let tallest = |trees: &[TreeRecord]| trees.iter().map(|t| t.height_m).fold(0.0, f64::max);
-    let highest_m = heights.iter().copied().fold(0.0, f64::max);
-    let tallest_m = tallest(&survey.trees);
+    let cells = &survey.maps.cells;
+    let highest_m = cells.iter().map(|cell| cell.height_m).fold(0.0, f64::max);
+    let all = || survey.trees.iter().chain(&survey.trees_outside);
+    let tallest_m = all().map(|t| t.height_m).fold(0.0, f64::max);
     assert!(
         (0.93 * tallest_m..tallest_m + 1.5).contains(&highest_m),
         "{highest_m} {tallest_m}"
     );
     let mut straight = 0;
     for tree in survey.trees.iter().filter(|t| t.alive && t.lean_rad < 0.02) {
-        let Some(cell) = grid.cell_at(tree.position_m.truncate()) else {
-            panic!("{tree:?} is inside");
-        };
+        let foot_m = tree.position_m.truncate();
         // Within two metres of the foot of a straight tree is its top, or something higher.
-        let near = (-2..=2_i64).flat_map(|dy| (-2..=2_i64).map(move |dx| (dx, dy)));
-        let top_m = near.filter_map(|(dx, dy)| {
-            let (column, row) = (
-                (cell % grid.columns) as i64 + dx,
-                (cell / grid.columns) as i64 + dy,
-            );
-            let inside =
-                (0..grid.columns as i64).contains(&column) && (0..grid.rows as i64).contains(&row);
-            inside.then(|| heights[row as usize * grid.columns + column as usize])
-        });
-        let top_m = top_m.fold(0.0, f64::max);
+        let near = (-2..=2).flat_map(|dy| (-2..=2).map(move |dx| DVec2::new(dx.into(), dy.into())));
+        let near = near.filter_map(|by_m| grid.cell_at(foot_m + by_m));
+        let top_m = near
+            .map(|number| cells[number].height_m)
+            .fold(0.0, f64::max);
         assert!(top_m > 0.85 * tree.height_m - 0.5, "{top_m} over {tree:?}");
         straight += 1;
     }
     assert!(straight > 10, "{straight}");
-    // Whose crown is highest is told by ids of trees that are there, but for those from outside.
+    // Tops are trees that are known, and those of the canopy alone.
+    let known: BTreeSet<_> = all().map(|tree| tree.object).collect();
+    let tops: BTreeSet<_> = cells.iter().map(|cell| cell.top).collect();
+    assert!(tops.iter().all(|top| top.is_none() || known.contains(top)));
+    assert!(!survey.trees_outside.is_empty());
+    assert!(
+        survey
+            .trees_outside
+            .iter()
+            .all(|tree| tops.contains(&tree.object))
+    );
     let own = survey
-        .maps
-        .tops
+        .trees
         .iter()
-        .filter(|top| survey.trees.iter().any(|tree| tree.object == **top));
-    let crowned = survey.maps.tops.iter().filter(|top| !top.is_none()).count();
-    assert!(own.count() as f64 > 0.85 * crowned as f64);
+        .filter(|tree| tops.contains(&tree.object));
+    assert!(2 * own.count() > survey.trees.len());
+    for cell in cells {
+        assert!(
+            cell.top.is_none() || cell.height_m >= 2.0 && cell.cover > 0.0,
+            "{cell:?}"
+        );
+        assert!((cell.cover == 0.0) == (cell.height_m < 2.0), "{cell:?}");
+    }
 }
 
 /// Leaf area by height sums to that of the trees; crowns that reach in stand for those that reach
@@ -106,34 +114,43 @@ fn leaves_are_the_trees(survey: &Survey) {
         (0.9..1.1).contains(&(found / of_trees)),
         "{found} {of_trees}"
     );
-    let tallest_m = survey.trees.iter().map(|t| t.height_m).fold(0.0, f64::max);
+    let all = survey.trees.iter().chain(&survey.trees_outside);
+    let tallest_m = all.map(|t| t.height_m).fold(0.0, f64::max);
     assert!(survey.profile.layers() <= tallest_m as usize + 3);
-    // Stems reach from the ground up, and their surface is at least that of cylinders to 1.3 m.
+    // Half of the surface of stems at breast height, where there are few branches, is that of
+    // cylinders; what is below the ground does not count.
     let stems_m2: f64 = (survey.trees.iter())
         .map(|t| 0.5 * std::f64::consts::PI * t.dbh_m)
         .sum();
-    assert!(
-        survey.profile.wood_m2[1] > 0.8 * stems_m2,
-        "{:?}",
-        survey.profile.wood_m2
-    );
+    for (layer, share) in [(0, 1.0..1.6), (1, 0.9..1.4)] {
+        let found = survey.profile.wood_m2[layer] / stems_m2;
+        println!("wood in layer {layer}: {found:.3} of its stems");
+        assert!(share.contains(&found), "{layer}: {found}");
+    }
 }
 
 fn the_ground_is_the_worlds(recorder: &Recorder, survey: &Survey) {
     let grid = &survey.maps.grid;
-    let cells = (0..grid.rows).step_by(7).flat_map(|row| {
-        (0..grid.columns)
-            .step_by(5)
-            .map(move |column| (column, row))
-    });
-    let cells: Vec<_> = cells.collect();
-    let places: Vec<_> = cells.iter().map(|&(c, r)| grid.middle_m(c, r)).collect();
+    let numbers: Vec<_> = (0..grid.cells()).step_by(37).collect();
+    let places: Vec<_> = numbers
+        .iter()
+        .map(|&number| grid.middle_m(number))
+        .collect();
     let ground = recorder.ground(&places).expect("ground");
-    for (&(column, row), (sample, _)) in cells.iter().zip(ground) {
-        let cell = row * grid.columns + column;
-        assert_eq!(survey.maps.ground_m[cell], sample.height_m);
-        assert!(survey.maps.surface_m[cell] > sample.height_m - 0.6);
+    let mut bare = 0;
+    for (&number, (sample, _)) in numbers.iter().zip(ground) {
+        let cell = &survey.maps.cells[number];
+        assert_eq!(cell.ground_m, sample.height_m);
+        // The highest ground of a cell is uphill of its middle.
+        let uphill_m = cell.surface_m - cell.ground_m;
+        assert!(uphill_m > -0.05, "{cell:?}");
+        bare += u32::from(cell.height_m == 0.0);
+        assert!(
+            cell.height_m > 0.0 || uphill_m < 0.2 + sample.gradient.length(),
+            "{cell:?}"
+        );
     }
+    assert!(bare > 3, "{bare}");
 }
 
 fn halves_make_the_whole(recorder: &Recorder, whole: &Survey) {
@@ -145,21 +162,19 @@ fn halves_make_the_whole(recorder: &Recorder, whole: &Survey) {
     for row in 0..grid.rows {
         let line = |s: &Survey| {
             let wide = s.maps.grid.columns;
-            s.maps.tops[row * wide..][..wide].to_vec()
+            let cells = &s.maps.cells[row * wide..][..wide];
+            cells
+                .iter()
+                .map(|c| (c.top, c.cover, c.ground_m))
+                .collect::<Vec<_>>()
         };
         assert_eq!([line(&west), line(&east)].concat(), line(whole));
     }
-    let mut ids: Vec<_> = west
-        .trees
-        .iter()
-        .chain(&east.trees)
-        .map(|t| t.object)
-        .collect();
-    ids.sort_unstable();
-    assert_eq!(
-        ids,
-        whole.trees.iter().map(|t| t.object).collect::<Vec<_>>()
-    );
+    let ids = |trees: &mut dyn Iterator<Item = &TreeRecord>| {
+        trees.map(|tree| tree.object).collect::<BTreeSet<_>>()
+    };
+    let halves = ids(&mut west.trees.iter().chain(&east.trees));
+    assert_eq!(halves, ids(&mut whole.trees.iter()));
     for (layer, area) in whole.profile.leaf_m2.iter().enumerate() {
         let of = |s: &Survey| s.profile.leaf_m2.get(layer).copied().unwrap_or(0.0);
         assert!((of(&west) + of(&east) - area).abs() < 1e-6 * (1.0 + area));
@@ -185,42 +200,46 @@ fn files_say_the_same(recorder: &Recorder) {
     let grid = &survey.maps.grid;
     assert_eq!((map.columns, map.rows, map.spacing_m), (100, 80, 1.0));
     assert_eq!((map.west_m, map.north_m), (-39.5, 49.5));
-    for (row, line) in map.heights_m.chunks(map.columns).rev().enumerate() {
-        for (column, height_m) in line.iter().enumerate() {
-            assert_eq!(
-                *height_m,
-                survey.maps.ground_m[row * grid.columns + column] as f32
-            );
-        }
-    }
+    let ground = grid.from_north(|number| survey.maps.cells[number].ground_m as f32);
+    assert_eq!(map.heights_m, ground);
     let canopy = HeightMap::from_tiff(&read("chm.tif")).expect("a height map");
-    let highest = canopy.heights_m.iter().copied().fold(0.0, f32::max);
-    assert_eq!(highest, survey.maps.heights_m().fold(0.0, f64::max) as f32);
-    // Plots have the trees of the whole.
+    let heights = grid.from_north(|number| survey.maps.cells[number].height_m as f32);
+    assert_eq!(canopy.heights_m, heights);
+    // Plots have the trees and the canopy of the whole.
     let column = |table: &str, name: &str| -> Vec<f64> {
         let mut lines = table.lines();
-        let at = lines
-            .next()
-            .and_then(|head| head.split(',').position(|c| c == name));
+        let head = lines.next().expect("a head");
+        let at = head.split(',').position(|c| c == name);
         let at = at.unwrap_or_else(|| panic!("{name} in {table}"));
-        lines
-            .map(|line| {
-                line.split(',')
-                    .nth(at)
-                    .expect("wide")
-                    .parse()
-                    .unwrap_or(0.0)
-            })
-            .collect()
+        let field = |line: &str| {
+            line.split(',')
+                .nth(at)
+                .expect("wide")
+                .parse()
+                .unwrap_or(0.0)
+        };
+        lines.map(field).collect()
     };
     let (stand, plots) = (text("stand.csv"), text("plots.csv"));
+    let mean = |name: &str| column(&plots, name).iter().sum::<f64>() / 20.0;
     let per_ha = column(&stand, "trees_per_ha");
-    let of_plots = column(&plots, "trees_per_ha");
-    assert_eq!(of_plots.len(), 20);
-    assert!((of_plots.iter().sum::<f64>() / 20.0 - per_ha[0]).abs() < 1e-3);
+    assert_eq!(
+        column(&plots, "west_m")[..5],
+        [-40.0, -20.0, 0.0, 20.0, 40.0]
+    );
+    assert!((mean("trees_per_ha") - per_ha[0]).abs() < 1e-3);
+    assert!((mean("canopy_cover") - survey.maps.cover()).abs() < 1e-4);
     assert!((per_ha[1..].iter().sum::<f64>() - per_ha[0]).abs() < 1e-3);
     assert_eq!(text("trees.csv").lines().count(), survey.trees.len() + 1);
+    assert_eq!(
+        text("deadwood.csv").lines().count(),
+        survey.deadwood.len() + 1
+    );
     assert!(text("crowns.geojson").contains("\"MultiPolygon\""));
+    assert_eq!(
+        text("stems.geojson").matches("\"Point\"").count(),
+        survey.trees.len()
+    );
     assert!(text("inventory.json").contains("\"canopy_cover\""));
     let layers = column(&text("profile.csv"), "leaf_area_density_m2_m3");
     assert_eq!(layers.len(), survey.profile.layers());
@@ -232,6 +251,27 @@ fn files_say_the_same(recorder: &Recorder) {
             .to_string()
             .contains("not empty")
     );
+}
+
+/// In a wet, mossy forest with climbers, dead wood and leafless trees, and on a slope.
+#[test]
+fn ground_water_moss_and_stones_are_no_canopy() {
+    let recorder = recorder(&[
+        "climbers.moss=1",
+        "climbers.ivy=1",
+        "deadwood.volume_m3_ha=60",
+        "terrain.max_height_m=60",
+        "season.day_of_year=20",
+    ]);
+    let survey = recorder.survey(LOW_M, HIGH_M, &coarse()).expect("a survey");
+    heights_are_the_trees(&survey);
+    the_ground_is_the_worlds(&recorder, &survey);
+    assert!(!survey.deadwood.is_empty());
+    // Summer's leaves are in tables of trees, and few are left.
+    let of_trees = survey.trees.iter().map(|t| t.leaf_area_m2).sum::<f64>();
+    let found = survey.profile.leaf_m2[2..].iter().sum::<f64>();
+    println!("leaf area in winter {found:.0} of {of_trees:.0} m²");
+    assert!(found < 0.9 * of_trees, "{found} {of_trees}");
 }
 
 #[test]
@@ -264,6 +304,7 @@ fn what_cannot_be_surveyed_is_refused_before_anything_is_written() {
     refused(square, &|p| p.survey.cell_m = f64::NAN, "cell_m = NaN");
     refused(square, &|p| p.survey.rays_a_side = 0, "rays_a_side = 0");
     refused(square, &|p| p.survey.layer_m = 0.0, "layer_m = 0");
-    refused(square, &|p| p.min_dbh_m = -1.0, "min_dbh_m = -1");
+    refused(square, &|p| p.min_dbh_m = 7.0, "min_dbh_m = 7");
     refused(square, &|p| p.plot_m = Some(7.0), "plots");
+    refused(square, &|p| p.plot_m = Some(0.2), "plots: plot_m = 0.2");
 }
