@@ -141,7 +141,8 @@ def check_scan(nusc, sample, dataset, manifest, frame, totals):
     for annotation in sample["anns"]:
         record = nusc.get("sample_annotation", annotation)
         object_ = nusc.get("instance", record["instance_token"])["object"]
-        x, y, item = (object_ >> 38) - (1 << 21), (object_ >> 16 & 0x3FFFFF) - (1 << 21), object_ & 0xFFFF
+        x, y = (object_ >> 38) - (1 << 21), (object_ >> 16 & 0x3FFFFF) - (1 << 21)
+        item = object_ & 0xFFFF
         if abs(x - chunk[0]) > 2 or abs(y - chunk[1]) > 2 or item > 1310:
             continue
         label = (5 * (x % 5) + y % 5) * 1310 + item

@@ -32,6 +32,12 @@ impl Rig {
                  brown_conrady and fisheye)"
             ));
         }
+        if r.shutter.readout_s > 0.0 {
+            return Err(format!(
+                "camera 'right' of sequence {sequence:02} has a rolling shutter \
+                 (cameras.right.shutter.readout_ms = 0)"
+            ));
+        }
         // Disparity is inverse to depth only if both have the same centre, too.
         let has_one_centre = (l.intrinsics.cx - r.intrinsics.cx).abs() < 1e-9;
         match stereo::baseline_m(l, r).filter(|_| has_one_centre) {

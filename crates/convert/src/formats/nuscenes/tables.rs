@@ -128,7 +128,10 @@ fn categories(classes: &Classes, tokens: &Tokens) -> Vec<Value> {
 fn sensors(scenes: &[Scene<'_>], tokens: &Tokens) -> Vec<Value> {
     let sensors = scenes.iter().flat_map(|scene| &scene.sensors);
     let channels: BTreeMap<&str, &Sensor> = sensors.map(|s| (&*s.channel, s)).collect();
-    let sensor = |s: &&Sensor| json!({ "token": tokens.sensor(s), "channel": s.channel, "modality": s.modality() });
+    let sensor = |s: &&Sensor| {
+        let (token, modality) = (tokens.sensor(s), s.modality());
+        json!({ "token": token, "channel": s.channel, "modality": modality })
+    };
     channels.values().map(sensor).collect()
 }
 
