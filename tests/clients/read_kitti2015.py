@@ -40,6 +40,13 @@ def depth(folder, frame):
     return np.where(z < 65535 / 256, z, 0)
 
 
+def shown(z, columns, rows, far):
+    """The rule of disp_noc: the pixel there shows nothing that is nearer."""
+    inside = (columns >= 0) & (rows >= 0) & (columns < z.shape[1]) & (rows < z.shape[0])
+    at = z[np.where(inside, rows, 0).astype(int), np.where(inside, columns, 0).astype(int)]
+    return inside & ((at == 0) | (at >= far - 0.04 - 0.005 * far)), inside
+
+
 def grey(path):
     return np.asarray(Image.open(path).convert("L")).astype(np.float32)
 
@@ -87,6 +94,7 @@ def main(dataset, out):
     assert [p["pair"] for p in pairs] == sorted(sum(lists.values(), []))
     stereo, motion = Judge(), Judge()
     worst = 0.0
+    agree = judged = 0
     for number, pair in enumerate(pairs):
         assert int(pair["pair"]) == number and pair["pair"] in lists[pair["split"]]
         sequence, here, there = (int(pair[k]) for k in ("sequence", "frame", "next_frame"))
@@ -139,6 +147,20 @@ def main(dataset, out):
             next_[(next_ > 65535 / 256) | (next_ < 0.5 / 256)] = 0
             worst = max(worst, np.abs(maps["disp_occ_1"] - next_).max())
             seen = maps["disp_noc_0"] > 0
+            right = depth(source / "right", here)
+            rule, _ = shown(right, columns + 0.5 - expected, rows + 0.5, z)
+            differ = (seen != (rule & (maps["disp_occ_0"] > 0))).mean()
+            # A place may lie on the border of two pixels.
+            assert differ < 1e-3, differ
+            if (training / "flow_occ").exists():
+                # The rule beside the rays of flow, as far as the next picture reaches.
+                _, state = flow(source / "flow" / f"{here:06}.png")
+                x = k["fx"] * placed[0] / placed[2] + k["cx"]
+                y = k["fy"] * placed[1] / placed[2] + k["cy"]
+                rule, inside = shown(depth(source, there), x, y, placed[2])
+                among = inside & (state > 0) & (placed[2] > 0)
+                agree += int((rule == (state == 1))[among].sum())
+                judged += int(among.sum())
             hidden = (maps["disp_occ_0"] > 0) & ~seen & (columns >= maps["disp_occ_0"])
             stereo.add(
                 left, pictures["image_3", 10], columns - maps["disp_occ_0"], rows, seen, hidden
@@ -162,6 +184,9 @@ def main(dataset, out):
     said = [f"{len(pairs)} pairs"]
     if stereo.warped:
         said.append(f"disparity within half a step; by it {stereo.verdict()}")
+    if judged:
+        assert agree > 0.75 * judged
+        said.append(f"its rule agrees with flow's rays in {100 * agree / judged:.0f} %")
     if motion.warped:
         said.append(f"flow equal; by it {motion.verdict()}")
     print("kitti2015: " + "; ".join(said))

@@ -2,9 +2,8 @@
 
     python read_nuscenes.py DATASET CONVERTED
 
-Needs numpy, nuscenes-devkit, pillow. Each box is projected by the development kit's own code, and
-its hull must hold the visible pixels of its object: crowns, of which single leaves reach beyond
-the box of the tree's model, nearly all of them.
+Needs numpy, nuscenes-devkit, pillow, scipy. Each box is projected by the development kit's own code, and
+its hull must hold the visible pixels of its object.
 """
 
 import json
@@ -105,7 +104,7 @@ def check_boxes(nusc, sample, dataset, manifest, frame, totals):
             hull = view_points(corners, k, normalize=True)[:2].T
             outside = inside(hull, np.column_stack([columns_px, rows_px]))
             totals["pixels"] += len(outside)
-            # Rows of a data set have metres to four digits, and a pixel's centre is what is seen.
+            # A pixel's centre is what is seen; rows of a data set have metres to four digits.
             totals["outside"] += int((outside > 0.5).sum())
             totals["hulls"] += 1
             # A hull that is moved by a fifth of the picture would not hold them.

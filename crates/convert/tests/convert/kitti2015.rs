@@ -53,15 +53,14 @@ fn place(camera: &CameraSpec, frame: u64, column: usize, row: usize) -> Option<D
     Some(eye.translation_m + along * cast(eye.translation_m, along)?)
 }
 
-/// Where a camera sees a place, with its depth, and whether nothing is in front of it there, and it
-/// lies between the centres of pixels.
+/// Where a camera sees a place, with its depth, and whether nothing is in front of it there.
 fn seen(camera: &CameraSpec, frame: u64, place: DVec3) -> (DVec3, bool) {
     let (eye, k) = (eye(camera, frame), &camera.intrinsics);
     let local = eye.inverse().transform_point(place);
     let x = k.fx * local.x / local.z + k.cx;
     let y = k.fy * local.y / local.z + k.cy;
     let (way, inside) = (place - eye.translation_m, |v: f64, size: usize| {
-        (0.5 - 1e-6..=size as f64 - 0.5 + 1e-6).contains(&v)
+        (0.0..size as f64).contains(&v)
     });
     let far = cast(eye.translation_m, way.normalize()).unwrap_or(f64::INFINITY);
     let free = far > way.length() - 1e-6;
@@ -153,8 +152,8 @@ fn disparities_are_those_of_rays_and_so_are_occlusions() {
                     if is_seen { occ[i] } else { 0 },
                     "{column} {row} {at}"
                 );
-                hidden += usize::from(!is_seen && at.x >= 0.5);
-                outside += usize::from(at.x < 0.5);
+                hidden += usize::from(!is_seen && at.x >= 0.0);
+                outside += usize::from(at.x < 0.0);
             }
             let (there, there_seen) = seen(left, 2, place);
             let (beside, beside_seen) = seen(right, 2, place);

@@ -10,11 +10,11 @@ use super::{Pair, Rig};
 use crate::geometry::relative;
 use crate::{Error, Files, FrameRef, Source, pictures};
 
-/// How far a place may be from the surface that a picture shows there, metres, and as a share of
-/// its depth: two steps of depth that is rounded to 1/256 m, and the bend of a surface within a
-/// pixel.
-const TOLERANCE_M: f64 = 2.0 / 256.0;
-const TOLERANCE: f64 = 0.001;
+/// How much nearer than a place the surface of a pixel must be to hide it, metres, and as a share of
+/// the depth. Depth is rounded, and that of a slanted surface changes within a pixel; smaller
+/// tolerances hide more places that rays find free, larger ones fewer that they find hidden.
+const TOLERANCE_M: f64 = 0.04;
+const TOLERANCE: f64 = 0.005;
 
 /// Disparities of a pair of frames.
 pub(super) fn put(
@@ -116,29 +116,13 @@ fn code(disparity_px: f64) -> u16 {
     }
 }
 
-/// Whether a picture shows a place: it lies between the centres of pixels, and its depth is between
-/// those of the pixels around it (two in a row, if it is on the row's middle), or as good as that
-/// of one of them. Of the half pixel along the border nothing is known.
+/// Whether a picture shows a place: it lies inside, and the pixel there shows nothing nearer.
 fn shows(depth_m: &Image<f32>, at: DVec2, z_m: f64) -> bool {
-    let around = |v: f64, size: usize| {
-        // What is nothing but rounding is no step to the next pixel.
-        let v = ((v - 0.5) * 1e6).round() / 1e6;
-        let is_inside = v >= 0.0 && v <= (size - 1) as f64;
-        is_inside.then(|| [v.floor() as usize, v.ceil() as usize])
-    };
-    let columns = around(at.x, depth_m.width());
-    let (Some(columns), Some(rows)) = (columns, around(at.y, depth_m.height())) else {
+    let (width, height) = (depth_m.width() as f64, depth_m.height() as f64);
+    if !(at.x >= 0.0 && at.y >= 0.0 && at.x < width && at.y < height) {
         return false;
-    };
-    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-    for (row, column) in rows.into_iter().flat_map(|r| columns.map(|c| (r, c))) {
-        // Nothing was hit: what is there is farther than anything.
-        let z = match *depth_m.at(column, row) {
-            0.0 => f64::INFINITY,
-            z => f64::from(z),
-        };
-        (low, high) = (low.min(z), high.max(z));
     }
-    let tolerance_m = TOLERANCE_M + TOLERANCE * z_m;
-    (low - tolerance_m..=high + tolerance_m).contains(&z_m)
+    let nearest_m = f64::from(*depth_m.at(at.x as usize, at.y as usize));
+    // 0 is nothing at all, which hides nothing.
+    nearest_m == 0.0 || nearest_m >= z_m - TOLERANCE_M - TOLERANCE * z_m
 }
