@@ -81,7 +81,8 @@ class Judge:
         # What the other picture does not show looks unlike what it shows there.
         assert not self.hidden or warped < 0.8 * np.mean(self.hidden)
         hidden = f", {np.mean(self.hidden):.1f} where hidden" if self.hidden else ""
-        return f"{self.pixels} pixels differ by {warped:.1f} of 255 ({aside:.1f} moved by 4{hidden})"
+        moved = f"{aside:.1f} moved by 4{hidden}"
+        return f"{self.pixels} pixels differ by {warped:.1f} of 255 ({moved})"
 
 
 def main(dataset, out):
@@ -139,9 +140,8 @@ def main(dataset, out):
             poses = {f["index"]: f["pose"] for f in frames(manifest, sequence)}
             m = mount(first["body_from_camera"])
             move = np.linalg.inv(poses[there] @ m) @ poses[here] @ m
-            rays = np.stack(
-                [(columns + 0.5 - k["cx"]) / k["fx"], (rows + 0.5 - k["cy"]) / k["fy"], 1 + 0 * rows]
-            )
+            x, y = (columns + 0.5 - k["cx"]) / k["fx"], (rows + 0.5 - k["cy"]) / k["fy"]
+            rays = np.stack([x, y, np.ones_like(x)])
             placed = np.einsum("ij,jhw->ihw", move[:3, :3], rays * z) + move[:3, 3, None, None]
             next_ = np.where((z > 0) & (placed[2] > 0), fx_b / placed[2], 0)
             next_[(next_ > 65535 / 256) | (next_ < 0.5 / 256)] = 0
