@@ -10,8 +10,8 @@ use super::{Pair, Rig};
 use crate::geometry::relative;
 use crate::{Error, Files, FrameRef, Source, pictures};
 
-/// How much nearer than a place the surface of a pixel must be to hide it, metres, and as a share of
-/// the depth. Depth is rounded, and that of a slanted surface changes within a pixel; smaller
+/// How much nearer than a place the surface of a pixel must be to hide it: metres, and a share of
+/// the depth. Depth is rounded, and that of a slanted surface changes within a pixel: smaller
 /// tolerances hide more places that rays find free, larger ones fewer that they find hidden.
 const TOLERANCE_M: f64 = 0.04;
 const TOLERANCE: f64 = 0.005;
