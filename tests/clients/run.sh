@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Lets a foreign program read what a data set becomes in every format, and its own files:
 #   run.sh NEMORAL PYTHON DATASET FOLDER [CLIENT...]
-# CLIENT is such as `coco`, for read_coco.py; if none is given, all but `euroc`, which has no place
-# for the k3 of data-set.toml.
+# CLIENT is such as `coco`, for read_coco.py; if none is given, all but `euroc`, `kitti2015` and
+# `nuscenes`, which have no place for the lenses of data-set.toml.
 # A client's first line names the format that it reads (`--to FORMAT`); one that names none reads
 # the data set itself.
 set -euo pipefail
@@ -10,7 +10,7 @@ nemoral=$1 python=$2 dataset=$3 folder=$4
 here=$(dirname "$0")
 shift 4
 if [ $# = 0 ]; then
-    clients=$(cd "$here" && ls read_*.py | sed -E 's/read_(.*)\.py/\1/' | grep -vx euroc)
+    clients=$(cd "$here" && ls read_*.py | sed -E 's/read_(.*)\.py/\1/' | grep -vxE 'euroc|kitti2015|nuscenes')
     # shellcheck disable=SC2086
     set -- $clients
 fi

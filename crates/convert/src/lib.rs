@@ -4,8 +4,8 @@
 //! [`Sink`]. [`FormatName`] lists the formats that there are.
 //!
 //! # Promises
-//! - One frame is in memory at a time, and what a format has to collect over all frames waits on
-//!   disk.
+//! - One frame is in memory at a time (two where a format is about pairs of frames), and what a
+//!   format has to collect over all frames waits on disk.
 //! - Equal data sets give equal bytes.
 //! - Every file of the data set that is read is compared with its checksum. A damaged one is an
 //!   error, and no file of its frame is written.

@@ -7,10 +7,10 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use nemoral_dataset::{
-    CameraFile, CameraSpec, Dataset, FrameDone, FrameRecord, ImuReading, ImuSpec, ImuTexts,
-    LidarFrame, LidarSpec, Manifest, Split, Watch,
+    CameraFile, CameraSpec, Dataset, DepthFormat, FrameDone, FrameRecord, ImuReading, ImuSpec,
+    ImuTexts, LidarFrame, LidarSpec, Manifest, Split, Watch,
 };
-use nemoral_scene::{Image, ObjectRecord, Ontology, RigidTransform};
+use nemoral_scene::{ChunkCoord, Flow, Image, ObjectBox, ObjectRecord, Ontology, RigidTransform};
 
 use crate::{Error, digest};
 
@@ -249,6 +249,30 @@ impl Source {
         Ok(self.dataset.depth_m(frame.record, camera)?)
     }
 
+    /// A camera's flow to the next frame.
+    ///
+    /// # Errors
+    /// [`Error::Dataset`], naming the file, or if the camera does not write it.
+    pub fn flow(&self, frame: &FrameRef<'_>, camera: usize) -> Result<Image<Option<Flow>>, Error> {
+        self.reach(frame)?;
+        Ok(self.dataset.flow(frame.record, camera)?)
+    }
+
+    /// A camera's boxes around objects.
+    ///
+    /// # Errors
+    /// [`Error::Dataset`], naming the file, or if the camera does not write it.
+    pub fn boxes(&self, frame: &FrameRef<'_>, camera: usize) -> Result<Vec<ObjectBox>, Error> {
+        self.reach(frame)?;
+        Ok(self.dataset.boxes(frame.record, camera)?)
+    }
+
+    /// How a sequence's depth is stored.
+    pub(crate) fn depth_format(&self, sequence: u32) -> DepthFormat {
+        let spec = self.manifest().header.sequence(sequence);
+        spec.map_or_else(DepthFormat::default, |spec| spec.depth_format)
+    }
+
     /// A LiDAR's scan.
     ///
     /// # Errors
@@ -321,6 +345,12 @@ impl FrameRef<'_> {
     #[must_use]
     pub fn world_from_body(&self) -> RigidTransform {
         self.record.world_from_body()
+    }
+
+    /// The chunk in which a LiDAR stood, which instances of `.label` files are relative to.
+    pub(crate) fn sensor_chunk(&self, lidar: usize) -> ChunkCoord {
+        let [x, y] = self.record.sensor_chunks[lidar];
+        ChunkCoord::new(x, y)
     }
 
     /// `SS_FFFFFF`, unique in the data set.

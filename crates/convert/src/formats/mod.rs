@@ -7,9 +7,11 @@ mod euroc;
 mod goose;
 mod huggingface;
 mod kitti;
+mod kitti2015;
 pub(crate) mod laz;
 mod mcap;
 mod nerfstudio;
+mod nuscenes;
 mod rellis;
 mod stereo;
 mod tum;
@@ -31,6 +33,8 @@ pub enum FormatName {
     Kitti,
     /// SemanticKITTI: the same layout with its classes.
     SemanticKitti,
+    /// KITTI's stereo, flow and scene flow benchmark of 2015.
+    Kitti2015,
     /// TUM's RGB-D benchmark, a folder for each sensor.
     Tum,
     /// The layout of the EuRoC MAV data set, with Kalibr's files.
@@ -53,6 +57,8 @@ pub enum FormatName {
     Rellis,
     /// GOOSE's layout and classes.
     Goose,
+    /// nuScenes' tables, with boxes in space.
+    NuScenes,
     /// MCAP with ROS 2's messages.
     Mcap,
     /// Depth as OpenEXR.
@@ -63,9 +69,10 @@ pub enum FormatName {
 
 impl FormatName {
     /// All of them.
-    pub const ALL: [Self; 16] = [
+    pub const ALL: [Self; 18] = [
         Self::Kitti,
         Self::SemanticKitti,
+        Self::Kitti2015,
         Self::Tum,
         Self::Euroc,
         Self::Coco,
@@ -77,6 +84,7 @@ impl FormatName {
         Self::HuggingFace,
         Self::Rellis,
         Self::Goose,
+        Self::NuScenes,
         Self::Mcap,
         Self::Exr,
         Self::Npy,
@@ -88,6 +96,7 @@ impl FormatName {
         match self {
             Self::Kitti => "kitti",
             Self::SemanticKitti => "semantickitti",
+            Self::Kitti2015 => "kitti2015",
             Self::Tum => "tum",
             Self::Euroc => "euroc",
             Self::Coco => "coco",
@@ -99,6 +108,7 @@ impl FormatName {
             Self::HuggingFace => "hf",
             Self::Rellis => "rellis",
             Self::Goose => "goose",
+            Self::NuScenes => "nuscenes",
             Self::Mcap => "mcap",
             Self::Exr => "exr",
             Self::Npy => "npy",
@@ -118,6 +128,7 @@ impl FormatName {
                 | F::HuggingFace
                 | F::Rellis
                 | F::Goose
+                | F::NuScenes
                 | F::Mcap
         )
     }
@@ -134,6 +145,7 @@ impl FormatName {
                 ontology,
                 built_in: Some("semantickitti"),
             }),
+            Self::Kitti2015 => Box::new(kitti2015::Kitti2015),
             Self::Tum => Box::new(tum::Tum),
             Self::Euroc => Box::new(euroc::Euroc),
             Self::Coco => Box::new(coco::Coco { ontology }),
@@ -145,6 +157,7 @@ impl FormatName {
             Self::HuggingFace => Box::new(huggingface::HuggingFace { ontology }),
             Self::Rellis => Box::new(rellis::Rellis { ontology }),
             Self::Goose => Box::new(goose::Goose { ontology }),
+            Self::NuScenes => Box::new(nuscenes::NuScenes { ontology }),
             Self::Mcap => Box::new(mcap::Mcap { ontology }),
             Self::Exr => Box::new(depth::Depth::Exr),
             Self::Npy => Box::new(depth::Depth::Npy),

@@ -10,10 +10,11 @@ use nemoral_dataset::{
     CameraData, CameraSpec, Dataset, DatasetHeader, FrameData, ImuSpec, ImuTexts, LidarData,
     LidarSpec, OpenMode, Track, WorldTables, Writer,
 };
-use nemoral_scene::glam::{DVec2, DVec3, Vec3};
+use nemoral_scene::glam::{DVec2, DVec3, Vec2, Vec3};
 use nemoral_scene::{
-    AnnotationKinds, Annotations, ChunkCoord, Image, Intrinsics, LidarPoint, ObjectId, ObjectKind,
-    ObjectRecord, Ontology, PointFlags, RigidTransform, Semantic, Shutter, TruthImages, Twist,
+    AnnotationKinds, Annotations, ChunkCoord, Flow, Image, Intrinsics, LidarPoint, ObjectBox,
+    ObjectId, ObjectKind, ObjectRecord, Ontology, PixelBox, PointFlags, RigidTransform, Semantic,
+    Shutter, TruthImages, Twist,
 };
 
 /// Where the drive begins, far from the origin as in long drives.
@@ -117,6 +118,75 @@ fn images(camera: &CameraSpec, frame: u64) -> (Image<[u8; 3]>, TruthImages) {
     (rgb, truth)
 }
 
+/// The header of a data set that every format takes: with boxes, flow, and a rectified pair.
+pub(crate) fn annotated() -> DatasetHeader {
+    let mut header = header();
+    let cameras = &mut header.sequences[0].cameras;
+    cameras[1].body_from_camera = cameras[0].body_from_camera
+        * RigidTransform {
+            translation_m: DVec3::X * 0.5,
+            ..RigidTransform::IDENTITY
+        };
+    for camera in cameras {
+        camera.annotations.flow = camera.name != "right";
+        camera.annotations.boxes = true;
+    }
+    header
+}
+
+/// The upright boxes of [`objects`] in the world, and their lengths, widths and heights.
+pub(crate) fn boxes_in_world() -> Vec<(RigidTransform, DVec3)> {
+    let pose = |i: f64| {
+        let at = START + DVec3::new(6.0 + 3.0 * i, i - 1.0, 0.5);
+        RigidTransform::from_xyz_rpy(at, 0.0, 0.0, 2.5 * i - 2.0)
+    };
+    let size = |i: f64| DVec3::new(1.5 + i, 0.75, 2.0 - 0.5 * i);
+    (0..3).map(|i| (pose(i.into()), size(i.into()))).collect()
+}
+
+/// The share of an object that is visible, in percent, which differs by camera and frame.
+pub(crate) fn visible_percent(camera: &str, object: usize, frame: u64) -> u32 {
+    (37 * object as u32 + 20 * frame as u32 + camera.len() as u32) % 101
+}
+
+/// Further truth, as far as a camera is asked for it. Only the first camera sees the shrub's box,
+/// and none does in frame 2.
+fn annotations(camera: &CameraSpec, frame: u64) -> Annotations {
+    let (_, truth) = images(camera, frame);
+    let camera_from_world = (pose(frame).1 * camera.body_from_camera).inverse();
+    let boxed = |(i, (world_from_box, size_m)): (usize, (RigidTransform, DVec3))| {
+        let camera_from_box = camera_from_world * world_from_box;
+        let is_seen = i < 2 || camera.name == "front" && frame != 2;
+        let visible_px = visible_percent(&camera.name, i, frame);
+        is_seen.then_some(ObjectBox {
+            object: objects()[i].object,
+            kind: objects()[i].kind,
+            visible: (visible_px > 0).then_some(PixelBox::EMPTY.with(1, 2)),
+            whole: PixelBox::EMPTY.with(1, 2),
+            visible_px,
+            whole_px: 100,
+            centre_m: camera_from_box.translation_m,
+            size_m,
+            camera_from_box: camera_from_box.rotation,
+        })
+    };
+    let boxes = boxes_in_world().into_iter().enumerate().filter_map(boxed);
+    let (w, h) = (truth.depth_m.width(), truth.depth_m.height());
+    let flow = |i: usize| {
+        let (c, r) = (i % w, i / w);
+        (*truth.depth_m.at(c, r) > 0.0).then(|| Flow {
+            offset_px: Vec2::new(0.25 * c as f32 - 3.0, 1.5 - 0.125 * r as f32),
+            seen: !(c + r).is_multiple_of(4),
+        })
+    };
+    let asked = camera.annotations;
+    Annotations {
+        flow: (asked.flow).then(|| Image::new(w, h, (0..w * h).map(flow).collect())),
+        trunks: None,
+        boxes: asked.boxes.then(|| boxes.collect()),
+    }
+}
+
 /// A point on the ray of each second pixel of the first camera.
 pub(crate) fn scan(header: &DatasetHeader, frame: u64) -> Vec<LidarPoint> {
     let (camera, lidar) = (
@@ -154,6 +224,16 @@ pub(crate) fn scan(header: &DatasetHeader, frame: u64) -> Vec<LidarPoint> {
 
 /// Writes frames of a drive of five.
 pub(crate) fn write(out: &Path, header: &DatasetHeader, frames: &[u64]) -> Dataset {
+    write_of(out, header, frames, images)
+}
+
+/// The same with pictures of something else.
+pub(crate) fn write_of(
+    out: &Path,
+    header: &DatasetHeader,
+    frames: &[u64],
+    images: impl Fn(&CameraSpec, u64) -> (Image<[u8; 3]>, TruthImages),
+) -> Dataset {
     let writer = Writer::create(out, OpenMode::Fresh, header.clone()).expect("create");
     for &index in frames {
         let (time_s, world_from_body) = pose(index);
@@ -162,7 +242,11 @@ pub(crate) fn write(out: &Path, header: &DatasetHeader, frames: &[u64]) -> Datas
             .iter()
             .map(|c| images(c, index))
             .collect();
-        let annotations = Annotations::default();
+        let annotations: Vec<_> = header.sequences[0]
+            .cameras
+            .iter()
+            .map(|c| annotations(c, index))
+            .collect();
         let camera = |(spec, (rgb, truth)): (&'_ CameraSpec, &'_ (Image<_>, TruthImages))| {
             (spec.name.clone(), rgb.clone(), truth.clone())
         };
@@ -186,13 +270,13 @@ pub(crate) fn write(out: &Path, header: &DatasetHeader, frames: &[u64]) -> Datas
             world_from_body,
             body_motion: Twist::STILL,
             balance: None,
-            cameras: (owned.iter())
-                .map(|(name, rgb, truth)| CameraData {
+            cameras: (owned.iter().zip(&annotations))
+                .map(|((name, rgb, truth), annotations)| CameraData {
                     name,
                     rgb,
                     radiance: None,
                     truth,
-                    annotations: &annotations,
+                    annotations,
                 })
                 .collect(),
             lidars: (header.sequences[0].lidars.iter())

@@ -11,7 +11,7 @@ use nemoral_convert::{ConvertParams, Error, FormatName, Mode, Table, convert};
 use nemoral_files::is_temporary_name;
 use nemoral_files::observe::observe;
 
-use crate::common::{header, run, tree, write};
+use crate::common::{annotated, header, run, tree, write};
 
 /// A folder in memory if the system has one, because syncing thousands of files is slow.
 fn in_memory() -> tempfile::TempDir {
@@ -41,7 +41,7 @@ fn failing<T>(root: &Path, n: usize, action: impl FnOnce() -> T) -> (T, bool) {
 fn wherever_a_conversion_stops_nothing_wrong_has_a_name_and_resume_ends_the_same() {
     let dir = in_memory();
     let source = dir.path().join("dataset");
-    write(&source, &header(), &[0, 1]);
+    write(&source, &annotated(), &[0, 1]);
     for format in FormatName::ALL {
         let whole = dir.path().join(format!("whole-{format}"));
         run(&source, &whole, format, Mode::Fresh).expect("converted");
@@ -100,7 +100,7 @@ fn a_damaged_source_is_an_error_and_no_file_of_its_frame_is_written() {
     let dir = in_memory();
     for format in FormatName::ALL {
         let source = dir.path().join(format!("dataset-{format}"));
-        write(&source, &header(), &[0, 1]);
+        write(&source, &annotated(), &[0, 1]);
         let whole = dir.path().join(format!("whole-{format}"));
         run(&source, &whole, format, Mode::Fresh).expect("converted");
         let whole = tree(&whole);
@@ -244,11 +244,11 @@ fn a_data_set_that_lacks_what_a_format_needs_is_refused_before_anything_is_writt
     let dir = tempfile::tempdir().expect("a folder");
     let out = dir.path().join("out");
     let blind = dir.path().join("blind");
-    let mut without = header();
+    let mut without = annotated();
     without.sequences[0].cameras.clear();
     write(&blind, &without, &[0]);
     let deaf = dir.path().join("deaf");
-    let mut without = header();
+    let mut without = annotated();
     without.sequences[0].lidars.clear();
     write(&deaf, &without, &[0]);
     let mut refused = Vec::new();
@@ -269,6 +269,8 @@ fn a_data_set_that_lacks_what_a_format_needs_is_refused_before_anything_is_writt
     assert_eq!(
         refused,
         [
+            "kitti2015",
+            "kitti2015",
             "euroc",
             "coco",
             "laz",
@@ -276,6 +278,7 @@ fn a_data_set_that_lacks_what_a_format_needs_is_refused_before_anything_is_writt
             "nerfstudio",
             "yolo",
             "hf",
+            "nuscenes",
             "exr",
             "npy"
         ]

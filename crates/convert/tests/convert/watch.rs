@@ -12,7 +12,7 @@ use super::common::*;
 fn each_frame_is_told_once_and_a_stopped_conversion_goes_on() {
     let dir = tempfile::tempdir().expect("a folder");
     let source = dir.path().join("dataset");
-    write(&source, &header(), &[0, 1, 2]);
+    write(&source, &annotated(), &[0, 1, 2]);
     for format in FormatName::ALL {
         let told: Arc<Mutex<Vec<FrameDone>>> = Arc::default();
         let list = Arc::clone(&told);
