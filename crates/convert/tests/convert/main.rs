@@ -18,6 +18,7 @@ mod huggingface;
 mod kitti;
 mod laz;
 mod laz_cloud;
+mod laz_site;
 mod mcap;
 mod mcap_times;
 mod rellis;
