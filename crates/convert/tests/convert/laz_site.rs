@@ -5,9 +5,13 @@ use std::io::Cursor;
 use std::path::Path;
 
 use laz::{LasZipDecompressor, LazVlr};
-use nemoral_convert::{Crs, FormatName, LazCloudParams, laz_cloud, laz_note};
-use nemoral_dataset::{Cloud, CloudParams, DatasetHeader, SiteSpec};
+use nemoral_convert::{Crs, FormatName, LazCloudParams, Mode, laz_cloud, laz_note};
+use nemoral_dataset::{
+    Cloud, CloudParams, DatasetHeader, FrameData, LidarData, OpenMode, SiteSpec, Track,
+    WorldTables, Writer,
+};
 use nemoral_scene::glam::DVec3;
+use nemoral_scene::{ChunkCoord, Twist};
 
 use crate::common::{START, header, made_of, pose};
 
@@ -205,4 +209,53 @@ fn clouds_of_a_site_and_their_tiles_lie_there() {
         count += file.points_m.len();
     }
     assert_eq!(count, expected.len());
+}
+
+#[test]
+fn a_point_that_no_file_can_hold_is_refused() {
+    let mut header = site(Some(25_829));
+    header.sequences[0].cameras.clear();
+    let folder = tempfile::tempdir().expect("a folder");
+    let [dataset, out] = ["dataset", "out"].map(|name| folder.path().join(name));
+    let mut points = crate::common::scan(&crate::common::header(), 0);
+    points[7].position_m.x = 3e5;
+    let writer = Writer::create(&dataset, OpenMode::Fresh, header).expect("create");
+    let (time_s, world_from_body) = pose(0);
+    let sensor_chunk = ChunkCoord::containing(START.truncate(), 50.0);
+    let frame = FrameData {
+        sequence: 0,
+        index: 0,
+        time_s,
+        world_from_body,
+        body_motion: Twist::STILL,
+        balance: None,
+        cameras: vec![],
+        lidars: vec![LidarData {
+            name: "top",
+            points: &points,
+            sensor_chunk,
+        }],
+        frame_key: [0; 32],
+    };
+    writer.write_frame(&frame).expect("frame");
+    let track = Track {
+        sequence: 0,
+        poses: vec![(time_s, world_from_body)],
+        balance: None,
+        stands: false,
+        imu: None,
+    };
+    let objects = crate::common::objects();
+    let world = WorldTables {
+        objects: &objects,
+        ..WorldTables::default()
+    };
+    writer.write_sequence(&track, &world).expect("tables");
+    writer.finish().expect("finish");
+    let error = crate::common::run(&dataset, &out, FormatName::Laz, Mode::Fresh);
+    let error = error.expect_err("refused").to_string();
+    assert!(
+        error.contains("00/top/000000.laz") && error.contains("beyond 214 km"),
+        "{error}"
+    );
 }

@@ -17,7 +17,7 @@
 mod file;
 
 use std::collections::BTreeSet;
-use std::io::Cursor;
+use std::io::{self, Cursor};
 
 use nemoral_dataset::{Manifest, PlyPoint, SiteSpec};
 use nemoral_scene::{Ontology, RigidTransform};
@@ -83,9 +83,12 @@ impl Format for Laz {
                             lidar: i as u8,
                             labels: &labels,
                         };
-                        let bytes = scan.encode(points);
                         let (number, name) = (sequence.number, &lidar.name);
                         let path = format!("{number:02}/{name}/{:06}.laz", frame.index);
+                        let bytes = scan.encode(points).map_err(|e| Error::Unsuitable {
+                            format: "laz",
+                            reason: format!("{path}: {e}"),
+                        })?;
                         files.put(path, bytes);
                     }
                     Ok(String::new())
@@ -118,11 +121,10 @@ struct Scan<'a> {
 }
 
 impl Scan<'_> {
-    fn encode(&self, points: &[PlyPoint]) -> Vec<u8> {
-        let known = "memory takes it";
+    /// The file; an error if a point is too far from the scanner for it.
+    fn encode(&self, points: &[PlyPoint]) -> io::Result<Vec<u8>> {
         let near_m = self.world_from_lidar.translation_m;
-        let writer = LazWriter::new(Cursor::new(Vec::new()), self.site.as_ref(), near_m);
-        let mut writer = writer.expect(known);
+        let mut writer = LazWriter::new(Cursor::new(Vec::new()), self.site.as_ref(), near_m)?;
         for recorded in points {
             let position_m = recorded.point.position_m.as_dvec3();
             let point = LazPoint {
@@ -134,8 +136,8 @@ impl Scan<'_> {
                 source: u16::from(self.lidar) + 1,
                 class: self.labels.id_of_semantic(recorded.point.semantic) as u8,
             };
-            writer.put(&point).expect(known);
+            writer.put(&point)?;
         }
-        writer.finish().expect(known).into_inner()
+        Ok(writer.finish()?.into_inner())
     }
 }
