@@ -243,5 +243,25 @@ mod tests {
         let height = "site.terrain.origin_z_m=73";
         assert_eq!(place(&[&trails, height]), at(None));
         assert_eq!(place(&["site.epsg=25829", height]), at(Some(25_829)));
+        // The header of a data set has it.
+        let header = |settings: &[&str]| {
+            let settings = settings.iter().map(|s| (*s).to_owned()).collect();
+            let layers = Layers {
+                settings,
+                ..Layers::default()
+            };
+            let sequences = layers.sequences().expect("a request");
+            crate::header(&sequences, &crate::Backend::Cpu).expect("a header")
+        };
+        let here = header(&["site.epsg=25829", "site.origin_x_m=7"]);
+        let origin_m = [7.0, 0.0, 0.0];
+        let epsg = Some(25_829);
+        assert_eq!(here.sequences[0].site, Some(SiteSpec { epsg, origin_m }));
+        let invented = header(&["site.origin_x_m=7"]);
+        assert_eq!(invented.sequences[0].site, None);
+        assert_eq!(
+            invented.sequences[0].stage_keys,
+            here.sequences[0].stage_keys
+        );
     }
 }
