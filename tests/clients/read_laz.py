@@ -2,7 +2,7 @@
 
     python read_laz.py DATASET CONVERTED
 
-Needs numpy, laspy, lazrs, plyfile.
+Needs numpy, laspy, lazrs, plyfile, and pyproj for a site.
 """
 
 import json
@@ -30,8 +30,14 @@ def main(dataset, out):
         assert las.header.point_count == len(scan)
         here = np.stack([scan[a].astype(float) for a in "xyz"] + [np.ones(len(scan))], 1)
         pose = matrix(frame["world_from_body"]) @ mount(lidar["body_from_lidar"])
+        # A site's are on the map.
+        sequence = next(s for s in manifest["sequences"] if s["number"] == frame["sequence"])
+        site = sequence.get("site", {"origin_m": [0, 0, 0]})
         if len(scan):
-            worst = max(worst, abs((here @ pose.T)[:, :3] - np.asarray(las.xyz)).max())
+            off = (here @ pose.T)[:, :3] + site["origin_m"] - np.asarray(las.xyz)
+            worst = max(worst, abs(off).max())
+        if "epsg" in site:
+            assert las.header.parse_crs().to_epsg() == site["epsg"]
         assert abs(las.gps_time - (frame["time_s"] + scan["t"])).max() < 1e-9
         assert (las.return_number == scan["return_no"]).all()
         assert (las.number_of_returns == scan["n_returns"]).all()

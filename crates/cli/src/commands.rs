@@ -5,7 +5,9 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::CommandFactory;
-use nemoral_convert::{ConvertParams, LazCloudParams, Mode, Table, convert_watched, laz_cloud};
+use nemoral_convert::{
+    ConvertParams, LazCloudParams, Mode, Table, convert_watched, laz_cloud, laz_note,
+};
 use nemoral_dataset::{CloudParams, MergeParams, OpenMode};
 use nemoral_pipeline::config::{
     Preset, SequenceConfig, Sequences, SiteFiles, annotated_toml, json_schema, reference_page,
@@ -141,6 +143,9 @@ fn run_cloud(a: Cloud) -> Result<bool, Failure> {
                 tile.points,
                 tile.path.display()
             ))?;
+        }
+        if let Some(about) = laz_note(&cloud) {
+            note(&about);
         }
     } else {
         let points = cloud.write_ply(&a.out)?;

@@ -5,11 +5,11 @@ use std::fs::File;
 use std::io::{self, BufReader, BufWriter, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
-use nemoral_dataset::{Cloud, CloudPoint};
+use nemoral_dataset::{Cloud, CloudPoint, SiteSpec};
 use nemoral_files::PendingFile;
 use nemoral_scene::glam::DVec3;
 
-use crate::formats::laz::{Laz, LazPoint, LazWriter};
+use crate::formats::laz::{Laz, LazPoint, LazWriter, crs_note, place_m};
 use crate::{Error, Table};
 
 /// The most tiles of a cloud, as each is an open file.
@@ -21,7 +21,7 @@ const TILE_M: std::ops::RangeInclusive<f64> = 1.0..=1e5;
 #[derive(Clone, Debug, Default)]
 pub struct LazCloudParams {
     /// Side of a tile, metres, 1 to 100,000: tiles are `OUT_X_Y.laz`, with the tile's south-western
-    /// corner in whole tiles from the origin. `None` for one file.
+    /// corner in whole tiles from the origin of the file's coordinates. `None` for one file.
     pub tile_m: Option<f64>,
     /// The classes of `classification`; ASPRS's if there is none.
     pub ontology: Option<Table>,
@@ -38,8 +38,8 @@ pub struct LazTile {
 
 /// Writes a cloud as LAS 1.4, compressed, with the dimensions that the format `laz` has; `gps_time`
 /// is seconds after the start of the sequence, `point_source_id` the number of the scan from 1
-/// (station k of one scanner is k + 1). Coordinates are relative to a whole metre near the
-/// first point of a file.
+/// (station k of one scanner is k + 1). Coordinates are those of the site, or of an invented world,
+/// relative to a whole metre near the first point of a file.
 ///
 /// Each file appears when it is whole, after all points have been written.
 ///
@@ -65,11 +65,12 @@ pub fn laz_cloud(
         ontology: params.ontology.clone(),
     }
     .labels(cloud.ontology())?;
+    let site = cloud.site();
     let mut tiles: BTreeMap<Option<[i64; 2]>, Tile> = BTreeMap::new();
     let failed = |e: io::Error| Error::from(nemoral_files::Error::io(out)(e));
     cloud.for_each(|point: &CloudPoint| -> Result<(), Error> {
         let number = params.tile_m.map(|side| {
-            let tile = (point.world_m.truncate() / side).floor();
+            let tile = (place_m(site, point.world_m).truncate() / side).floor();
             [tile.x as i64, tile.y as i64]
         });
         if !tiles.contains_key(&number) {
@@ -78,7 +79,8 @@ pub fn laz_cloud(
                 return Err(unsuitable(reason));
             }
             let scratch = nemoral_files::scratch_beside(out)?;
-            tiles.insert(number, Tile::new(scratch, point.world_m).map_err(failed)?);
+            let tile = Tile::new(scratch, site, point.world_m).map_err(failed)?;
+            tiles.insert(number, tile);
         }
         let tile = tiles.get_mut(&number).expect("it is there");
         let class = labels.id_of_semantic(point.recorded.point.semantic) as u8;
@@ -87,7 +89,8 @@ pub fn laz_cloud(
     if tiles.is_empty() {
         // A cloud without points is a file without points.
         let scratch = nemoral_files::scratch_beside(out)?;
-        tiles.insert(None, Tile::new(scratch, DVec3::ZERO).map_err(failed)?);
+        let tile = Tile::new(scratch, site, DVec3::ZERO).map_err(failed)?;
+        tiles.insert(None, tile);
     }
     let mut written = Vec::new();
     for (number, tile) in tiles {
@@ -106,6 +109,13 @@ pub fn laz_cloud(
     Ok(written)
 }
 
+/// What the user should know of a cloud as LAZ, a sentence without a full stop: that no file says
+/// which coordinates it has. `None` if files say it, or the world is invented.
+#[must_use]
+pub fn laz_note(cloud: &Cloud) -> Option<String> {
+    cloud.site().and_then(crs_note)
+}
+
 /// A file that is being written under no name.
 struct Tile {
     writer: LazWriter<BufWriter<File>>,
@@ -113,8 +123,8 @@ struct Tile {
 }
 
 impl Tile {
-    fn new(scratch: File, near_m: DVec3) -> io::Result<Self> {
-        let writer = LazWriter::new(BufWriter::new(scratch), near_m.round())?;
+    fn new(scratch: File, site: Option<&SiteSpec>, near_m: DVec3) -> io::Result<Self> {
+        let writer = LazWriter::new(BufWriter::new(scratch), site, near_m)?;
         Ok(Self { writer, points: 0 })
     }
 

@@ -58,6 +58,7 @@
 //! ```
 
 mod cloud;
+mod crs;
 mod error;
 mod formats;
 mod geometry;
@@ -73,7 +74,8 @@ use std::path::Path;
 use nemoral_dataset::{DatasetHeader, FORMAT_VERSION, Manifest, Watch};
 use nemoral_files::Folder;
 
-pub use cloud::{LazCloudParams, LazTile, laz_cloud};
+pub use cloud::{LazCloudParams, LazTile, laz_cloud, laz_note};
+pub use crs::Crs;
 pub use error::Error;
 pub use formats::FormatName;
 pub use sink::{Files, Mode, Notes, Sink, Stream};
@@ -81,7 +83,7 @@ pub use source::{FrameRef, Sequence, Source};
 pub use table::{Table, TableClass};
 
 /// Raised with each change of any format's files, so that nobody goes on with those of before.
-const LAYOUT: u32 = 3;
+const LAYOUT: u32 = 4;
 
 /// A format that data sets can be written in.
 pub trait Format {

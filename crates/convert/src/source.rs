@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use nemoral_dataset::{
     CameraFile, CameraSpec, Dataset, DepthFormat, FrameDone, FrameRecord, ImuReading, ImuSpec,
-    ImuTexts, LidarFrame, LidarSpec, Manifest, Split, Watch,
+    ImuTexts, LidarFrame, LidarSpec, Manifest, SiteSpec, Split, Watch,
 };
 use nemoral_scene::{ChunkCoord, Flow, Image, ObjectBox, ObjectRecord, Ontology, RigidTransform};
 
@@ -39,6 +39,8 @@ pub struct Sequence<'a> {
     pub lidars: &'a [LidarSpec],
     /// Its inertial measurement unit, if it has one.
     pub imu: Option<&'a ImuSpec>,
+    /// Where its world lies on the earth; `None` if it is invented.
+    pub site: Option<SiteSpec>,
 }
 
 /// A frame that exists, by sequence and index.
@@ -143,6 +145,7 @@ impl Source {
             cameras: &s.cameras,
             lidars: &s.lidars,
             imu: s.imu.as_ref(),
+            site: s.site,
         })
     }
 

@@ -2,6 +2,8 @@
 //!
 //! The numbers are those of the config's schema, so that everything that can be made can be read.
 
+use std::ops::RangeInclusive;
+
 use nemoral_scene::Intrinsics;
 
 /// Columns and rows of a picture.
@@ -19,6 +21,11 @@ pub(crate) const MAX_POINTS: u64 = 50_000_000;
 /// The greatest distance of a pose from the origin, metres; all chunks that have a coordinate lie
 /// within it.
 pub(crate) const MAX_POSITION_M: f64 = 1e12;
+
+/// The greatest coordinate of a world's origin on the earth, metres.
+pub(crate) const MAX_SITE_M: f64 = 5e7;
+/// The codes that EPSG gives.
+pub(crate) const EPSG_CODES: RangeInclusive<u16> = 1024..=32_766;
 
 /// A header of a data set that is being written, which has some 15 kB for each sequence.
 pub(crate) const HEADER_BYTES: u64 = 512 << 20;

@@ -7,7 +7,9 @@ use nemoral_scene::RigidTransform;
 use serde::{Deserialize, Serialize};
 
 use crate::header::{check_sensor_name, is_place, validate_camera};
-use crate::{CameraSpec, DepthFormat, Error, FileRecord, ImuSpec, LidarSpec, layout, limits};
+use crate::{
+    CameraSpec, DepthFormat, Error, FileRecord, ImuSpec, LidarSpec, SiteSpec, layout, limits,
+};
 
 /// The part of a data set that a sequence is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -57,6 +59,9 @@ pub struct SequenceSpec {
     /// if nothing was.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub drawn: BTreeMap<String, serde_json::Value>,
+    /// Where its world lies on the earth; absent from `dataset.json` if it is invented.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub site: Option<SiteSpec>,
     /// Side of a chunk, metres.
     pub chunk_size_m: f64,
     /// Whether it has a `deadwood.csv`; absent from `dataset.json` if it has none.
@@ -86,8 +91,8 @@ pub struct SequenceSpec {
 }
 
 impl SequenceSpec {
-    /// A sequence without sensors: chunks of 50 m, 16-bit depth, of no split, an empty
-    /// configuration.
+    /// A sequence without sensors: an invented world, chunks of 50 m, 16-bit depth, of no split, an
+    /// empty configuration.
     #[must_use]
     pub fn new(number: u32, seed: u64) -> Self {
         Self {
@@ -95,6 +100,7 @@ impl SequenceSpec {
             seed,
             split: None,
             drawn: BTreeMap::new(),
+            site: None,
             chunk_size_m: 50.0,
             has_deadwood: false,
             depth_format: DepthFormat::default(),
@@ -117,7 +123,7 @@ impl SequenceSpec {
         camera.or(lidar).unwrap_or(RigidTransform::IDENTITY)
     }
 
-    /// Checks names, mounts and sizes.
+    /// Checks names, mounts, sizes and places.
     pub(crate) fn validate(&self) -> Result<(), Error> {
         if self.cameras.is_empty() && self.lidars.is_empty() {
             return Err(Error::invalid(
@@ -133,6 +139,9 @@ impl SequenceSpec {
         }
         for camera in &self.cameras {
             validate_camera(camera)?;
+        }
+        if let Some(site) = &self.site {
+            site.validate()?;
         }
         if !(self.chunk_size_m.is_finite() && self.chunk_size_m > 0.0) {
             return Err(Error::invalid(

@@ -7,7 +7,7 @@ use tiff::decoder::{Decoder, DecodingResult, Limits};
 use tiff::tags::Tag;
 
 use crate::error::shown;
-use crate::{HeightMap, ImportError, MAX_POSTS};
+use crate::{EPSG_CODES, HeightMap, ImportError, MAX_POSTS};
 
 /// The key of a GeoTIFF that says what a pixel is, and its value where it is a point.
 const RASTER_TYPE: u16 = 1025;
@@ -18,6 +18,8 @@ const GEOGRAPHIC: u16 = 2;
 /// The key of the unit of projected coordinates, and its value for metres.
 const LINEAR_UNIT: u16 = 3076;
 const METRE: u16 = 9001;
+/// The key of the projected system's EPSG code.
+const PROJECTED_CRS: u16 = 3072;
 
 impl HeightMap {
     /// Reads a GeoTIFF: one band of whole or real numbers, north up, with square pixels
@@ -48,7 +50,7 @@ impl HeightMap {
         if !matches!(tiff.colortype().map_err(wrong)?, ColorType::Gray(_)) {
             return Err(ImportError::file("has several bands: a height map has one"));
         }
-        let [west_m, north_m, spacing_m] = place(&mut tiff, &wrong)?;
+        let ([west_m, north_m, spacing_m], epsg) = place(&mut tiff, &wrong)?;
         let no_data = match tiff.find_tag(Tag::GdalNodata).map_err(wrong)? {
             None => None,
             Some(value) => {
@@ -73,16 +75,17 @@ impl HeightMap {
             north_m,
             spacing_m,
             heights_m,
+            epsg,
         }
         .checked()
     }
 }
 
-/// The first post's easting and northing, and the distance between posts.
+/// The first post's easting and northing, the distance between posts, and the EPSG code.
 fn place(
     tiff: &mut Decoder<Cursor<&[u8]>>,
     wrong: &dyn Fn(tiff::TiffError) -> ImportError,
-) -> Result<[f64; 3], ImportError> {
+) -> Result<([f64; 3], Option<u16>), ImportError> {
     let mut numbers =
         |tag, name: &str, least: usize| {
             let found = tiff.find_tag(tag).map_err(wrong)?;
@@ -131,7 +134,8 @@ fn place(
     };
     let west_m = tie[3] + (middle - tie[0]) * spacing_m;
     let north_m = tie[4] - (middle - tie[1]) * spacing_m;
-    Ok([west_m, north_m, spacing_m])
+    let epsg = key(PROJECTED_CRS).filter(|code| EPSG_CODES.contains(code));
+    Ok(([west_m, north_m, spacing_m], epsg))
 }
 
 /// The values of an image as heights.

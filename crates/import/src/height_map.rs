@@ -25,6 +25,8 @@ pub struct HeightMap {
     pub spacing_m: f64,
     /// Heights, metres; NaN where there is no data.
     pub heights_m: Vec<f32>,
+    /// The EPSG code of its projected coordinates, if the file has one: a PNG has none.
+    pub epsg: Option<u16>,
 }
 
 impl HeightMap {

@@ -147,6 +147,7 @@ impl HeightMap {
             north_m,
             spacing_m,
             heights_m: codes.chunks_exact(2).map(height).collect(),
+            epsg: None,
         }
         .checked()
     }

@@ -13,7 +13,8 @@
 //! | trail lines | [`MAX_LINES`], with [`MAX_VERTICES`] vertices and [`MAX_LENGTH_M`] together |
 //!
 //! Coordinates of sites are those of the file, in metres, x east and y north: projected ones such
-//! as UTM, not degrees. Models are brought to metres, z up, with their foot at the origin.
+//! as UTM, not degrees; a GeoTIFF and GeoJSON may say which, by an EPSG code. Models are brought to
+//! metres, z up, with their foot at the origin.
 //!
 //! ```
 //! use nemoral_import::{HeightMap, Sidecar};
@@ -26,6 +27,7 @@
 //! # Ok::<(), nemoral_import::ImportError>(())
 //! ```
 
+mod epsg;
 mod error;
 mod geotiff;
 mod height_map;
@@ -39,6 +41,7 @@ mod trail_lines;
 #[cfg(doctest)]
 struct ReadmeDoctests;
 
+pub use epsg::EPSG_CODES;
 pub use error::ImportError;
 pub use height_map::{HeightMap, MAX_POSTS};
 pub use height_png::{Sidecar, SidecarPlace};
@@ -48,4 +51,6 @@ pub use model::{
     ModelKind, ModelSidecar, TreeMeasures, Up,
 };
 pub use stem_map::{MAX_STEMS, Stem, read_stem_map, unread_columns};
-pub use trail_lines::{MAX_LENGTH_M, MAX_LINES, MAX_VERTICES, TrailLine, read_trail_lines};
+pub use trail_lines::{
+    MAX_LENGTH_M, MAX_LINES, MAX_VERTICES, TrailLine, TrailLines, read_trail_lines,
+};

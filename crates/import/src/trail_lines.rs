@@ -3,6 +3,7 @@
 use serde_json::Value;
 
 use crate::ImportError;
+use crate::epsg::code_of_name;
 use crate::error::shown;
 use crate::stem_map::REACH_M;
 use crate::table::Table;
@@ -23,11 +24,21 @@ pub struct TrailLine {
     pub vertices_m: Vec<[f64; 2]>,
 }
 
+/// The trails of a file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TrailLines {
+    /// All lines, in the file's order.
+    pub lines: Vec<TrailLine>,
+    /// The EPSG code of their coordinates, if the file has one: CSV has none.
+    pub epsg: Option<u16>,
+}
+
 /// Reads trail lines, in metres as the other files are.
 ///
 /// GeoJSON: every `LineString` and `MultiLineString`, alone or in features and collections; other
 /// geometries are an error, and properties and heights are ignored. (RFC 7946 has degrees only; as
-/// `ogr2ogr -f GeoJSON -t_srs EPSG:…` writes it, a file may have projected metres.)
+/// `ogr2ogr -f GeoJSON -t_srs EPSG:…` writes it, a file may have projected metres, whose code its
+/// member `crs` has.)
 ///
 /// CSV: a header with `x_m`, `y_m` (or `x`, `y`; `easting`, `northing`), and `trail`, if there are
 /// several: a row is a vertex, and rows with the same name, one after the other, are a line.
@@ -36,15 +47,16 @@ pub struct TrailLine {
 /// The file is neither, is in degrees, has a vertex that is no place, a line with one vertex, no
 /// line at all, more than [`MAX_LINES`] lines or [`MAX_VERTICES`] vertices, or lines longer than
 /// [`MAX_LENGTH_M`] together.
-pub fn read_trail_lines(bytes: &[u8]) -> Result<Vec<TrailLine>, ImportError> {
-    let lines = if bytes.trim_ascii_start().starts_with(b"{") {
+pub fn read_trail_lines(bytes: &[u8]) -> Result<TrailLines, ImportError> {
+    let (lines, epsg) = if bytes.trim_ascii_start().starts_with(b"{") {
         let json: Value = serde_json::from_slice(bytes)
             .map_err(|e| ImportError::file(format!("is no GeoJSON: {}", shown(&e.to_string()))))?;
         let mut lines = Lines::default();
         lines.add(&json)?;
-        lines.0
+        let name = json.pointer("/crs/properties/name").and_then(Value::as_str);
+        (lines.0, name.and_then(code_of_name))
     } else {
-        of_table(bytes)?
+        (of_table(bytes)?, None)
     };
     let vertices: usize = lines.iter().map(Vec::len).sum();
     if lines.is_empty() {
@@ -77,10 +89,11 @@ pub fn read_trail_lines(bytes: &[u8]) -> Result<Vec<TrailLine>, ImportError> {
         let message = format!("has {total_m:.0} m of lines: at most {MAX_LENGTH_M}");
         return Err(ImportError::file(message));
     }
-    Ok(lines
-        .into_iter()
-        .map(|vertices_m| TrailLine { vertices_m })
-        .collect())
+    let lines = lines.into_iter();
+    Ok(TrailLines {
+        lines: lines.map(|vertices_m| TrailLine { vertices_m }).collect(),
+        epsg,
+    })
 }
 
 /// The lines of a GeoJSON so far.
@@ -180,8 +193,8 @@ mod tests {
     use super::*;
 
     fn read(text: &str) -> Result<Vec<Vec<[f64; 2]>>, String> {
-        let lines = read_trail_lines(text.as_bytes()).map_err(|e| e.to_string())?;
-        Ok(lines.into_iter().map(|l| l.vertices_m).collect())
+        let trails = read_trail_lines(text.as_bytes()).map_err(|e| e.to_string())?;
+        Ok(trails.lines.into_iter().map(|l| l.vertices_m).collect())
     }
 
     #[test]
@@ -198,6 +211,35 @@ mod tests {
         let table = "trail,x,y\nnorth,0,1\nnorth,20.5,3\nnorth,40,-2\nb,500,500\nb,510,520\n";
         assert_eq!(read(table), Ok(vec![a.clone(), b]));
         assert_eq!(read("x_m;y_m\n0;1\n20,5;3\n40;-2\n"), Ok(vec![a]));
+    }
+
+    #[test]
+    fn the_member_crs_says_which_coordinates_they_are() {
+        let epsg = |crs: &str| {
+            let text = format!(
+                r#"{{ "type": "FeatureCollection", "name": "trails", "crs": {crs}, "features": [
+                {{ "type": "Feature", "geometry": {{ "type": "LineString",
+                   "coordinates": [[553200, 4450300], [553250, 4450310]] }} }}] }}"#
+            );
+            read_trail_lines(text.as_bytes()).expect("lines").epsg
+        };
+        let named = |name: &str| {
+            epsg(&format!(
+                r#"{{"type":"name","properties":{{"name":"{name}"}}}}"#
+            ))
+        };
+        assert_eq!(named("urn:ogc:def:crs:EPSG::25829"), Some(25_829));
+        assert_eq!(named("EPSG:32629"), Some(32_629));
+        for crs in [
+            "null",
+            "7",
+            "[]",
+            r#"{"type":"name","properties":{"name":25829}}"#,
+        ] {
+            assert_eq!(epsg(crs), None, "{crs}");
+        }
+        let table = read_trail_lines(b"x,y\n0,0\n30,40\n").expect("a line");
+        assert_eq!(table.epsg, None);
     }
 
     #[test]

@@ -84,6 +84,26 @@ fn a_geotiff_is_read_where_it_lies() {
 }
 
 #[test]
+fn a_geotiff_says_which_coordinates_it_has() {
+    let epsg = |key: &[u16]| {
+        let keys = [&[1, 1, 0, 2, 1024, 0, 1, 1][..], key].concat();
+        let tags = Tags {
+            keys,
+            ..Tags::default()
+        };
+        HeightMap::from_tiff(&tiff(&tags))
+            .expect("a height map")
+            .epsg
+    };
+    assert_eq!(epsg(&[3072, 0, 1, 25_829]), Some(25_829));
+    // Another key; one that is elsewhere; a system of the user's own; none.
+    assert_eq!(epsg(&[3073, 0, 1, 25_829]), None);
+    assert_eq!(epsg(&[3072, 34_736, 1, 25_829]), None);
+    assert_eq!(epsg(&[3072, 0, 1, 32_767]), None);
+    assert_eq!(epsg(&[3072, 0, 1, 0]), None);
+}
+
+#[test]
 fn what_a_geotiff_lacks_is_named() {
     let of = |change: &dyn Fn(&mut Tags)| {
         let mut tags = Tags::default();

@@ -86,7 +86,8 @@ fn a_thousand_mutants_of_each_kind_of_file_are_read_or_refused() {
     let accepted = survive(stems.as_bytes(), |bytes| read_stem_map(bytes).is_ok());
     assert!((20..950).contains(&accepted), "{accepted}");
 
-    let geojson = r#"{"type":"FeatureCollection","features":[{"type":"Feature","geometry":
+    let geojson = r#"{"type":"FeatureCollection","crs":{"type":"name","properties":{"name":
+        "urn:ogc:def:crs:EPSG::25829"}},"features":[{"type":"Feature","geometry":
         {"type":"LineString","coordinates":[[0,100],[20.5,3],[400,-2]]}},{"type":"Feature",
         "geometry":{"type":"MultiLineString","coordinates":[[[1,2],[300,4,5]],[[5,6],[7,8]]]}}]}"#;
     let accepted = survive(geojson.as_bytes(), |bytes| read_trail_lines(bytes).is_ok());
@@ -273,7 +274,10 @@ fn lines_that_end_with_a_carriage_return_take_no_longer() {
     for i in 0..150_000 {
         table += &format!("{}.{},{i}\r", i % 2, i % 7);
     }
-    assert_eq!(read_trail_lines(table.as_bytes()).map(|l| l.len()), Ok(1));
+    assert_eq!(
+        read_trail_lines(table.as_bytes()).map(|t| t.lines.len()),
+        Ok(1)
+    );
     table += "1,\r";
     let error = read_trail_lines(table.as_bytes()).expect_err("y is missing");
     assert_eq!(error.to_string(), "line 150002: y is missing");

@@ -106,6 +106,7 @@ pub(crate) fn sequence_spec(
         seed: config.seed,
         split: sequence.split,
         drawn: drawn.collect(),
+        site: config.place(&sequence.inputs)?,
         chunk_size_m: config.chunks.size_m,
         has_deadwood: config.deadwood.has_objects(),
         depth_format: if config.output.depth_npy {

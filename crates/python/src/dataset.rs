@@ -45,8 +45,19 @@ impl Dataset {
         frames.map(|f| (f.sequence, f.index)).collect()
     }
 
-    /// Number, seed, split and length of each sequence with frames here.
-    fn sequences(&self) -> Vec<(u32, u64, Option<&'static str>, u64)> {
+    /// Number, seed, split and length of each sequence with frames here, and the EPSG code and the
+    /// origin of its site.
+    #[expect(clippy::type_complexity, reason = "a row of a table")]
+    fn sequences(
+        &self,
+    ) -> Vec<(
+        u32,
+        u64,
+        Option<&'static str>,
+        u64,
+        Option<u16>,
+        Option<(f64, f64, f64)>,
+    )> {
         let tracks = self.dataset.manifest().tracks.iter();
         let header = &self.dataset.manifest().header;
         tracks
@@ -57,6 +68,8 @@ impl Dataset {
                     spec.seed,
                     spec.split.map(|s| s.name()),
                     t.length,
+                    spec.site.and_then(|site| site.epsg),
+                    spec.site.map(|site| site.origin_m.into()),
                 ))
             })
             .collect()

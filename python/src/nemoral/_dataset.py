@@ -24,6 +24,11 @@ class Sequence:
     """``train``, ``val`` or ``test``, if the data set is split."""
     length: int
     """How many frames its drive has, here or in other shards."""
+    epsg: int | None = None
+    """The EPSG code of its site's coordinates, if it is a site and the code is known."""
+    origin_m: tuple[float, float, float] | None = None
+    """The world's origin in the site's coordinates: easting, northing, height, which are added to
+    world coordinates; None if the world is invented."""
 
 
 class Dataset:

@@ -34,7 +34,8 @@ pub fn stem_map(input: &[u8]) {
 
 /// Reads trail lines.
 pub fn trail_lines(input: &[u8]) {
-    if let Some(lines) = accepted(read_trail_lines(input)) {
+    if let Some(trails) = accepted(read_trail_lines(input)) {
+        let lines = trails.lines;
         assert!((1..=MAX_LINES).contains(&lines.len()));
         let vertices: usize = lines.iter().map(|line| line.vertices_m.len()).sum();
         assert!(vertices <= MAX_VERTICES && lines.iter().all(|l| l.vertices_m.len() > 1));

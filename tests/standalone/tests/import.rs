@@ -9,7 +9,7 @@ fn a_plot_is_measured() -> Result<(), ImportError> {
         stems.iter().filter_map(|s| s.dbh_m).map(|d| 0.25 * std::f64::consts::PI * d * d).sum();
     assert!((area_m2 - 0.157).abs() < 1e-3);
     let trails = read_trail_lines(b"x_m,y_m\n0,0\n30,40\n")?;
-    let [[x0, y0], [x1, y1]] = trails[0].vertices_m[..] else {
+    let [[x0, y0], [x1, y1]] = trails.lines[0].vertices_m[..] else {
         panic!("two vertices");
     };
     assert_eq!((x1 - x0).hypot(y1 - y0), 50.0);

@@ -211,13 +211,13 @@ fn trails_run_along_their_lines() {
     let settings = [&SETTINGS[..], &settings.each_ref().map(String::as_str)].concat();
     let world = world(&settings);
     let (runner, size_m) = (world.runner(2), world.config.chunks.size_m);
-    let lines = read_trail_lines(&bytes("trails.geojson")).expect("trail lines");
+    let trails = read_trail_lines(&bytes("trails.geojson")).expect("trail lines");
     let ground = |at: DVec2| {
         let chunk = ChunkCoord::containing(at, size_m);
         runner.get(world.forest.ground, chunk).expect("a ground")
     };
     let half_m = 0.5 * world.config.trails.width_m;
-    let vertices = &lines[0].vertices_m;
+    let vertices = &trails.lines[0].vertices_m;
     for &[x, y] in &vertices[1..vertices.len() - 1] {
         let at = in_world(x, y);
         let edge_m = ground(at).trail_edge_m(at);

@@ -19,6 +19,7 @@ mod kitti;
 mod kitti2015;
 mod laz;
 mod laz_cloud;
+mod laz_site;
 mod mcap;
 mod mcap_times;
 mod nuscenes;

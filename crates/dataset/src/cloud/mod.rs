@@ -10,7 +10,7 @@ use nemoral_scene::glam::{DVec2, DVec3};
 use nemoral_scene::{Ontology, PointFlags, Semantic, TreeRecord};
 
 use crate::formats::tables;
-use crate::{Dataset, Error, PlyPoint, SequenceSpec, Watch};
+use crate::{Dataset, Error, PlyPoint, SequenceSpec, SiteSpec, Watch};
 
 pub use crop::Crop;
 pub use ply::cloud;
@@ -126,6 +126,12 @@ impl Cloud {
     #[must_use]
     pub fn ontology(&self) -> &Ontology {
         &self.dataset.manifest().header.ontology
+    }
+
+    /// Where the sequence's world lies on the earth; `None` if it is invented.
+    #[must_use]
+    pub fn site(&self) -> Option<&SiteSpec> {
+        self.spec().site.as_ref()
     }
 
     fn spec(&self) -> &SequenceSpec {

@@ -166,7 +166,7 @@ Further cameras and LiDARs have the same folders inside a folder of their name, 
 the pictures of a further camera
 called `right` are in `image_3`. Truth images hold what is
 exactly at the pixel's centre; nothing in them is blended.
-{rolling}{balanced}",
+{placed}{rolling}{balanced}",
         imu = if h.sequences.iter().any(|s| s.imu.is_some()) {
             "| `sequences/NN/imu0/data.csv` | angular rates and specific forces, with the errors \
              that `imu0/sensor.yaml` describes; nanoseconds of `times.txt` (EuRoC) |\n\
@@ -175,6 +175,7 @@ exactly at the pixel's centre; nothing in them is blended.
         } else {
             ""
         },
+        placed = placed(manifest),
         rolling = rolling,
         balanced = balanced,
         sequences = sequences(manifest),
@@ -190,6 +191,30 @@ exactly at the pixel's centre; nothing in them is blended.
         backend = h.backend,
         ontology = h.ontology.name(),
         classes = classes.join(", "),
+    )
+}
+
+/// Where the worlds lie that are not invented.
+fn placed(manifest: &Manifest) -> String {
+    let sites = manifest.header.sequences.iter().filter_map(|s| s.site);
+    let mut systems: Vec<String> = sites
+        .map(|site| match site.epsg {
+            Some(code) => format!("EPSG:{code}"),
+            None => "those of its files".to_owned(),
+        })
+        .collect();
+    systems.sort_unstable();
+    systems.dedup();
+    if systems.is_empty() {
+        return String::new();
+    }
+    format!(
+        "
+The world lies on a site: coordinates there ({}) are those of the world plus `origin_m` of \
+`site`,
+which the sequence has in `dataset.json`.
+",
+        systems.join(", ")
     )
 }
 

@@ -286,7 +286,12 @@ fn what_cannot_be_is_not_accepted() {
     write(&root, &small(), &[0, 1]);
     let whole = fs::read(root.join("dataset.json")).expect("read");
     type Lie<'a> = (&'a str, &'a dyn Fn(&mut Value));
-    let lies: [Lie<'_>; 20] = [
+    let place = |origin_m: Value, epsg: Value| {
+        move |j: &mut Value| {
+            j["sequences"][0]["site"] = json!({ "origin_m": origin_m, "epsg": epsg });
+        }
+    };
+    let lies: [Lie<'_>; 26] = [
         ("world_from_body", &|j| {
             j["frames"][0]["world_from_body"][0][3] = json!(1e308)
         }),
@@ -334,6 +339,12 @@ fn what_cannot_be_is_not_accepted() {
         ("point_classes", &|j| {
             j["frames"][0]["point_classes"]["1"] = json!(u64::MAX)
         }),
+        ("site.epsg", &place(json!([0, 0, 0]), json!(1023))),
+        ("site.epsg", &place(json!([0, 0, 0]), json!(32_767))),
+        ("65536", &place(json!([0, 0, 0]), json!(65_536))),
+        ("site.origin_m", &place(json!([6e7, 0, 0]), json!(25_829))),
+        ("site.origin_m", &place(json!([0, 0, -1e300]), Value::Null)),
+        ("length 2", &place(json!([0, 0]), Value::Null)),
         ("number of sensors", &|j| {
             let camera = j["sequences"][0]["cameras"][0].clone();
             let named = |i: usize| {

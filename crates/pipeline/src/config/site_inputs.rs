@@ -1,10 +1,14 @@
 //! What the files of a site say: its trees, its ground and its trails.
 
-use nemoral_import::{HeightMap, ImportError, Sidecar, Stem, read_stem_map, read_trail_lines};
+use nemoral_convert::Crs;
+use nemoral_dataset::SiteSpec;
+use nemoral_import::{
+    EPSG_CODES, HeightMap, ImportError, Sidecar, Stem, TrailLines, read_stem_map, read_trail_lines,
+};
 use nemoral_scene::glam::DVec2;
 use nemoral_terrain::HeightPosts;
 
-use super::Site;
+use super::{Config, Site};
 use crate::{Error, InputFile, InputFiles};
 
 fn wrong(file: &InputFile, e: &ImportError) -> Error {
@@ -54,14 +58,210 @@ pub(crate) fn posts(map: HeightMap, site: &Site) -> HeightPosts {
     }
 }
 
+/// The trail lines of a config; `None` without a file.
+fn trail_lines(site: &Site, inputs: &InputFiles) -> Result<Option<TrailLines>, Error> {
+    let Some(file) = inputs.get(&site.trails.path) else {
+        return Ok(None);
+    };
+    let trails = read_trail_lines(file.bytes()).map_err(|e| wrong(file, &e))?;
+    Ok(Some(trails))
+}
+
 /// The trail lines of a config in the world; none without a file.
 pub(crate) fn lines_m(site: &Site, inputs: &InputFiles) -> Result<Vec<Vec<DVec2>>, Error> {
-    let Some(file) = inputs.get(&site.trails.path) else {
+    let Some(trails) = trail_lines(site, inputs)? else {
         return Ok(Vec::new());
     };
-    let lines = read_trail_lines(file.bytes()).map_err(|e| wrong(file, &e))?;
     let place = |[x, y]: [f64; 2]| DVec2::new(x - site.origin_x_m, y - site.origin_y_m);
     let of_line =
         |line: nemoral_import::TrailLine| line.vertices_m.into_iter().map(place).collect();
-    Ok(lines.into_iter().map(of_line).collect())
+    Ok(trails.lines.into_iter().map(of_line).collect())
+}
+
+impl Config {
+    /// The EPSG code of the site's coordinates: `site.epsg`, or what the site's files say; `None`
+    /// if nothing says it.
+    ///
+    /// # Errors
+    /// If two of them disagree, if the code is none of a projected system in metres, or if a file
+    /// cannot be read.
+    pub fn site_epsg(&self, inputs: &InputFiles) -> Result<Option<u16>, Error> {
+        let site = &self.site;
+        let asked = u16::try_from(site.epsg).ok().filter(|code| *code != 0);
+        if asked.is_some_and(|code| !EPSG_CODES.contains(&code)) {
+            let (low, high) = (EPSG_CODES.start(), EPSG_CODES.end());
+            let message = format!("site.epsg = {}: must be 0, or {low} to {high}", site.epsg);
+            return Err(Error::request(message));
+        }
+        let of_map = height_map(site, inputs)?.and_then(|map| map.epsg);
+        let of_lines = trail_lines(site, inputs)?.and_then(|trails| trails.epsg);
+        let said = [
+            ("the config", asked),
+            (site.terrain.path.as_str(), of_map),
+            (site.trails.path.as_str(), of_lines),
+        ];
+        let mut said = said
+            .into_iter()
+            .filter_map(|(who, code)| Some((who, code?)));
+        let Some((first, code)) = said.next() else {
+            return Ok(None);
+        };
+        if let Some((other, of_other)) = said.find(|(_, of_other)| *of_other != code) {
+            return Err(Error::request(format!(
+                "site.epsg: {first} says EPSG:{code}, and {other} says EPSG:{of_other}: a site has \
+                 one coordinate reference system"
+            )));
+        }
+        match Crs::of_epsg(code) {
+            Some(Crs { name, wkt: None }) => Err(Error::request(format!(
+                "site.epsg: {first} says EPSG:{code}, which is {name}: must be a projected system \
+                 in metres, such as UTM"
+            ))),
+            _ => Ok(Some(code)),
+        }
+    }
+
+    /// Where the world lies on the earth; `None` if nothing of it is somebody's site.
+    pub(crate) fn place(&self, inputs: &InputFiles) -> Result<Option<SiteSpec>, Error> {
+        let site = &self.site;
+        let epsg = self.site_epsg(inputs)?;
+        let files = [&site.stems.path, &site.terrain.path, &site.trails.path];
+        let is_site = epsg.is_some() || files.iter().any(|path| !path.is_empty());
+        Ok(is_site.then_some(SiteSpec {
+            epsg,
+            origin_m: [site.origin_x_m, site.origin_y_m, site.terrain.origin_z_m],
+        }))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::config::Layers;
+
+    /// Trail lines with a name of their coordinates, or without one.
+    fn trails(folder: &Path, name: &str) -> String {
+        let crs = match name {
+            "" => String::new(),
+            _ => format!(r#""crs":{{"type":"name","properties":{{"name":"{name}"}}}},"#),
+        };
+        let text = format!(
+            r#"{{"type":"FeatureCollection",{crs}"features":[{{"type":"Feature","geometry":
+            {{"type":"LineString","coordinates":[[553196,4450288],[553195,4450352]]}}}}]}}"#
+        );
+        let path = folder.join(format!("{}.geojson", name.replace(':', "_")));
+        nemoral_files::write(&path, text.as_bytes()).expect("written");
+        format!("site.trails.path={}", path.display())
+    }
+
+    fn load(settings: &[&str]) -> Result<(Config, InputFiles), String> {
+        let origin = ["site.origin_x_m=553220", "site.origin_y_m=4450330"];
+        let settings = origin.iter().chain(settings).map(|s| (*s).to_owned());
+        let layers = Layers {
+            settings: settings.collect(),
+            ..Layers::default()
+        };
+        let config = layers.load().map_err(|e| e.to_string())?;
+        let inputs = InputFiles::read(&config).expect("readable");
+        Ok((config, inputs))
+    }
+
+    fn epsg(settings: &[&str]) -> Result<Option<u16>, String> {
+        let (config, inputs) = load(settings)?;
+        config.site_epsg(&inputs).map_err(|e| e.to_string())
+    }
+
+    #[test]
+    fn the_config_or_a_file_says_which_coordinates_a_site_has() {
+        let dir = tempfile::tempdir().expect("a folder");
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/site/terrain.tif");
+        let terrain = &format!("site.terrain.path={}", path.display());
+        let of_lines = |name: &str| trails(dir.path(), name);
+        let (same, other) = (
+            &of_lines("EPSG:32629"),
+            &of_lines("urn:ogc:def:crs:EPSG::32630"),
+        );
+        let unnamed = &of_lines("");
+        assert_eq!(epsg(&[]), Ok(None));
+        assert_eq!(epsg(&[unnamed]), Ok(None));
+        assert_eq!(epsg(&[terrain]), Ok(Some(32_629)));
+        assert_eq!(epsg(&[other]), Ok(Some(32_630)));
+        assert_eq!(epsg(&[terrain, unnamed]), Ok(Some(32_629)));
+        assert_eq!(epsg(&[terrain, same, "site.epsg=32629"]), Ok(Some(32_629)));
+        assert_eq!(epsg(&["site.epsg=25829"]), Ok(Some(25_829)));
+        // One that is not known here.
+        assert_eq!(epsg(&["site.epsg=1024"]), Ok(Some(1024)));
+
+        let refused = |settings: &[&str]| epsg(settings).expect_err("refused");
+        let text = refused(&[terrain, other]);
+        for part in [
+            "terrain.tif says EPSG:32629",
+            "_32630.geojson says EPSG:32630",
+        ] {
+            assert!(text.contains(part), "{text}");
+        }
+        let text = refused(&[terrain, "site.epsg=25829"]);
+        assert!(
+            text.contains("site.epsg: the config says EPSG:25829"),
+            "{text}"
+        );
+        assert!(text.contains("terrain.tif says EPSG:32629"), "{text}");
+        let text = refused(&[same, "site.epsg=25829"]);
+        assert!(
+            text.contains("EPSG_32629.geojson says EPSG:32629"),
+            "{text}"
+        );
+        let text = refused(&["site.epsg=1023"]);
+        assert!(text.contains("1023: must be 0, or 1024 to 32766"), "{text}");
+        assert!(refused(&["site.epsg=32767"]).contains("site.epsg"));
+        assert!(refused(&["site.epsg=-1"]).contains("site.epsg"));
+        // Degrees, and feet.
+        let text = refused(&["site.epsg=4326"]);
+        assert!(
+            text.contains("EPSG:4326, which is WGS 84: must be"),
+            "{text}"
+        );
+        assert!(refused(&["site.epsg=2263"]).contains("in metres"));
+        // A file that cannot be read is said once.
+        let text = refused(&[terrain, "site.trails.path=/nowhere.geojson"]);
+        assert!(!text.contains("site.epsg"), "{text}");
+    }
+
+    #[test]
+    fn a_world_with_files_or_a_code_lies_somewhere() {
+        let dir = tempfile::tempdir().expect("a folder");
+        let place = |settings: &[&str]| {
+            let (config, inputs) = load(settings).expect("a config");
+            config.place(&inputs).expect("a place")
+        };
+        assert_eq!(place(&["site.terrain.origin_z_m=73"]), None);
+        let origin_m = [553_220.0, 4_450_330.0, 73.0];
+        let trails = trails(dir.path(), "");
+        let at = |epsg| Some(SiteSpec { epsg, origin_m });
+        let height = "site.terrain.origin_z_m=73";
+        assert_eq!(place(&[&trails, height]), at(None));
+        assert_eq!(place(&["site.epsg=25829", height]), at(Some(25_829)));
+        // The header of a data set has it.
+        let header = |settings: &[&str]| {
+            let settings = settings.iter().map(|s| (*s).to_owned()).collect();
+            let layers = Layers {
+                settings,
+                ..Layers::default()
+            };
+            let sequences = layers.sequences().expect("a request");
+            crate::header(&sequences, &crate::Backend::Cpu).expect("a header")
+        };
+        let here = header(&["site.epsg=25829", "site.origin_x_m=7"]);
+        let origin_m = [7.0, 0.0, 0.0];
+        let epsg = Some(25_829);
+        assert_eq!(here.sequences[0].site, Some(SiteSpec { epsg, origin_m }));
+        let invented = header(&["site.origin_x_m=7"]);
+        assert_eq!(invented.sequences[0].site, None);
+        assert_eq!(
+            invented.sequences[0].stage_keys,
+            here.sequences[0].stage_keys
+        );
+    }
 }

@@ -19,7 +19,14 @@ pub(crate) fn problems(config: &Config, inputs: &InputFiles) -> Vec<(String, Str
     let named = |(key, message): (&str, Option<String>)| {
         message.map(|message| (key.to_owned(), format!("{key}: {message}")))
     };
-    found.into_iter().filter_map(named).collect()
+    let mut all: Vec<_> = found.into_iter().filter_map(named).collect();
+    // It is the files that say which coordinates they have.
+    if all.is_empty()
+        && let Err(e) = config.site_epsg(inputs)
+    {
+        all.push(("site.epsg".to_owned(), e.to_string()));
+    }
+    all
 }
 
 fn terrain_problem(config: &Config, inputs: &InputFiles) -> Option<String> {

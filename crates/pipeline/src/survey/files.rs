@@ -10,7 +10,7 @@ use nemoral_mensuration::{
     CanopyCell, MapFrame, MapGrid, Plot, StandMeasures, VisibleCrown, crowns_geojson, profile_csv,
     stand_csv, stems_geojson, visible_crowns,
 };
-use nemoral_scene::glam::{DVec2, DVec3};
+use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ParamError, TreeRecord};
 use serde_json::json;
 
@@ -145,11 +145,12 @@ impl Recorder {
 
     /// Where the world lies on maps.
     fn map_frame(&self) -> Result<MapFrame, Error> {
-        let site = &self.sequence().config.site;
-        Ok(MapFrame {
-            origin_m: DVec3::new(site.origin_x_m, site.origin_y_m, site.terrain.origin_z_m),
-            epsg: None,
-        })
+        let sequence = self.sequence();
+        let site = sequence.config.place(&sequence.inputs)?;
+        Ok(site.map_or_else(MapFrame::default, |site| MapFrame {
+            origin_m: site.origin_m.into(),
+            epsg: site.epsg,
+        }))
     }
 }
 

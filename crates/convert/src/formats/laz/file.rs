@@ -1,13 +1,16 @@
 //! A LAZ file: LAS 1.4 with point format 6 and extra bytes, compressed.
 //!
 //! Source: LAS specification 1.4 R15 (ASPRS): header, table 3; point format 6, table 13; extra
-//! bytes, table 24. Points are compressed by the crate `laz`.
+//! bytes, table 24; the reference system as WKT, section 2.6.3. Points are compressed by the crate
+//! `laz`.
 
 use std::io::{self, Seek, SeekFrom, Write};
 
 use laz::{LasZipCompressor, LazItemRecordBuilder, LazVlr, LazVlrBuilder};
-use nemoral_dataset::PlyPoint;
+use nemoral_dataset::{PlyPoint, SiteSpec};
 use nemoral_scene::glam::{DVec2, DVec3};
+
+use crate::Crs;
 
 /// Metres for a step of a coordinate.
 const STEP_M: f64 = 1e-4;
@@ -44,25 +47,38 @@ pub(crate) struct LazPoint<'a> {
     pub(crate) class: u8,
 }
 
+/// A place of the world in the coordinates of files: those of the site, or the world's own if it is
+/// invented.
+pub(crate) fn place_m(site: Option<&SiteSpec>, world_m: DVec3) -> DVec3 {
+    site.map_or(world_m, |site| site.from_world(world_m))
+}
+
 /// Writes a file point by point. Its header, which says how many there are, is written last.
 pub(crate) struct LazWriter<W: Write + Seek + Send + Sync + 'static> {
     compressor: LasZipCompressor<'static, W>,
     header: Header,
+    site: Option<SiteSpec>,
 }
 
 impl<W: Write + Seek + Send + Sync + 'static> LazWriter<W> {
-    /// Begins a file whose coordinates are relative to `origin_m`.
-    pub(crate) fn new(mut to: W, origin_m: DVec3) -> io::Result<Self> {
+    /// Begins a file of a site, or of an invented world. Its coordinates are relative to a whole
+    /// metre at `near_m` in the world.
+    pub(crate) fn new(mut to: W, site: Option<&SiteSpec>, near_m: DVec3) -> io::Result<Self> {
         let extra_bytes: u16 = EXTRA.iter().map(|(_, _, bytes)| bytes).sum();
         let items = LazItemRecordBuilder::default_for_point_format_id(6, extra_bytes);
         let items = items.map_err(io::Error::other)?;
         let vlr = LazVlrBuilder::new(items).build();
         let mut laszip = Vec::new();
         vlr.write_to(&mut laszip)?;
-        let records = [
+        let mut records = vec![
             (LazVlr::USER_ID, LazVlr::RECORD_ID, "", laszip),
             ("LASF_Spec", 4, "extra dimensions", extra_dimensions()),
         ];
+        let code = site.and_then(|site| site.epsg);
+        if let Some(wkt) = code.and_then(Crs::of_epsg).and_then(|crs| crs.wkt) {
+            let text = [wkt.as_bytes(), b"\0"].concat();
+            records.push(("LASF_Projection", 2112, "reference system", text));
+        }
         let mut bytes = Bytes::default();
         let count = records.len() as u32;
         for (user, id, description, data) in records {
@@ -71,7 +87,7 @@ impl<W: Write + Seek + Send + Sync + 'static> LazWriter<W> {
         }
         debug_assert!(bytes.0.len() > count as usize * VLR_HEADER_BYTES);
         let header = Header {
-            origin_m,
+            origin_m: place_m(site, near_m).round(),
             stride: POINT_BYTES + extra_bytes,
             records: count,
             record_bytes: bytes.0.len() as u32,
@@ -85,15 +101,17 @@ impl<W: Write + Seek + Send + Sync + 'static> LazWriter<W> {
         Ok(Self {
             compressor: LasZipCompressor::new(to, vlr).map_err(io::Error::other)?,
             header,
+            site: site.copied(),
         })
     }
 
     /// Adds a point.
     pub(crate) fn put(&mut self, point: &LazPoint<'_>) -> io::Result<()> {
-        let steps = ((point.world_m - self.header.origin_m) / STEP_M).round();
+        let at = place_m(self.site.as_ref(), point.world_m);
+        let steps = ((at - self.header.origin_m) / STEP_M).round();
         let reach = f64::from(i32::MAX);
         if !steps.is_finite() || steps.abs().max_element() > reach {
-            let (at, from) = (point.world_m, self.header.origin_m);
+            let from = self.header.origin_m;
             let message = format!("a point at {at} is beyond 214 km from {from}");
             return Err(io::Error::other(message));
         }
@@ -141,7 +159,8 @@ impl Header {
         };
         let mut out = Bytes::default();
         out.bytes(b"LASF").u16(0);
-        // The reference system would be WKT, which point format 6 demands; times are of no week.
+        // The reference system, if there is one, is WKT, as point format 6 demands; times are of no
+        // week.
         out.u16(1 << 4).bytes(&[0; 16]).bytes(&[1, 4]);
         out.text("nemoral", 32).text("nemoral-convert", 32);
         // The day on which it was made is not known, so that equal data sets give equal bytes.

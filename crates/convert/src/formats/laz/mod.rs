@@ -1,9 +1,10 @@
-//! LAZ: each scan as a compressed LAS 1.4 file with point format 6, in world coordinates:
+//! LAZ: each scan as a compressed LAS 1.4 file with point format 6:
 //! ```text
 //! SS/LIDAR/FFFFFF.laz
 //! ```
-//! x, y and z are the world's, at the frame's pose, in steps of 0.1 mm. `gps_time` is seconds after
-//! the start of the sequence, `intensity` that of the scan times 65535, `point_source_id` and
+//! x, y and z are those of the site, with its coordinate reference system as WKT, or of an invented
+//! world; at the frame's pose, in steps of 0.1 mm. `gps_time` is seconds after the start of the
+//! sequence, `intensity` that of the scan times 65535, `point_source_id` and
 //! `user_data` the number of the LiDAR, from 1, `scan_angle` that from straight down at
 //! which the scanner saw the point from where it was at the frame's time. `classification` is by
 //! the table `asprs` unless another is given;
@@ -15,14 +16,15 @@
 
 mod file;
 
-use std::io::Cursor;
+use std::collections::BTreeSet;
+use std::io::{self, Cursor};
 
-use nemoral_dataset::{Manifest, PlyPoint};
+use nemoral_dataset::{Manifest, PlyPoint, SiteSpec};
 use nemoral_scene::{Ontology, RigidTransform};
 
-pub(crate) use self::file::{LazPoint, LazWriter};
+pub(crate) use self::file::{LazPoint, LazWriter, place_m};
 use crate::labels::Labels;
-use crate::{Error, Format, Sink, Source, Table};
+use crate::{Crs, Error, Format, Sink, Source, Table};
 
 /// The format.
 #[derive(Debug)]
@@ -60,6 +62,12 @@ impl Format for Laz {
         self.labels(&manifest.header.ontology).map(drop)
     }
 
+    fn notes(&self, manifest: &Manifest) -> Vec<String> {
+        let sites = manifest.header.sequences.iter().filter_map(|s| s.site);
+        let notes: BTreeSet<String> = sites.filter_map(|site| crs_note(&site)).collect();
+        notes.into_iter().collect()
+    }
+
     fn write(&self, source: &Source, sink: &mut Sink) -> Result<(), Error> {
         let labels = self.labels(source.ontology())?;
         for sequence in source.sequences() {
@@ -69,14 +77,18 @@ impl Format for Laz {
                         let world_from_lidar = frame.world_from_body() * lidar.body_from_lidar;
                         let points = &source.scan(&frame, i)?.ply;
                         let scan = Scan {
+                            site: sequence.site,
                             world_from_lidar,
                             time_s: frame.time_s,
                             lidar: i as u8,
                             labels: &labels,
                         };
-                        let bytes = scan.encode(points);
                         let (number, name) = (sequence.number, &lidar.name);
                         let path = format!("{number:02}/{name}/{:06}.laz", frame.index);
+                        let bytes = scan.encode(points).map_err(|e| Error::Unsuitable {
+                            format: "laz",
+                            reason: format!("{path}: {e}"),
+                        })?;
                         files.put(path, bytes);
                     }
                     Ok(String::new())
@@ -87,8 +99,21 @@ impl Format for Laz {
     }
 }
 
+/// What the user should know if files of a site do not say which coordinates they have.
+pub(crate) fn crs_note(site: &SiteSpec) -> Option<String> {
+    let why = match site.epsg {
+        Some(code) if Crs::of_epsg(code).is_some_and(|crs| crs.wkt.is_some()) => return None,
+        Some(code) => format!("EPSG:{code} is not known here as a projected system in metres"),
+        None => "the data set does not know it: site.epsg says it".to_owned(),
+    };
+    Some(format!(
+        "points are in the site's coordinates, and no file names their reference system, as {why}"
+    ))
+}
+
 /// What the points of a scan have in common.
 struct Scan<'a> {
+    site: Option<SiteSpec>,
     world_from_lidar: RigidTransform,
     time_s: f64,
     lidar: u8,
@@ -96,10 +121,10 @@ struct Scan<'a> {
 }
 
 impl Scan<'_> {
-    fn encode(&self, points: &[PlyPoint]) -> Vec<u8> {
-        let known = "memory takes it";
-        let origin_m = self.world_from_lidar.translation_m.round();
-        let mut writer = LazWriter::new(Cursor::new(Vec::new()), origin_m).expect(known);
+    /// The file; an error if a point is too far from the scanner for it.
+    fn encode(&self, points: &[PlyPoint]) -> io::Result<Vec<u8>> {
+        let near_m = self.world_from_lidar.translation_m;
+        let mut writer = LazWriter::new(Cursor::new(Vec::new()), self.site.as_ref(), near_m)?;
         for recorded in points {
             let position_m = recorded.point.position_m.as_dvec3();
             let point = LazPoint {
@@ -111,8 +136,8 @@ impl Scan<'_> {
                 source: u16::from(self.lidar) + 1,
                 class: self.labels.id_of_semantic(recorded.point.semantic) as u8,
             };
-            writer.put(&point).expect(known);
+            writer.put(&point)?;
         }
-        writer.finish().expect(known).into_inner()
+        Ok(writer.finish()?.into_inner())
     }
 }

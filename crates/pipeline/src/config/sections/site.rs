@@ -13,6 +13,10 @@ section! {
         origin_x_m: f64 = 0.0, Real(-5e7, 5e7), "the files' own origin";
         /// Northing, in the files' coordinates, of the world's origin.
         origin_y_m: f64 = 0.0, Real(-5e7, 5e7), "the files' own origin";
+        /// The EPSG code of the files' coordinates, such as 25829 for UTM zone 29N: 0, or from 1024
+        /// on. 0 is the code that the files say, if one says it: GeoTIFF does, and GeoJSON of
+        /// ogr2ogr.
+        epsg: u32 = 0, Whole(0, 32_766), "what the files say";
     }
     plus {
         /// Its trees.
