@@ -89,6 +89,7 @@ pub fn write_shard(out: &Path, depth: DepthFormat, frames: Range<u64>) {
         sequence: 0,
         poses,
         balance: None,
+        stands: false,
         imu: None,
     };
     writer.write_sequence(&track, &world).expect("a sequence");
