@@ -4,14 +4,21 @@
 use std::error::Error;
 
 use nemoral_mensuration::{
-    CanopyMaps, CanopyScene, CellRays, MapGrid, Plot, StandMeasures, crowns_geojson, stand_csv,
-    visible_crowns,
+    CanopyMaps, CanopyScene, CellRays, MapFrame, MapGrid, Plot, StandMeasures, crowns_geojson,
+    stand_csv, visible_crowns,
 };
-use nemoral_scene::glam::{DVec2, DVec3, Vec2};
-use nemoral_scene::{ChunkCoord, Hit, MaterialId, ObjectId, Ray, RayCaster, TreeRecord};
+use nemoral_scene::glam::{DVec2, DVec3, Vec2, Vec3};
+use nemoral_scene::{
+    ChunkCoord, Hit, Material, MaterialId, MaterialLibrary, ObjectId, Ray, RayCaster, Semantic,
+    TreeRecord,
+};
 
 /// Trees with crowns like parasols, on level ground at 0.
-struct Parasols(Vec<TreeRecord>);
+struct Parasols {
+    trees: Vec<TreeRecord>,
+    leaf: MaterialId,
+    soil: MaterialId,
+}
 
 impl RayCaster for Parasols {
     fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
@@ -19,10 +26,11 @@ impl RayCaster for Parasols {
             let foot: Vec2 = tree.position_m.truncate().as_vec2();
             f64::from(foot.distance(ray.origin.truncate())) < tree.crown_radius_m
         };
-        let highest = self.0.iter().filter(over).max_by(|a, b| a.height_m.total_cmp(&b.height_m));
-        let (height_m, object) =
-            highest.map_or((0.0, ObjectId::NONE), |tree| (tree.height_m, tree.object));
-        let hit = Hit::new(ray.origin.z - height_m as f32, -ray.direction, MaterialId(0));
+        let highest = self.trees.iter().filter(over).max_by(|a, b| a.height_m.total_cmp(&b.height_m));
+        let ground = (0.0, self.soil, ObjectId::NONE);
+        let (height_m, material, object) =
+            highest.map_or(ground, |tree| (tree.height_m, self.leaf, tree.object));
+        let hit = Hit::new(ray.origin.z - height_m as f32, -ray.direction, material);
         Some(hit.with_object(object))
     }
 }
@@ -47,13 +55,20 @@ fn tree(item: u16, x_m: f64, dbh_m: f64, height_m: f64) -> TreeRecord {
 
 #[test]
 fn a_stand_is_measured() -> Result<(), Box<dyn Error>> {
-    let stand = Parasols(vec![tree(1, 6.0, 0.4, 14.0), tree(2, 11.0, 0.3, 12.0)]);
+    let mut materials = MaterialLibrary::new();
+    let mut add = |name, semantic| materials.add(Material::plain(name, semantic, Vec3::splat(0.2)));
+    let stand = Parasols {
+        trees: vec![tree(1, 6.0, 0.4, 14.0), tree(2, 11.0, 0.3, 12.0)],
+        leaf: add("leaf", Semantic::Leaf),
+        soil: add("soil", Semantic::Soil),
+    };
     let plot = Plot { area_m2: 400.0, min_dbh_m: 0.07 };
-    let measures = StandMeasures::of(&stand.0, &plot)?;
+    let measures = StandMeasures::of(&stand.trees, &plot)?;
     assert_eq!(measures.trees_per_ha, 50.0);
-    assert!(stand_csv(&["plot"], &[(vec!["1".to_owned()], measures)]).lines().count() == 2);
+    assert!(stand_csv((&["plot"], &[]), &[(vec!["1".to_owned()], measures, vec![])]).lines().count() == 2);
     let scene = CanopyScene {
         caster: &stand,
+        materials: &materials,
         origin_m: DVec3::ZERO,
         above_m: 20.0,
         ground_m: &|_| 0.0,
@@ -63,6 +78,6 @@ fn a_stand_is_measured() -> Result<(), Box<dyn Error>> {
     let crowns = visible_crowns(&maps);
     // The higher crown hides a part of the lower one.
     assert!(crowns[0].area_m2 > 50.0 && crowns[1].area_m2 < 45.0);
-    assert!(crowns_geojson(&crowns, &stand.0, DVec2::ZERO, None).contains("umbrella_pine"));
+    assert!(crowns_geojson(&crowns, &stand.trees, &MapFrame::default()).contains("umbrella_pine"));
     Ok(())
 }

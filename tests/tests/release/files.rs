@@ -245,6 +245,7 @@ fn told(recorded: &Path, lie: Lie) -> Agreement {
                 sequence: 0,
                 poses,
                 balance: None,
+                stands: false,
                 imu: None,
             },
             &tables,
