@@ -161,3 +161,64 @@ fn wrong_requests_say_what_is_allowed() {
         &["90001 x 90001 posts"],
     );
 }
+
+#[test]
+fn an_inventory_that_cannot_be_made_is_refused_at_once() {
+    let folder = folder("no-inventory");
+    let out = folder.join("plot");
+    let out = out.to_string_lossy();
+    for (options, told) in [
+        (&["--region", "0,0,10,0"][..], "region = 0,0,10,0: must be"),
+        (&["--region", "0,0,10"], "must be four numbers"),
+        (
+            &["--region", "0,0,10,10", "--cell", "3"],
+            "a whole number of cells a side",
+        ),
+        (&["--region", "0,0,10,10", "--rays", "0"], "rays_a_side = 0"),
+        (&["--region", "0,0,10,10", "--layer", "0"], "layer_m = 0"),
+        (
+            &["--region", "0,0,10,10", "--min-dbh", "7"],
+            "min_dbh_m = 7",
+        ),
+        (
+            &["--region", "0,0,10,10", "--plots", "4"],
+            "plots: cells = 2.5 x 2.5 of 4 m",
+        ),
+    ] {
+        let done = run(&[
+            &["inventory", "--preset", "demo", "--out", &out][..],
+            options,
+        ]
+        .concat());
+        assert_eq!(done.code, Some(2), "{told}: {}", done.stderr);
+        assert!(done.stderr.contains(told), "{told}: {}", done.stderr);
+        assert!(!folder.join("plot").exists());
+    }
+}
+
+#[test]
+#[ignore = "half a minute: .ci/full runs it"]
+fn an_inventory_is_a_folder_of_tables_and_maps() {
+    let folder = folder("inventory");
+    let out = folder.join("plot");
+    let options = ["--region", "-4,2,16,12", "--plots", "5", "--out"];
+    let command = [&["inventory", "--preset", "demo"][..], &options].concat();
+    let done = run(&[&command[..], &[&*out.to_string_lossy()]].concat());
+    assert_eq!(done.code, Some(0), "{}", done.stderr);
+    assert!(
+        done.stdout.contains("on 0.02 ha from -4, 2 to 16, 12 m"),
+        "{}",
+        done.stdout
+    );
+    let rows = |name: &str| {
+        fs::read_to_string(out.join(name))
+            .expect(name)
+            .lines()
+            .count()
+    };
+    assert_eq!(rows("plots.csv"), 9);
+    assert!(rows("stand.csv") >= 2 && rows("profile.csv") > 5);
+    for map in ["dtm.tif", "dsm.tif", "chm.tif", "crowns.tif"] {
+        assert!(out.join(map).is_file(), "{map}");
+    }
+}

@@ -116,6 +116,8 @@ impl Recorder {
             files.push(("plots.csv", text.into_bytes()));
         }
         files.extend(maps(&survey, &crowns, &frame)?);
+        let lying_m3: f64 = survey.deadwood.iter().map(|d| d.volume_m3).sum();
+        let rounded = |number: f64| (number * 1e6).round() / 1e6;
         let about = json!({
             "generator": concat!("nemoral ", env!("CARGO_PKG_VERSION")),
             "seed": self.sequence().config.seed,
@@ -127,10 +129,9 @@ impl Recorder {
             "layer_m": params.survey.layer_m,
             "min_dbh_m": params.min_dbh_m,
             "plot_m": params.plot_m,
-            "canopy_cover": survey.maps.cover(),
-            "leaf_area_index_of_all_plants": survey.profile.leaf_area_index(),
-            "lying_deadwood_m3_ha": 1e4 * survey.deadwood.iter().map(|d| d.volume_m3).sum::<f64>()
-                / whole.area_m2,
+            "canopy_cover": rounded(survey.maps.cover()),
+            "leaf_area_index_of_all_plants": rounded(survey.profile.leaf_area_index()),
+            "lying_deadwood_m3_ha": rounded(1e4 * lying_m3 / whole.area_m2),
         });
         let about = serde_json::to_string_pretty(&about).expect("numbers and text");
         files.push(("inventory.json", format!("{about}\n").into_bytes()));

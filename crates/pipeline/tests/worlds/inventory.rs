@@ -15,7 +15,6 @@ fn recorder(settings: &[&str]) -> Recorder {
         "chunks.visible_radius_m=30",
         "chunks.undergrowth_radius_m=10",
         "chunks.delete_radius_m=40",
-        "placement.regeneration.saplings_per_ha=0",
         "terrain.max_height_m=12",
     ];
     let settings = base.iter().chain(settings).map(|s| (*s).to_owned());
