@@ -64,19 +64,24 @@ fn heights_are_the_trees(survey: &Survey) {
         (0.93 * tallest_m..tallest_m + 1.5).contains(&highest_m),
         "{highest_m} {tallest_m}"
     );
-    let mut straight = 0;
-    for tree in survey.trees.iter().filter(|t| t.alive && t.lean_rad < 0.02) {
+    for tree in survey.trees.iter().filter(|t| t.alive) {
         let foot_m = tree.position_m.truncate();
-        // Within two metres of the foot of a straight tree is its top, or something higher.
-        let near = (-2..=2).flat_map(|dy| (-2..=2).map(move |dx| DVec2::new(dx.into(), dy.into())));
+        // As far around its foot as it leans, and two metres more, is its top or something higher.
+        let reach = (tree.height_m * tree.lean_rad.tan()).ceil() as i32 + 2;
+        let near = (-reach..=reach)
+            .flat_map(|dy| (-reach..=reach).map(move |dx| DVec2::new(dx.into(), dy.into())));
         let near = near.filter_map(|by_m| grid.cell_at(foot_m + by_m));
         let top_m = near
             .map(|number| cells[number].height_m)
             .fold(0.0, f64::max);
-        assert!(top_m > 0.85 * tree.height_m - 0.5, "{top_m} over {tree:?}");
-        straight += 1;
+        // At the border the top may be outside.
+        let is_inside = grid.cell_at(foot_m - f64::from(reach)).is_some()
+            && grid.cell_at(foot_m + f64::from(reach)).is_some();
+        assert!(
+            !is_inside || top_m > 0.85 * tree.height_m - 0.5,
+            "{top_m} over {tree:?}"
+        );
     }
-    assert!(straight > 10, "{straight}");
     // Tops are trees that are known, and those of the canopy alone.
     let known: BTreeSet<_> = all().map(|tree| tree.object).collect();
     let tops: BTreeSet<_> = cells.iter().map(|cell| cell.top).collect();
@@ -116,12 +121,12 @@ fn leaves_are_the_trees(survey: &Survey) {
     let all = survey.trees.iter().chain(&survey.trees_outside);
     let tallest_m = all.map(|t| t.height_m).fold(0.0, f64::max);
     assert!(survey.profile.layers() <= tallest_m as usize + 3);
-    // Half of the surface of stems at breast height, where there are few branches, is that of
-    // cylinders; what is below the ground does not count.
+    // Half of the surface of wood around breast height, where there are few branches, is hardly more
+    // than that of cylinders; feet are wider, and shrubs are among them.
     let stems_m2: f64 = (survey.trees.iter())
         .map(|t| 0.5 * std::f64::consts::PI * t.dbh_m)
         .sum();
-    for (layer, share) in [(0, 1.0..1.6), (1, 0.9..1.4)] {
+    for (layer, share) in [(0, 1.0..2.2), (1, 0.9..1.5)] {
         let found = survey.profile.wood_m2[layer] / stems_m2;
         println!("wood in layer {layer}: {found:.3} of its stems");
         assert!(share.contains(&found), "{layer}: {found}");
