@@ -50,7 +50,7 @@ pub use area_profile::{AreaProfile, ShapeAreas};
 pub use canopy_maps::{CanopyCell, CanopyMaps, CanopyScene, CellRays};
 pub use map_grid::MapGrid;
 pub use stand::{Plot, StandMeasures};
-pub use tables::{MapFrame, crowns_geojson, profile_csv, stand_csv, stems_geojson};
+pub use tables::{MapFrame, StandRow, crowns_geojson, profile_csv, stand_csv, stems_geojson};
 pub use visible_crowns::{CrownPolygon, VisibleCrown, visible_crowns};
 
 #[cfg(doctest)]

@@ -21,24 +21,33 @@ const STAND_COLUMNS: [&str; 11] = [
     "dead_stem_volume_m3_ha",
 ];
 
+/// A row of measures.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StandRow {
+    /// What it is of: a value for each column before the measures.
+    pub key: Vec<String>,
+    /// The measures.
+    pub measures: StandMeasures,
+    /// What was measured besides: a value for each column after them.
+    pub more: Vec<String>,
+}
+
 /// Measures in rows, each between values of further columns: those that say what it is of, and
 /// those that were measured besides. Measures that a stand does not have are empty.
 ///
 /// # Panics
 /// If rows have other than a value for each further column.
 #[must_use]
-pub fn stand_csv(
-    (keys, more): (&[&str], &[&str]),
-    rows: &[(Vec<String>, StandMeasures, Vec<String>)],
-) -> String {
+pub fn stand_csv((keys, more): (&[&str], &[&str]), rows: &[StandRow]) -> String {
     let head = keys.iter().chain(&STAND_COLUMNS).chain(more);
     let mut table = Table::new(head.map(|name| (*name).to_owned()));
-    for (key, m, others) in rows {
+    for row in rows {
         assert_eq!(
-            (key.len(), others.len()),
+            (row.key.len(), row.more.len()),
             (keys.len(), more.len()),
             "values of all columns"
         );
+        let m = &row.measures;
         let number = |value: f64| format!("{value:.4}");
         let maybe = |value: Option<f64>| value.map(number).unwrap_or_default();
         let measures = [
@@ -54,8 +63,8 @@ pub fn stand_csv(
             number(m.dead_trees_per_ha),
             number(m.dead_stem_volume_m3_ha),
         ];
-        let fields = key.iter().cloned().chain(measures);
-        table.row(fields.chain(others.iter().cloned()));
+        let fields = row.key.iter().cloned().chain(measures);
+        table.row(fields.chain(row.more.iter().cloned()));
     }
     table.finish()
 }

@@ -154,10 +154,7 @@ impl<'a> Parts<'a> {
 /// Takes the edges of the ring through a corner, and gives the corners where it turns.
 fn take_ring(edges: &mut BTreeMap<Corner, [bool; 4]>, start: Corner) -> Vec<Corner> {
     let (mut at, mut heading, mut ring) = (start, None, Vec::new());
-    loop {
-        let Some(begin) = edges.get_mut(&at) else {
-            break;
-        };
+    while let Some(begin) = edges.get_mut(&at) {
         // Right, ahead, left.
         let turns = heading.map_or([0, 1, 2, 3], |h| [h + 3, h, h + 1, h + 2].map(|d| d % 4));
         let Some(direction) = turns.into_iter().find(|&d| begin[d]) else {

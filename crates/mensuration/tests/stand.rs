@@ -1,6 +1,6 @@
 //! Stand measures against textbooks' own relations.
 
-use nemoral_mensuration::{Plot, StandMeasures, stand_csv};
+use nemoral_mensuration::{Plot, StandMeasures, StandRow, stand_csv};
 use nemoral_scene::glam::DVec3;
 use nemoral_scene::{ChunkCoord, ObjectId, TreeRecord};
 use proptest::prelude::*;
@@ -111,7 +111,11 @@ fn thin_and_dead_trees_count_apart() {
     assert_eq!(bare.quadratic_mean_dbh_m, None);
     let text = stand_csv(
         (&["species"], &["cover"]),
-        &[(vec!["a,b".to_owned()], bare, vec!["0.5".to_owned()])],
+        &[StandRow {
+            key: vec!["a,b".to_owned()],
+            measures: bare,
+            more: vec!["0.5".to_owned()],
+        }],
     );
     let row = text.lines().nth(1).expect("a row");
     assert!(

@@ -11,7 +11,8 @@ pub(crate) fn columns<'py>(py: Python<'py>, survey: &Survey) -> PyResult<Bound<'
     let maps = &survey.maps;
     let grid = &maps.grid;
     let dict = PyDict::new(py);
-    let real: [(&str, fn(&CanopyCell) -> f64); 4] = [
+    type OfCell = fn(&CanopyCell) -> f64;
+    let real: [(&str, OfCell); 4] = [
         ("ground_m", |cell| cell.ground_m),
         ("surface_m", |cell| cell.surface_m),
         ("height_m", |cell| cell.height_m),

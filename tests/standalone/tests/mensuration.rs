@@ -4,8 +4,8 @@
 use std::error::Error;
 
 use nemoral_mensuration::{
-    CanopyMaps, CanopyScene, CellRays, MapFrame, MapGrid, Plot, StandMeasures, crowns_geojson,
-    stand_csv, visible_crowns,
+    CanopyMaps, CanopyScene, CellRays, MapFrame, MapGrid, Plot, StandMeasures, StandRow,
+    crowns_geojson, stand_csv, visible_crowns,
 };
 use nemoral_scene::glam::{DVec2, DVec3, Vec2, Vec3};
 use nemoral_scene::{
@@ -65,7 +65,8 @@ fn a_stand_is_measured() -> Result<(), Box<dyn Error>> {
     let plot = Plot { area_m2: 400.0, min_dbh_m: 0.07 };
     let measures = StandMeasures::of(&stand.trees, &plot)?;
     assert_eq!(measures.trees_per_ha, 50.0);
-    assert!(stand_csv((&["plot"], &[]), &[(vec!["1".to_owned()], measures, vec![])]).lines().count() == 2);
+    let row = StandRow { key: vec!["1".to_owned()], measures, more: vec![] };
+    assert_eq!(stand_csv((&["plot"], &[]), &[row]).lines().count(), 2);
     let scene = CanopyScene {
         caster: &stand,
         materials: &materials,

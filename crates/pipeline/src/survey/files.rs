@@ -7,8 +7,8 @@ use nemoral_dataset::{deadwood_csv, trees_csv};
 use nemoral_export::{RasterMap, RasterValues, check_folder, to_geotiff};
 use nemoral_files::{Folder, InnerPath};
 use nemoral_mensuration::{
-    CanopyCell, MapFrame, MapGrid, Plot, StandMeasures, VisibleCrown, crowns_geojson, profile_csv,
-    stand_csv, stems_geojson, visible_crowns,
+    CanopyCell, MapFrame, MapGrid, Plot, StandMeasures, StandRow, VisibleCrown, crowns_geojson,
+    profile_csv, stand_csv, stems_geojson, visible_crowns,
 };
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ParamError, TreeRecord};
@@ -194,10 +194,7 @@ fn maps(
 }
 
 /// Measures of all trees, and of each species in the order of names.
-fn by_species(
-    trees: &[TreeRecord],
-    plot: &Plot,
-) -> Result<Vec<(Vec<String>, StandMeasures, Vec<String>)>, Error> {
+fn by_species(trees: &[TreeRecord], plot: &Plot) -> Result<Vec<StandRow>, Error> {
     let mut species: BTreeMap<&str, Vec<&TreeRecord>> = BTreeMap::new();
     for tree in trees {
         species.entry(&tree.species).or_default().push(tree);
@@ -205,8 +202,11 @@ fn by_species(
     let parts = std::iter::once(("all", trees.iter().collect())).chain(species);
     parts
         .map(|(name, trees): (&str, Vec<&TreeRecord>)| {
-            let measured = StandMeasures::of(trees, plot).map_err(Error::of_stage)?;
-            Ok((vec![name.to_owned()], measured, Vec::new()))
+            Ok(StandRow {
+                key: vec![name.to_owned()],
+                measures: StandMeasures::of(trees, plot).map_err(Error::of_stage)?,
+                more: Vec::new(),
+            })
         })
         .collect()
 }

@@ -1,6 +1,6 @@
 //! The plots of a survey.
 
-use nemoral_mensuration::{MapGrid, Plot, StandMeasures, stand_csv};
+use nemoral_mensuration::{MapGrid, Plot, StandMeasures, StandRow, stand_csv};
 use nemoral_scene::TreeRecord;
 use nemoral_scene::glam::DVec2;
 
@@ -47,8 +47,11 @@ pub(super) fn plots_csv(
         let corners = [low_m, low_m + plots.cell_m];
         let key = corners.iter().flat_map(|corner| corner.to_array());
         let key = key.map(|m| format!("{}", (m * 1e6).round() / 1e6));
-        let measured = StandMeasures::of(trees, &plot).map_err(Error::of_stage)?;
-        rows.push((key.collect(), measured, canopy.columns()));
+        rows.push(StandRow {
+            key: key.collect(),
+            measures: StandMeasures::of(trees, &plot).map_err(Error::of_stage)?,
+            more: canopy.columns(),
+        });
     }
     let keys = ["west_m", "south_m", "east_m", "north_m"];
     Ok(stand_csv((&keys, &CANOPY_COLUMNS), &rows))
