@@ -537,6 +537,22 @@ fn scans_whose_files_disagree_are_refused_with_their_names() {
 }
 
 #[test]
+fn a_ply_file_of_another_length_is_refused_with_its_name() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let (source, out) = (dir.path().join("dataset"), dir.path().join("out"));
+    write(&source, &annotated(), &[1, 2]);
+    for (path, bytes_per_point) in [("velodyne/000002.bin", 16), ("labels/000002.label", 4)] {
+        let path = format!("sequences/00/{path}");
+        forge(&source, &path, |bytes| {
+            bytes.truncate(bytes.len() - bytes_per_point)
+        });
+    }
+    let e = run(&source, &out, FormatName::NuScenes, Mode::Fresh).expect_err("refused");
+    let said = "sequences/00/points/000002.ply: 341 points for 340 points of .bin";
+    assert!(e.to_string().ends_with(said), "{e}");
+}
+
+#[test]
 fn scans_beside_their_boxes_are_told() {
     let mut header = annotated();
     let lidars = &mut header.sequences[0].lidars;

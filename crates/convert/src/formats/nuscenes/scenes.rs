@@ -159,3 +159,56 @@ impl Tokens {
         self.token(&format!("sample_annotation/{}/{object}", frame.name()))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use nemoral_dataset::{DatasetHeader, FORMAT_VERSION, FrameRecord, Manifest};
+    use nemoral_scene::{Ontology, RigidTransform, Twist};
+
+    use super::starts_us;
+
+    /// Sequences of two frames at these times.
+    fn manifest(sequences: u32, times_s: [f64; 2]) -> Manifest {
+        let frame = |sequence, (index, time_s)| FrameRecord {
+            sequence,
+            index,
+            time_s,
+            key: String::new(),
+            world_from_body: RigidTransform::IDENTITY.to_rows(),
+            body_motion: Twist::STILL,
+            balance: None,
+            sensor_chunks: Vec::new(),
+            point_classes: BTreeMap::new(),
+            files: Vec::new(),
+        };
+        let frames =
+            (0..sequences).flat_map(|number| (0..).zip(times_s).map(move |at| frame(number, at)));
+        Manifest {
+            format_version: FORMAT_VERSION,
+            header: DatasetHeader::new("nemoral", "0", 0, Ontology::paper()),
+            tracks: Vec::new(),
+            files: Vec::new(),
+            frames: frames.collect(),
+        }
+    }
+
+    #[test]
+    fn starts_are_whole_seconds_apart_and_fit_or_are_refused() {
+        let starts = |sequences, times_s| starts_us(&manifest(sequences, times_s));
+        let found = starts(3, [1.7e9 + 0.5, 1.7e9 + 2.25]).expect("they fit");
+        assert_eq!(
+            Vec::from_iter(found.into_values()),
+            [1_000_000, 5_000_000, 9_000_000]
+        );
+        assert_eq!(starts(8_000, [0.0, 2.1e9]).expect("they fit").len(), 8_000);
+        let refused = starts(9_000, [0.0, 2.1e9]).expect_err("too many");
+        assert!(
+            refused
+                .to_string()
+                .contains("sequence 8784 lasts 2100000000 s"),
+            "{refused}"
+        );
+    }
+}
