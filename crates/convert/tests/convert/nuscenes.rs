@@ -548,7 +548,7 @@ fn a_ply_file_of_another_length_is_refused_with_its_name() {
         });
     }
     let e = run(&source, &out, FormatName::NuScenes, Mode::Fresh).expect_err("refused");
-    let said = "sequences/00/points/000002.ply: 341 points for 340 points of .bin";
+    let said = "sequences/00/points/000002.ply: 341 points for 340 of .bin";
     assert!(e.to_string().ends_with(said), "{e}");
 }
 

@@ -37,8 +37,8 @@ pub(super) fn of(header: &DatasetHeader) -> Vec<String> {
     }
     for name in named(|l| l.pointing_errors) {
         notes.push(format!(
-            "points of LiDAR '{name}' have errors of pointing (lidar.errors), so they lie beside the boxes of \
-             their objects as far as these go"
+            "points of LiDAR '{name}' have errors of pointing (lidar.errors), so they lie beside \
+             the boxes of their objects as far as these go"
         ));
     }
     if let Some(plain) = lidars().find(|l| !l.ply) {
