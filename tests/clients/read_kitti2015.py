@@ -40,11 +40,20 @@ def depth(folder, frame):
     return np.where(z < 65535 / 256, z, 0)
 
 
-def shown(z, columns, rows, far):
-    """The rule of disp_noc: the pixel there shows nothing that is nearer."""
-    inside = (columns >= 0) & (rows >= 0) & (columns < z.shape[1]) & (rows < z.shape[0])
-    at = z[np.where(inside, rows, 0).astype(int), np.where(inside, columns, 0).astype(int)]
-    return inside & ((at == 0) | (at >= far - 0.04 - 0.005 * far)), inside
+def shown(z, x, y, far):
+    """The rule of disp_noc: nothing is nearer than a place at its pixel, or by the slope there."""
+    height, width = z.shape
+    inside = (x >= 0) & (y >= 0) & (x < width) & (y < height)
+    column, row = (np.where(inside, v, 0).astype(int) for v in (x, y))
+    inverse = np.divide(1, z, out=np.zeros_like(z), where=z > 0)
+    own = inverse[row, column]
+    right, down = np.where(inside, x, 0) - column - 0.5, np.where(inside, y, 0) - row - 0.5
+    beside = inverse[row, np.clip(column + np.where(right < 0, -1, 1), 0, width - 1)]
+    above = inverse[np.clip(row + np.where(down < 0, -1, 1), 0, height - 1), column]
+    sloped = own + abs(right) * (beside - own) + abs(down) * (above - own)
+    least = far - 0.04 - 0.005 * far
+    limit = np.divide(1, least, out=np.full_like(least, np.inf), where=least > 0)
+    return inside & (np.minimum(own, sloped) <= limit), inside
 
 
 def grey(path):
@@ -95,7 +104,7 @@ def main(dataset, out):
     assert [p["pair"] for p in pairs] == sorted(sum(lists.values(), []))
     stereo, motion = Judge(), Judge()
     worst = 0.0
-    agree = judged = 0
+    agree = judged = shown_next = 0
     for number, pair in enumerate(pairs):
         assert int(pair["pair"]) == number and pair["pair"] in lists[pair["split"]]
         sequence, here, there = (int(pair[k]) for k in ("sequence", "frame", "next_frame"))
@@ -152,15 +161,24 @@ def main(dataset, out):
             differ = (seen != (rule & (maps["disp_occ_0"] > 0))).mean()
             # A place may lie on the border of two pixels.
             assert differ < 1e-3, differ
-            if (training / "flow_occ").exists():
-                # The rule beside the rays of flow, as far as the next picture reaches.
+            ahead = placed[2] > 0
+            with np.errstate(all="ignore"):
+                x = np.where(ahead, k["fx"] * placed[0] / placed[2] + k["cx"], -1)
+                y = np.where(ahead, k["fy"] * placed[1] / placed[2] + k["cy"], -1)
+            shown_left, inside = shown(depth(source, there), x, y, placed[2])
+            shown_right, _ = shown(depth(source / "right", there), x - next_, y, placed[2])
+            by_rule = shown_left
+            if first["extra"]["flow"]:
+                # Flow's rays know it; the rule beside them, as far as the next picture reaches.
                 _, state = flow(source / "flow" / f"{here:06}.png")
-                x = k["fx"] * placed[0] / placed[2] + k["cx"]
-                y = k["fy"] * placed[1] / placed[2] + k["cy"]
-                rule, inside = shown(depth(source, there), x, y, placed[2])
-                among = inside & (state > 0) & (placed[2] > 0)
-                agree += int((rule == (state == 1))[among].sum())
+                by_rule = np.where(state > 0, state == 1, shown_left)
+                among = inside & (state > 0) & ahead
+                agree += int((shown_left == (state == 1))[among].sum())
                 judged += int(among.sum())
+            rule = by_rule & shown_right & (maps["disp_occ_1"] > 0)
+            differ = ((maps["disp_noc_1"] > 0) != rule).mean()
+            assert differ < 1e-3, differ
+            shown_next += int((maps["disp_noc_1"] > 0).sum())
             hidden = (maps["disp_occ_0"] > 0) & ~seen & (columns >= maps["disp_occ_0"])
             stereo.add(
                 left, pictures["image_3", 10], columns - maps["disp_occ_0"], rows, seen, hidden
@@ -183,6 +201,8 @@ def main(dataset, out):
     assert worst < 0.5 / 256 + 1e-6, worst
     said = [f"{len(pairs)} pairs"]
     if stereo.warped:
+        # Neither all nor nothing is hidden at the next frame.
+        assert 0.1 * stereo.pixels < shown_next < stereo.pixels
         said.append(f"disparity within half a step; by it {stereo.verdict()}")
     if judged:
         assert agree > 0.75 * judged

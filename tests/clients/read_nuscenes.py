@@ -11,7 +11,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from common import cameras, frames, lidars, mount, spec
+from common import cameras, frames, lidars, mount
 from nuscenes.nuscenes import NuScenes
 from nuscenes.utils.data_classes import LidarPointCloud
 from nuscenes.utils.geometry_utils import BoxVisibility, points_in_box, view_points
@@ -83,7 +83,7 @@ def check_boxes(nusc, sample, dataset, manifest, frame, totals):
             totals["apart"] = max(totals["apart"], apart)
         totals["boxes"] += 1
     for i, camera in enumerate(cameras(manifest, sequence)):
-        channel = "CAM_FRONT" if i == 0 else f"CAM_{camera['name'].upper().replace('-', '_')}"
+        channel = channel_of(camera, i, "CAM", "CAM_FRONT")
         data = sample["data"][channel]
         folder = folder_of(dataset, sequence, i, camera["name"])
         name = f"{frame['index']:06}"
@@ -154,6 +154,54 @@ def check_scan(nusc, sample, dataset, manifest, frame, totals):
     totals["points"] += len(own)
 
 
+def channel_of(sensor, index, prefix, first):
+    return first if index == 0 else f"{prefix}_{sensor['name'].upper().replace('-', '_')}"
+
+
+def check_channels(nusc, scene, manifest, sequence):
+    """Each channel's data are a chain over the samples of the scene, and end with it."""
+    channels = {
+        channel_of(c, i, "CAM", "CAM_FRONT") for i, c in enumerate(cameras(manifest, sequence))
+    } | {channel_of(s, i, "LIDAR", "LIDAR_TOP") for i, s in enumerate(lidars(manifest, sequence))}
+    samples, token = [], scene["first_sample_token"]
+    while token:
+        samples.append(nusc.get("sample", token))
+        assert samples[-1]["scene_token"] == scene["token"]
+        token = samples[-1]["next"]
+    assert all(set(s["data"]) == channels for s in samples)
+    for channel in channels:
+        before, token = "", samples[0]["data"][channel]
+        for sample in samples:
+            data = nusc.get("sample_data", token)
+            assert token == sample["data"][channel] and data["prev"] == before
+            assert data["timestamp"] == sample["timestamp"]
+            before, token = token, data["next"]
+        assert token == "", channel
+
+
+def check_times(nusc):
+    """Scenes follow one another: sorted by time, samples are those of one scene after another."""
+    samples = sorted(nusc.sample, key=lambda s: s["timestamp"])
+    scenes = [s["scene_token"] for s in samples]
+    changes = sum(a != b for a, b in zip(scenes, scenes[1:]))
+    assert changes == len(nusc.scene) - 1
+    logs = {s["log_token"] for s in nusc.scene}
+    assert len(logs) == len(nusc.scene) and {t for m in nusc.map for t in m["log_tokens"]} == logs
+
+
+def check_lidarseg(out):
+    """The file that the development kit needs for points' classes is kept beside the tables."""
+    colours = json.loads((out / "lidarseg" / "colormap.json").read_text())
+    (out / VERSION / "lidarseg.json").write_bytes((out / "lidarseg" / "lidarseg.json").read_bytes())
+    try:
+        seg = NuScenes(VERSION, str(out), verbose=False, colormap=colours)
+        for sample in seg.sample:
+            if "LIDAR_TOP" in sample["data"]:
+                seg.get_sample_lidarseg_stats(sample["token"])
+    finally:
+        (out / VERSION / "lidarseg.json").unlink()
+
+
 def main(dataset, out):
     dataset, out = Path(dataset), Path(out)
     manifest = json.loads((dataset / "dataset.json").read_text())
@@ -173,17 +221,11 @@ def main(dataset, out):
             check_boxes(nusc, sample, dataset, manifest, frame, totals)
             check_scan(nusc, sample, dataset, manifest, frame, totals)
             token = sample["next"]
-        assert token == "" and spec(manifest, sequence)
-    # The file that the development kit needs for points' classes is kept beside the tables.
-    colours = json.loads((out / "lidarseg" / "colormap.json").read_text())
-    (out / VERSION / "lidarseg.json").write_bytes((out / "lidarseg" / "lidarseg.json").read_bytes())
-    try:
-        seg = NuScenes(VERSION, str(out), verbose=False, colormap=colours)
-        for sample in seg.sample:
-            if "LIDAR_TOP" in sample["data"]:
-                seg.get_sample_lidarseg_stats(sample["token"])
-    finally:
-        (out / VERSION / "lidarseg.json").unlink()
+        assert token == ""
+        check_channels(nusc, scene, manifest, sequence)
+    check_times(nusc)
+    if any(lidars(manifest, s["number"]) for s in manifest["sequences"]):
+        check_lidarseg(out)
     share = totals["outside"] / max(totals["pixels"], 1)
     assert share < 0.002, share
     assert totals["moved"] > 0.1 * totals["pixels"]

@@ -10,7 +10,8 @@ nemoral=$1 python=$2 dataset=$3 folder=$4
 here=$(dirname "$0")
 shift 4
 if [ $# = 0 ]; then
-    clients=$(cd "$here" && ls read_*.py | sed -E 's/read_(.*)\.py/\1/' | grep -vxE 'euroc|kitti2015|nuscenes')
+    clients=$(cd "$here" && ls read_*.py | sed -E 's/read_(.*)\.py/\1/' \
+        | grep -vxE 'euroc|kitti2015|nuscenes')
     # shellcheck disable=SC2086
     set -- $clients
 fi

@@ -83,7 +83,7 @@ pub use source::{FrameRef, Sequence, Source};
 pub use table::{Table, TableClass};
 
 /// Raised with each change of any format's files, so that nobody goes on with those of before.
-const LAYOUT: u32 = 4;
+const LAYOUT: u32 = 5;
 
 /// A format that data sets can be written in.
 pub trait Format {

@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use nemoral_dataset::{
     CameraFile, CameraSpec, Dataset, DepthFormat, FrameDone, FrameRecord, ImuReading, ImuSpec,
-    ImuTexts, LidarFrame, LidarSpec, Manifest, SiteSpec, Split, Watch,
+    ImuTexts, LidarFrame, LidarSpec, Manifest, SiteSpec, Split, TrackRecord, Watch,
 };
 use nemoral_scene::{ChunkCoord, Flow, Image, ObjectBox, ObjectRecord, Ontology, RigidTransform};
 
@@ -304,7 +304,7 @@ impl Source {
     pub(crate) fn drive_length(&self, sequence: u32) -> Option<u64> {
         let mut tracks = self.manifest().tracks.iter();
         let track = tracks.find(|track| track.sequence == sequence)?;
-        (track.balance.is_none() && !track.stands).then_some(track.length)
+        is_drive(track).then_some(track.length)
     }
 
     /// What the inertial measurement unit of a sequence measured along the whole drive, in the
@@ -331,6 +331,11 @@ impl Source {
     pub fn objects(&self, sequence: u32) -> Result<Vec<ObjectRecord>, Error> {
         Ok(self.dataset.objects(sequence)?)
     }
+}
+
+/// Whether a body drives along the poses of a track: they are neither single views nor stations.
+pub(crate) fn is_drive(track: &TrackRecord) -> bool {
+    track.balance.is_none() && !track.stands
 }
 
 impl Sequence<'_> {

@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 
 use nemoral_convert::{ConvertParams, Converted, Error, FormatName, Mode, convert};
 use nemoral_dataset::{
-    CameraData, CameraSpec, Dataset, DatasetHeader, FrameData, ImuSpec, ImuTexts, LidarData,
-    LidarSpec, OpenMode, Track, WorldTables, Writer,
+    BalanceRecord, CameraData, CameraSpec, Dataset, DatasetHeader, FrameChoice, FrameData, ImuSpec,
+    ImuTexts, LidarData, LidarSpec, OpenMode, SequenceSpec, Track, WorldTables, Writer,
 };
 use nemoral_scene::glam::{DVec2, DVec3, Vec2, Vec3};
 use nemoral_scene::{
@@ -187,12 +187,9 @@ fn annotations(camera: &CameraSpec, frame: u64) -> Annotations {
     }
 }
 
-/// A point on the ray of each second pixel of the first camera.
-pub(crate) fn scan(header: &DatasetHeader, frame: u64) -> Vec<LidarPoint> {
-    let (camera, lidar) = (
-        &header.sequences[0].cameras[0],
-        &header.sequences[0].lidars[0],
-    );
+/// A point on the ray of each second pixel of the first camera of a sequence.
+fn scan_of(spec: &SequenceSpec, frame: u64) -> Vec<LidarPoint> {
+    let (camera, lidar) = (&spec.cameras[0], &spec.lidars[0]);
     let lidar_from_camera = lidar.body_from_lidar.inverse() * camera.body_from_camera;
     let k = camera.intrinsics;
     let point = |pulse: u32| {
@@ -222,6 +219,37 @@ pub(crate) fn scan(header: &DatasetHeader, frame: u64) -> Vec<LidarPoint> {
     (0..k.width * k.height / 2).map(point).collect()
 }
 
+/// The same of the first sequence.
+pub(crate) fn scan(header: &DatasetHeader, frame: u64) -> Vec<LidarPoint> {
+    scan_of(&header.sequences[0], frame)
+}
+
+/// Frames of a drive of five.
+#[derive(Clone, Debug)]
+pub(crate) struct Drive<'a> {
+    pub(crate) sequence: u32,
+    pub(crate) frames: &'a [u64],
+    /// What is added to the times of [`pose`].
+    pub(crate) later_s: f64,
+    /// How many chunks the sensors' is from the one that the body is in.
+    pub(crate) chunks_away: i32,
+    pub(crate) stands: bool,
+    pub(crate) balance: Option<BalanceRecord>,
+}
+
+impl<'a> Drive<'a> {
+    pub(crate) fn of(sequence: u32, frames: &'a [u64]) -> Self {
+        Self {
+            sequence,
+            frames,
+            later_s: 0.0,
+            chunks_away: 0,
+            stands: false,
+            balance: None,
+        }
+    }
+}
+
 /// Writes frames of a drive of five.
 pub(crate) fn write(out: &Path, header: &DatasetHeader, frames: &[u64]) -> Dataset {
     write_of(out, header, frames, images)
@@ -235,58 +263,70 @@ pub(crate) fn write_of(
     images: impl Fn(&CameraSpec, u64) -> (Image<[u8; 3]>, TruthImages),
 ) -> Dataset {
     let writer = Writer::create(out, OpenMode::Fresh, header.clone()).expect("create");
-    for &index in frames {
+    write_drive(&writer, header, &Drive::of(0, frames), images);
+    writer.finish().expect("finish");
+    Dataset::open(out).expect("open")
+}
+
+/// The same of several drives.
+pub(crate) fn write_drives(out: &Path, header: &DatasetHeader, drives: &[Drive<'_>]) -> Dataset {
+    let writer = Writer::create(out, OpenMode::Fresh, header.clone()).expect("create");
+    for drive in drives {
+        write_drive(&writer, header, drive, images);
+    }
+    writer.finish().expect("finish");
+    Dataset::open(out).expect("open")
+}
+
+fn write_drive(
+    writer: &Writer,
+    header: &DatasetHeader,
+    drive: &Drive<'_>,
+    images: impl Fn(&CameraSpec, u64) -> (Image<[u8; 3]>, TruthImages),
+) {
+    let spec = header.sequence(drive.sequence).expect("a sequence");
+    let pose = |index: u64| {
         let (time_s, world_from_body) = pose(index);
-        let seen: Vec<_> = header.sequences[0]
-            .cameras
-            .iter()
-            .map(|c| images(c, index))
-            .collect();
-        let annotations: Vec<_> = header.sequences[0]
-            .cameras
-            .iter()
+        (time_s + drive.later_s, world_from_body)
+    };
+    for &index in drive.frames {
+        let (time_s, world_from_body) = pose(index);
+        let seen: Vec<_> = spec.cameras.iter().map(|c| images(c, index)).collect();
+        let annotations: Vec<_> = (spec.cameras.iter())
             .map(|c| annotations(c, index))
             .collect();
-        let camera = |(spec, (rgb, truth)): (&'_ CameraSpec, &'_ (Image<_>, TruthImages))| {
-            (spec.name.clone(), rgb.clone(), truth.clone())
-        };
-        let owned: Vec<_> = header.sequences[0]
-            .cameras
-            .iter()
-            .zip(&seen)
-            .map(camera)
-            .collect();
-        let points = if header.sequences[0].lidars.is_empty() {
+        let points = if spec.lidars.is_empty() {
             Vec::new()
-        } else if header.sequences[0].cameras.is_empty() {
+        } else if spec.cameras.is_empty() {
             scan(&self::header(), index)
         } else {
-            scan(header, index)
+            scan_of(spec, index)
         };
+        let inside = ChunkCoord::containing(world_from_body.translation_m.truncate(), 50.0);
         let frame = FrameData {
-            sequence: 0,
+            sequence: drive.sequence,
             index,
             time_s,
             world_from_body,
             body_motion: Twist::STILL,
-            balance: None,
-            cameras: (owned.iter().zip(&annotations))
-                .map(|((name, rgb, truth), annotations)| CameraData {
-                    name,
+            balance: drive.balance.as_ref().map(|of| FrameChoice {
+                candidate: None,
+                shares: vec![0.0; of.targets.len()],
+            }),
+            cameras: (spec.cameras.iter().zip(&seen).zip(&annotations))
+                .map(|((spec, (rgb, truth)), annotations)| CameraData {
+                    name: &spec.name,
                     rgb,
                     radiance: None,
                     truth,
                     annotations,
                 })
                 .collect(),
-            lidars: (header.sequences[0].lidars.iter())
+            lidars: (spec.lidars.iter())
                 .map(|l| LidarData {
                     name: &l.name,
                     points: &points,
-                    sensor_chunk: ChunkCoord::containing(
-                        world_from_body.translation_m.truncate(),
-                        50.0,
-                    ),
+                    sensor_chunk: ChunkCoord::new(inside.x + drive.chunks_away, inside.y),
                 })
                 .collect(),
             frame_key: [index as u8; 32],
@@ -294,11 +334,11 @@ pub(crate) fn write_of(
         writer.write_frame(&frame).expect("frame");
     }
     let track = Track {
-        sequence: 0,
+        sequence: drive.sequence,
         poses: (0..5).map(pose).collect(),
-        balance: None,
-        stands: false,
-        imu: header.sequences[0].imu.as_ref().map(imu_texts),
+        balance: drive.balance.clone(),
+        stands: drive.stands,
+        imu: spec.imu.as_ref().map(imu_texts),
     };
     let objects = objects();
     let world = WorldTables {
@@ -307,8 +347,6 @@ pub(crate) fn write_of(
         deadwood: &[],
     };
     writer.write_sequence(&track, &world).expect("tables");
-    writer.finish().expect("finish");
-    Dataset::open(out).expect("open")
 }
 
 /// The true velocity of the unit of [`imu_texts`], m/s.
@@ -362,9 +400,18 @@ pub(crate) fn made_of(format: FormatName, header: &DatasetHeader) -> Made {
 
 /// A data set of some frames, converted.
 pub(crate) fn made_of_frames(format: FormatName, header: &DatasetHeader, frames: &[u64]) -> Made {
+    made_of_drives(format, header, &[Drive::of(0, frames)])
+}
+
+/// A data set of some drives, converted.
+pub(crate) fn made_of_drives(
+    format: FormatName,
+    header: &DatasetHeader,
+    drives: &[Drive<'_>],
+) -> Made {
     let folder = tempfile::tempdir().expect("a folder");
     let source = folder.path().join("dataset");
-    let dataset = write(&source, header, frames);
+    let dataset = write_drives(&source, header, drives);
     let out = folder.path().join("out");
     let done = run(&source, &out, format, Mode::Fresh).expect("converted");
     Made {

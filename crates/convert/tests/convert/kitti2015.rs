@@ -1,16 +1,22 @@
 //! KITTI's benchmark of 2015, read as its development kit describes it, of a world that rays meet
 //! by closed forms: a slanted wall, and a plate in front of it.
 
+use std::ops::ControlFlow;
 use std::path::Path;
 
-use nemoral_convert::{Error, FormatName, Mode};
-use nemoral_dataset::{CameraSpec, DatasetHeader, DepthFormat, Split};
+use nemoral_convert::{ConvertParams, Error, FormatName, Mode, convert_watched};
+use nemoral_dataset::{
+    BalanceRecord, BalanceTarget, CameraSpec, DatasetHeader, DepthFormat, Split, Watch,
+};
 use nemoral_scene::glam::{DVec2, DVec3, Vec3};
 use nemoral_scene::{
     Distortion, Image, Intrinsics, ObjectId, RigidTransform, Semantic, Shutter, TruthImages,
 };
 
-use crate::common::{START, annotated, made_of_frames, numbers, png, pose, run, text, write_of};
+use crate::common::{
+    Drive, START, annotated, made_of_drives, made_of_frames, numbers, png, pose, run, text,
+    write_drives, write_of,
+};
 
 const WIDTH: usize = 124;
 const HEIGHT: usize = 88;
@@ -117,6 +123,7 @@ fn disparities_are_those_of_rays_and_so_are_occlusions() {
     for format in [DepthFormat::Png16, DepthFormat::Npy] {
         let mut header = wide();
         header.sequences[0].depth_format = format;
+        header.sequences[0].cameras[0].annotations.flow = false;
         let dir = tempfile::tempdir().expect("a folder");
         let (source, out) = (dir.path().join("dataset"), dir.path().join("out"));
         let dataset = write_of(&source, &header, &[1, 2], images);
@@ -206,6 +213,185 @@ fn disparities_are_those_of_rays_and_so_are_occlusions() {
     }
 }
 
+/// A floor below the cameras, as far as depth of 16 bits reaches.
+fn floor(camera: &CameraSpec, frame: u64) -> (Image<[u8; 3]>, TruthImages) {
+    let (eye, k) = (eye(camera, frame), &camera.intrinsics);
+    let depth_m = (0..WIDTH * HEIGHT).map(|i| {
+        let at = DVec2::new((i % WIDTH) as f64 + 0.5, (i / WIDTH) as f64 + 0.5);
+        let ray = DVec3::new((at.x - k.cx) / k.fx, (at.y - k.cy) / k.fy, 1.0);
+        let z_m = (START.z - eye.translation_m.z) / eye.transform_vector(ray).z;
+        if (0.0..250.0).contains(&z_m) {
+            z_m as f32
+        } else {
+            0.0
+        }
+    });
+    let depth_m = Image::new(WIDTH, HEIGHT, depth_m.collect());
+    let truth = TruthImages {
+        semantic: depth_m.map(|&z| match z {
+            0.0 => Semantic::Sky,
+            _ => Semantic::Litter,
+        }),
+        object: depth_m.map(|_| ObjectId::NONE),
+        normal: depth_m.map(|&z| if z > 0.0 { -Vec3::Y } else { Vec3::ZERO }),
+        depth_m,
+    };
+    (truth.depth_m.map(|_| [1, 2, 3]), truth)
+}
+
+#[test]
+fn grazing_ground_is_hidden_by_nothing() {
+    for format in [DepthFormat::Png16, DepthFormat::Npy] {
+        let mut header = wide();
+        header.sequences[0].depth_format = format;
+        header.sequences[0].cameras[0].annotations.flow = false;
+        let dir = tempfile::tempdir().expect("a folder");
+        let (source, out) = (dir.path().join("dataset"), dir.path().join("out"));
+        let dataset = write_of(&source, &header, &[1, 2], floor);
+        run(&source, &out, FormatName::Kitti2015, Mode::Fresh).expect("converted");
+        let disparity =
+            |name: &str| samples(&out.join(format!("training/{name}/000000_10.png")), 1);
+        let [noc, next_noc] = ["disp_noc_0", "disp_noc_1"].map(disparity);
+        let cameras = &header.sequences[0].cameras;
+        let (left, right) = (&cameras[0], &cameras[1]);
+        let depth_m = &dataset.read_frame(0).expect("a frame").cameras[0].depth_m;
+        let inside = |at: DVec3| {
+            // At the border there is no neighbour that tells the slope.
+            (1.0..WIDTH as f64 - 1.0).contains(&at.x) && (1.0..HEIGHT as f64 - 1.0).contains(&at.y)
+        };
+        let (mut far, mut places) = (0, 0);
+        for i in 0..WIDTH * HEIGHT {
+            let z_m = f64::from(depth_m.pixels()[i]);
+            // Beyond, a disparity may be rounded to less than there is.
+            if z_m == 0.0 || z_m > 100.0 {
+                continue;
+            }
+            let (eye, k) = (eye(left, 1), &left.intrinsics);
+            let at = DVec2::new((i % WIDTH) as f64 + 0.5, (i / WIDTH) as f64 + 0.5);
+            let local = DVec3::new((at.x - k.cx) / k.fx, (at.y - k.cy) / k.fy, 1.0) * z_m;
+            let place = eye.transform_point(local);
+            let [beside, there, there_beside] =
+                [(right, 1), (left, 2), (right, 2)].map(|(c, f)| seen(c, f, place).0);
+            assert!(noc[i] > 0 || !inside(beside), "{at} {z_m}");
+            if inside(there) && inside(there_beside) {
+                assert!(next_noc[i] > 0, "{at} {z_m} m");
+                places += 1;
+                far += usize::from(z_m > 20.0);
+            }
+        }
+        assert!(places > 2000 && far > 200, "{places} {far}");
+    }
+}
+
+#[test]
+fn what_the_next_picture_shows_is_flows_to_say() {
+    // The flow of these data sets is no motion's, so that depth would say otherwise.
+    let dir = tempfile::tempdir().expect("a folder");
+    let noc_of = |name: &str, has_flow: bool| {
+        let mut header = wide();
+        header.sequences[0].cameras[0].annotations.flow = has_flow;
+        let (source, out) = (
+            dir.path().join(name),
+            dir.path().join(format!("{name}-out")),
+        );
+        write_of(&source, &header, &[1, 2], floor);
+        run(&source, &out, FormatName::Kitti2015, Mode::Fresh).expect("converted");
+        let state = has_flow.then(|| samples(&source.join("sequences/00/flow/000001.png"), 3));
+        (
+            samples(&out.join("training/disp_noc_1/000000_10.png"), 1),
+            state,
+        )
+    };
+    let (by_depth, _) = noc_of("depth", false);
+    let (by_flow, state) = noc_of("flow", true);
+    let state = state.expect("a flow");
+    let mut differ = 0;
+    for i in 0..WIDTH * HEIGHT {
+        match state[3 * i + 2] {
+            0 => assert_eq!(by_flow[i], by_depth[i]),
+            1 => assert!(by_flow[i] == by_depth[i] || by_depth[i] == 0),
+            _ => {
+                assert_eq!(by_flow[i], 0);
+                differ += usize::from(by_depth[i] > 0);
+            }
+        }
+    }
+    assert!(differ > 500, "{differ}");
+}
+
+#[test]
+fn files_of_a_frame_are_read_before_it_counts_as_done() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let (source, out) = (dir.path().join("dataset"), dir.path().join("out"));
+    crate::common::write(&source, &annotated(), &[0, 1]);
+    let sequence = source.join("sequences/00");
+    // Whoever hears of the first frame takes its files away.
+    let watch = Watch::new(move |done| {
+        for (path, _) in crate::common::tree(&sequence) {
+            let file = path.file_stem().is_some_and(|stem| stem == "000000");
+            if done.frame == 0 && file {
+                std::fs::remove_file(sequence.join(path)).expect("removed");
+            }
+        }
+        ControlFlow::Continue(())
+    });
+    let params = ConvertParams::new(FormatName::Kitti2015);
+    convert_watched(&source, &out, &params, &watch).expect("converted");
+    assert!(!source.join("sequences/00/image_2/000000.png").exists());
+}
+
+#[test]
+fn only_frames_of_drives_are_pairs() {
+    let mut header = annotated();
+    for number in 1..4 {
+        let mut further = header.sequences[0].clone();
+        further.number = number;
+        header.sequences.push(further);
+    }
+    let standing = Drive {
+        stands: true,
+        ..Drive::of(1, &[0, 1])
+    };
+    let single = Drive {
+        balance: Some(BalanceRecord {
+            candidates: 4,
+            pilot_poses: 10,
+            cap: 2.0,
+            targets: vec![BalanceTarget {
+                name: "deadwood".to_owned(),
+                goal: 0.1,
+                before: 0.01,
+                expected: 0.05,
+                weight: 1.0,
+            }],
+        }),
+        ..Drive::of(2, &[0, 1, 2])
+    };
+    let drives = [
+        Drive::of(0, &[3, 4]),
+        standing.clone(),
+        single.clone(),
+        Drive::of(3, &[0, 1]),
+    ];
+    let made = made_of_drives(FormatName::Kitti2015, &header, &drives);
+    let rows = "pair,sequence,frame,next_frame,split\n000000,0,3,4,train\n000001,3,0,1,val\n";
+    assert_eq!(text(made.out.join("pairs.csv")), rows);
+    assert!(!made.out.join("training/image_2/000002_10.png").exists());
+
+    header.sequences.truncate(3);
+    header.sequences.remove(0);
+    let dir = tempfile::tempdir().expect("a folder");
+    let (source, out) = (dir.path().join("dataset"), dir.path().join("out"));
+    write_drives(&source, &header, &[standing, single]);
+    let e = run(&source, &out, FormatName::Kitti2015, Mode::Fresh).expect_err("refused");
+    assert!(
+        e.to_string()
+            .contains("stations or single views of [balance]"),
+        "{e}"
+    );
+    assert!(!out.exists());
+}
+
 #[test]
 fn flow_is_the_data_sets_with_a_mask_of_ones() {
     let mut header = annotated();
@@ -267,6 +453,32 @@ fn half_of_the_benchmark_is_written_with_a_note_and_none_is_refused() {
         "{note}"
     );
     assert!(exists(&made.out, "flow_occ") && !exists(&made.out, "image_3"));
+    let mut bent_right = annotated();
+    let [k1, k2, k3, k4] = [0.02, 0.003, -0.001, 0.0005];
+    bent_right.sequences[0].cameras[1].intrinsics.distortion =
+        Distortion::Fisheye { k1, k2, k3, k4 };
+    let mut rolling_right = annotated();
+    rolling_right.sequences[0].cameras[1].shutter = Shutter {
+        readout_s: 0.02,
+        ..Shutter::INSTANT
+    };
+    for (header, said) in [
+        (
+            bent_right,
+            "no disparity: camera 'right' of sequence 00 has a lens",
+        ),
+        (
+            rolling_right,
+            "no disparity: camera 'right' of sequence 00 has a rolling shutter",
+        ),
+    ] {
+        let made = made_of_frames(FormatName::Kitti2015, &header, &[0, 1]);
+        let [note] = &made.done.notes[..] else {
+            panic!("one note")
+        };
+        assert!(note.contains(said), "{note}");
+        assert!(exists(&made.out, "flow_occ") && !exists(&made.out, "disp_occ_0"));
+    }
     let calib = text(made.out.join("training/calib_cam_to_cam/000000.txt"));
     assert!(
         calib.contains("P_rect_02: ") && !calib.contains("_03: "),
@@ -288,7 +500,11 @@ fn half_of_the_benchmark_is_written_with_a_note_and_none_is_refused() {
         (neither, &[0, 1], "[cameras.right]"),
         (bent, &[0, 1], "camera 'front' of sequence 00 has a lens"),
         (rolling, &[0, 1], "camera.shutter.readout_ms = 0"),
-        (annotated(), &[0, 2], "no two frames follow one another"),
+        (
+            annotated(),
+            &[0, 2],
+            "no two frames of a drive follow one another here",
+        ),
     ];
     for (i, (header, frames, said)) in cases.into_iter().enumerate() {
         let source = dir.path().join(format!("dataset-{i}"));

@@ -10,7 +10,8 @@ use nemoral_scene::{Distortion, ObjectId, RigidTransform};
 use serde_json::Value;
 
 use crate::common::{
-    Made, annotated, boxes_in_world, made_of, objects, png, pose, run, text, visible_percent, write,
+    Drive, Made, annotated, boxes_in_world, made_of, made_of_drives, objects, png, pose, run, text,
+    visible_percent, write,
 };
 
 const VERSION: &str = "v1.0-trainval";
@@ -204,11 +205,26 @@ fn points_are_counted_by_labels_without_a_ply_file() {
         counts
     };
     assert_eq!(counts(&with), counts(&without));
-    assert_eq!(with.done.notes, [""; 0]);
-    let [note] = &without.done.notes[..] else {
+    let [covered] = &with.done.notes[..] else {
         panic!("one note")
     };
+    assert!(
+        covered.contains("boxes cover only what cameras"),
+        "{covered}"
+    );
+    let [same, note] = &without.done.notes[..] else {
+        panic!("two notes")
+    };
+    assert_eq!(same, covered);
     assert!(note.contains("LiDAR 'top' have no PLY file"), "{note}");
+    // Objects so far away have no number in `.label`, as points of no object have none.
+    let far = Drive {
+        chunks_away: 3,
+        ..Drive::of(0, &[1, 2, 4])
+    };
+    let far = made_of_drives(FormatName::NuScenes, &header, &[far]);
+    assert!(counts(&far).iter().all(|&(_, points)| points == 0));
+    assert!(counts(&far).len() == 8 && counts(&with).iter().all(|&(_, points)| points > 0));
 }
 
 #[test]
@@ -270,6 +286,21 @@ fn pictures_scans_and_mounts_are_those_of_the_data_set() {
         }
     }
     assert_eq!(files, 9);
+    let chains = tables
+        .all("sample_data")
+        .filter(|d| word(d, "prev").is_empty());
+    let chains: Vec<_> = chains
+        .map(|d| tables.chain("sample_data", word(d, "token")))
+        .collect();
+    assert_eq!(chains.iter().map(Vec::len).collect::<Vec<_>>(), [3, 3, 3]);
+    for chain in chains {
+        assert!(
+            chain
+                .iter()
+                .all(|d| tables.channel(d) == tables.channel(chain[0]))
+        );
+        assert!(chain.is_sorted_by_key(|d| d["timestamp"].as_u64()));
+    }
     // The development kit asks for a picture of the map, and finds the map by the log.
     let [map] = tables.all("map").collect::<Vec<_>>()[..] else {
         panic!("one map")
@@ -345,6 +376,206 @@ fn points_have_classes_and_these_follow_a_table() {
 }
 
 #[test]
+fn scenes_of_two_sequences_follow_one_another_and_share_nothing() {
+    // Times as of a clock that began in 1970; the second sequence alone has a camera to the rear.
+    let mut header = annotated();
+    let mut second = header.sequences[0].clone();
+    second.number = 3;
+    let mut rear = second.cameras[1].clone();
+    rear.name = "rear_low".to_owned();
+    second.cameras.push(rear);
+    header.sequences.push(second);
+    let drives = [
+        Drive {
+            later_s: 1.7e9,
+            ..Drive::of(0, &[1, 2, 4])
+        },
+        Drive {
+            later_s: 40.5,
+            ..Drive::of(3, &[0, 3])
+        },
+    ];
+    let made = made_of_drives(FormatName::NuScenes, &header, &drives);
+    let tables = Tables::read(&made.out);
+    let scene_of = |record: &Value| {
+        let sample = tables.of("sample", record, "sample_token");
+        tables.of("scene", sample, "scene_token")["name"].clone()
+    };
+    let mut scenes: Vec<_> = tables.all("scene").collect();
+    scenes.sort_by_key(|s| word(s, "name"));
+    let names: Vec<_> = scenes.iter().map(|s| word(s, "name")).collect();
+    assert_eq!(names, ["nemoral-00", "nemoral-03"]);
+    // The first scene takes three whole seconds and a second more.
+    let times_us = [
+        &[1_750_000, 2_250_000, 3_250_000][..],
+        &[5_750_000, 7_250_000],
+    ];
+    for (scene, times_us) in scenes.iter().zip(times_us) {
+        let samples = tables.chain("sample", word(scene, "first_sample_token"));
+        assert_eq!(
+            scene["last_sample_token"],
+            samples[samples.len() - 1]["token"]
+        );
+        assert!(samples.iter().all(|s| s["scene_token"] == scene["token"]));
+        let found: Vec<_> = samples.iter().map(|s| s["timestamp"].clone()).collect();
+        assert_eq!(Value::from(found), Value::from(times_us));
+        let log = tables.of("log", scene, "log_token");
+        assert_eq!(log["location"], scene["name"]);
+    }
+    for data in tables.all("sample_data") {
+        let sample = tables.of("sample", data, "sample_token");
+        let ego = tables.of("ego_pose", data, "ego_pose_token");
+        assert_eq!(data["timestamp"], sample["timestamp"]);
+        assert_eq!(ego["timestamp"], sample["timestamp"]);
+    }
+    // A chain for each channel of a scene, and none into another one.
+    let chains = tables
+        .all("sample_data")
+        .filter(|d| word(d, "prev").is_empty());
+    let mut found: Vec<_> = chains
+        .map(|first| {
+            let chain = tables.chain("sample_data", word(first, "token"));
+            let channel = tables.channel(first);
+            for data in &chain {
+                assert_eq!(
+                    (tables.channel(data), scene_of(data)),
+                    (channel, scene_of(first))
+                );
+            }
+            (scene_of(first).to_string(), channel, chain.len())
+        })
+        .collect();
+    found.sort_unstable();
+    let name = |i: usize| format!("\"{}\"", names[i]);
+    let expected = [
+        (name(0), "CAM_FRONT", 3),
+        (name(0), "CAM_RIGHT", 3),
+        (name(0), "LIDAR_TOP", 3),
+        (name(1), "CAM_FRONT", 2),
+        (name(1), "CAM_REAR_LOW", 2),
+        (name(1), "CAM_RIGHT", 2),
+        (name(1), "LIDAR_TOP", 2),
+    ];
+    assert_eq!(found, expected);
+    assert_eq!(tables.all("sample_data").count(), 9 + 8);
+    assert_eq!(tables.all("sensor").count(), 4);
+    // Both have the same objects, which are other instances.
+    assert_eq!(tables.all("instance").count(), 6);
+    for instance in tables.all("instance") {
+        let first = word(instance, "first_annotation_token");
+        let chain = tables.chain("sample_annotation", first);
+        assert!(chain.iter().all(|a| scene_of(a) == scene_of(chain[0])));
+    }
+    let [map] = tables.all("map").collect::<Vec<_>>()[..] else {
+        panic!("one map")
+    };
+    let logs: Vec<_> = scenes.iter().map(|s| s["log_token"].clone()).collect();
+    assert!(logs[0] != logs[1] && map["log_tokens"] == Value::from(logs));
+    let json = text(made.out.join(VERSION).join("splits.json"));
+    let splits: Value = serde_json::from_str(&json).expect("JSON");
+    assert_eq!(splits["nemoral_train"], Value::from(vec!["nemoral-00"]));
+    assert_eq!(splits["nemoral_val"], Value::from(vec!["nemoral-03"]));
+    assert_eq!(splits["nemoral_test"], Value::Array(vec![]));
+}
+
+/// Changes a file of a data set as one would who writes its checksums, too.
+fn forge(root: &Path, path: &str, change: impl Fn(&mut Vec<u8>)) {
+    let file = root.join(path);
+    let mut bytes = std::fs::read(&file).expect("a file");
+    let record = |bytes: &[u8]| {
+        let digest = blake3::hash(bytes).to_hex();
+        format!(
+            "\"{path}\",\"bytes\":{},\"blake3\":\"{digest}\"",
+            bytes.len()
+        )
+    };
+    let old = record(&bytes);
+    change(&mut bytes);
+    std::fs::write(&file, &bytes).expect("written");
+    let manifest = root.join("dataset.json");
+    let json = text(&manifest);
+    assert_eq!(json.matches(&old).count(), 1);
+    let json = json.replace(&old, &record(&bytes));
+    let at = json.find("\"checksum\": \"").expect("a checksum") + 13;
+    let sealed = |digest: &str| format!("{}{digest}{}", &json[..at], &json[at + 64..]);
+    let digest = blake3::hash(sealed(&"0".repeat(64)).as_bytes()).to_hex();
+    std::fs::write(&manifest, sealed(&digest)).expect("written");
+}
+
+#[test]
+fn scans_whose_files_disagree_are_refused_with_their_names() {
+    type Change = fn(&mut Vec<u8>);
+    let cases: [(&str, Change, &str); 3] = [
+        (
+            "labels/000002.label",
+            |bytes| bytes.truncate(bytes.len() - 4),
+            "340 labels for 341 points of .bin",
+        ),
+        (
+            "velodyne/000002.bin",
+            |bytes| bytes.truncate(bytes.len() - 16),
+            "341 labels for 340 points of .bin",
+        ),
+        (
+            // Its lowest byte is that of class 1.
+            "labels/000002.label",
+            |bytes| bytes[..2].copy_from_slice(&257_u16.to_le_bytes()),
+            "class 257 is none of the data set's",
+        ),
+    ];
+    for (path, change, said) in cases {
+        let dir = tempfile::tempdir().expect("a folder");
+        let (source, out) = (dir.path().join("dataset"), dir.path().join("out"));
+        write(&source, &annotated(), &[1, 2]);
+        forge(&source, &format!("sequences/00/{path}"), change);
+        let e = run(&source, &out, FormatName::NuScenes, Mode::Fresh).expect_err("refused");
+        assert!(matches!(e, Error::Dataset(_)), "{e}");
+        let all = [said, "sequences/00/labels/000002.label"];
+        assert!(all.iter().all(|s| e.to_string().contains(s)), "{e}");
+        assert!(!out.join(VERSION).exists());
+    }
+}
+
+#[test]
+fn a_ply_file_of_another_length_is_refused_with_its_name() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let (source, out) = (dir.path().join("dataset"), dir.path().join("out"));
+    write(&source, &annotated(), &[1, 2]);
+    for (path, bytes_per_point) in [("velodyne/000002.bin", 16), ("labels/000002.label", 4)] {
+        let path = format!("sequences/00/{path}");
+        forge(&source, &path, |bytes| {
+            bytes.truncate(bytes.len() - bytes_per_point)
+        });
+    }
+    let e = run(&source, &out, FormatName::NuScenes, Mode::Fresh).expect_err("refused");
+    let said = "sequences/00/points/000002.ply: 341 points for 340 of .bin";
+    assert!(e.to_string().ends_with(said), "{e}");
+}
+
+#[test]
+fn scans_beside_their_boxes_are_told() {
+    let mut header = annotated();
+    let lidars = &mut header.sequences[0].lidars;
+    lidars[0].deskewed = false;
+    lidars.push(lidars[0].clone());
+    lidars[1].name = "rear".to_owned();
+    lidars[1].deskewed = true;
+    lidars[1].pointing_errors = true;
+    let made = made(&header);
+    let [_, raw, askew] = &made.done.notes[..] else {
+        panic!("three notes: {:?}", made.done.notes)
+    };
+    assert!(
+        raw.contains("LiDAR 'top' are raw (lidar.deskew = false)"),
+        "{raw}"
+    );
+    assert!(
+        askew.contains("LiDAR 'rear' have errors of pointing"),
+        "{askew}"
+    );
+}
+
+#[test]
 fn scenes_of_splits_are_listed() {
     let mut header = annotated();
     header.sequences[0].split = Some(Split::Val);
@@ -404,4 +635,6 @@ fn what_boxes_need_is_said() {
         panic!("one note")
     };
     assert!(note.contains("no LiDAR, so num_lidar_pts is 0"), "{note}");
+    assert!(note.contains("stop where there is none"), "{note}");
+    assert!(!made.out.join("lidarseg").exists());
 }

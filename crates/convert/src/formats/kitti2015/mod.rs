@@ -21,11 +21,15 @@ mod calibration;
 mod disparity;
 mod rig;
 
+use std::collections::BTreeSet;
+
 use nemoral_dataset::{FrameRecord, Manifest, SequenceSpec, Split};
 use nemoral_scene::{Flow, Image};
 use png::{BitDepth, ColorType};
 
+use crate::source::is_drive;
 use crate::{Error, Files, Format, FrameRef, Sequence, Sink, Source, pictures};
+use disparity::Depths;
 use rig::Rig;
 
 const FORMAT: &str = "kitti2015";
@@ -80,15 +84,24 @@ impl Format for Kitti2015 {
             }
         }
         // A data set that is still to be made has no frames yet.
-        if !manifest.frames.is_empty()
-            && !manifest.frames.windows(2).any(|two| follows(two, manifest))
-        {
-            return Err(unsuitable(
-                "no two frames follow one another in a drive; make a data set of more frames"
-                    .to_owned(),
-            ));
+        if manifest.frames.is_empty() {
+            return Ok(());
         }
-        Ok(())
+        let drives = drives(manifest);
+        let place = |f: &FrameRecord| (f.sequence, f.index);
+        let mut neighbours = manifest.frames.windows(2);
+        if neighbours.any(|two| follows(&drives, place(&two[0]), place(&two[1]))) {
+            return Ok(());
+        }
+        Err(unsuitable(if drives.is_empty() {
+            "no frame follows another one, as they are stations or single views of [balance]; make \
+             the data set as a drive, without these"
+                .to_owned()
+        } else {
+            "no two frames of a drive follow one another here; make the data set of more frames, \
+             or without gaps between those of --frames"
+                .to_owned()
+        }))
     }
 
     fn notes(&self, manifest: &Manifest) -> Vec<String> {
@@ -109,23 +122,7 @@ impl Format for Kitti2015 {
         let pairs = pairs(source);
         for pair in &pairs {
             sink.step(&format!("pair-{:06}", pair.number), |files| {
-                pair.put_pictures(source, "image_2", 0, files)?;
-                if parts.stereo.is_ok() {
-                    let rig = Rig::of(pair.sequence.number, pair.sequence.cameras);
-                    let rig = rig.map_err(unsuitable)?;
-                    pair.put_pictures(source, "image_3", rig.right, files)?;
-                    disparity::put(source, pair, &rig, files)?;
-                }
-                if parts.flow.is_ok() {
-                    let flow = source.flow(&pair.first, 0)?;
-                    files.put(pair.path("flow_occ", 10), encode_flow(&flow, |_| true));
-                    files.put(pair.path("flow_noc", 10), encode_flow(&flow, |f| f.seen));
-                }
-                let text = calibration::text(pair.sequence.cameras, parts.stereo.is_ok());
-                files.put(
-                    format!("{FOLDER}/calib_cam_to_cam/{:06}.txt", pair.number),
-                    text,
-                );
+                pair.put(source, &parts, files)?;
                 Ok(String::new())
             })?;
         }
@@ -141,13 +138,15 @@ impl Format for Kitti2015 {
     }
 }
 
-/// Whether the second of two frames is the next one of a drive.
-fn follows(two: &[FrameRecord], manifest: &Manifest) -> bool {
-    let (a, b) = (&two[0], &two[1]);
-    let mut tracks = manifest.tracks.iter();
-    let track = tracks.find(|track| track.sequence == a.sequence);
-    let drives = track.is_some_and(|track| track.balance.is_none() && !track.stands);
-    drives && a.sequence == b.sequence && b.index == a.index + 1
+/// The sequences in which a body drives from each frame to the next one.
+fn drives(manifest: &Manifest) -> BTreeSet<u32> {
+    let tracks = manifest.tracks.iter();
+    tracks.filter(|t| is_drive(t)).map(|t| t.sequence).collect()
+}
+
+/// Whether the second of two frames, by sequence and index, is the next one of a drive.
+fn follows(drives: &BTreeSet<u32>, first: (u32, u64), second: (u32, u64)) -> bool {
+    drives.contains(&first.0) && second == (first.0, first.1 + 1)
 }
 
 /// Two frames that follow one another.
@@ -169,33 +168,61 @@ impl Pair<'_> {
         source.split(self.sequence.number)
     }
 
-    /// A camera's pictures, byte for byte.
-    fn put_pictures(
+    /// Writes all files. Those of the first frame are read before any of the next one, at which it
+    /// counts as done.
+    fn put(&self, source: &Source, parts: &Parts, files: &mut Files) -> Result<(), Error> {
+        let cameras = self.sequence.cameras;
+        let rig = (parts.stereo.is_ok())
+            .then(|| Rig::of(self.sequence.number, cameras).map_err(unsuitable))
+            .transpose()?;
+        let rig = rig.as_ref();
+        let first = self.put_view(source, 10, &self.first, rig, files)?;
+        let has_flow = cameras[0].annotations.flow;
+        let flow = has_flow.then(|| source.flow(&self.first, 0)).transpose()?;
+        if let (Some(flow), true) = (&flow, parts.flow.is_ok()) {
+            files.put(self.path("flow_occ", 10), encode_flow(flow, |_| true));
+            files.put(self.path("flow_noc", 10), encode_flow(flow, |f| f.seen));
+        }
+        let next = self.put_view(source, 11, &self.next, rig, files)?;
+        if let (Some(rig), Some(first), Some(next)) = (rig, &first, &next) {
+            disparity::put(self, rig, [first, next], flow.as_ref(), files);
+        }
+        let path = format!("{FOLDER}/calib_cam_to_cam/{:06}.txt", self.number);
+        files.put(path, calibration::text(&cameras[0], rig));
+        Ok(())
+    }
+
+    /// The pictures of a frame, byte for byte; returns what disparity needs of it.
+    fn put_view(
         &self,
         source: &Source,
-        folder: &str,
-        camera: usize,
+        time: u32,
+        frame: &FrameRef<'_>,
+        rig: Option<&Rig>,
         files: &mut Files,
-    ) -> Result<(), Error> {
-        for (time, frame) in [(10, &self.first), (11, &self.next)] {
-            files.put(
-                self.path(folder, time),
-                source.picture_bytes(frame, camera)?,
-            );
-        }
-        Ok(())
+    ) -> Result<Option<Depths>, Error> {
+        let left = source.picture_bytes(frame, 0)?;
+        files.put(self.path("image_2", time), left);
+        let Some(rig) = rig else {
+            return Ok(None);
+        };
+        let right = source.picture_bytes(frame, rig.right)?;
+        files.put(self.path("image_3", time), right);
+        Depths::of(source, frame, rig).map(Some)
     }
 }
 
 /// The pairs of all sequences, numbered from 0.
 fn pairs(source: &Source) -> Vec<Pair<'_>> {
     let mut pairs = Vec::new();
+    let drives = drives(source.manifest());
+    let place = |f: &FrameRef<'_>| (f.sequence, f.index);
     for sequence in source.sequences() {
-        if source.drive_length(sequence.number).is_none() {
-            continue;
-        }
         let frames: Vec<_> = source.frames(sequence.number).collect();
-        for two in frames.windows(2).filter(|f| f[1].index == f[0].index + 1) {
+        for two in frames.windows(2) {
+            if !follows(&drives, place(&two[0]), place(&two[1])) {
+                continue;
+            }
             pairs.push(Pair {
                 number: pairs.len(),
                 sequence,

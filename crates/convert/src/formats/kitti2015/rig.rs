@@ -12,8 +12,9 @@ use crate::formats::stereo;
 pub(super) struct Rig {
     /// Where the right camera stands among the cameras; the left one is the first.
     pub(super) right: usize,
-    /// Focal length times baseline: disparity times depth, pixels × metres.
-    pub(super) fx_baseline_px_m: f64,
+    fx: f64,
+    /// How far it is to the right, metres.
+    pub(super) baseline_m: f64,
 }
 
 impl Rig {
@@ -32,7 +33,7 @@ impl Rig {
                  brown_conrady and fisheye)"
             ));
         }
-        if r.shutter.readout_s > 0.0 {
+        if r.shutter.readout_s != 0.0 {
             return Err(format!(
                 "camera 'right' of sequence {sequence:02} has a rolling shutter \
                  (cameras.right.shutter.readout_ms = 0)"
@@ -43,7 +44,8 @@ impl Rig {
         match stereo::baseline_m(l, r).filter(|_| has_one_centre) {
             Some(baseline_m) => Ok(Self {
                 right,
-                fx_baseline_px_m: l.intrinsics.fx * baseline_m,
+                fx: l.intrinsics.fx,
+                baseline_m,
             }),
             None => Err(format!(
                 "cameras '{}' and 'right' of sequence {sequence:02} are not a rectified pair \
@@ -52,6 +54,11 @@ impl Rig {
                 l.name
             )),
         }
+    }
+
+    /// The disparity of a depth, pixels.
+    pub(super) fn disparity_px(&self, depth_m: f64) -> f64 {
+        self.fx * self.baseline_m / depth_m
     }
 }
 
@@ -64,7 +71,7 @@ pub(super) fn refuse_bent(sequence: u32, camera: &CameraSpec) -> Result<(), Erro
              are rectified; make the data set without brown_conrady and fisheye"
         )));
     }
-    if camera.shutter.readout_s > 0.0 {
+    if camera.shutter.readout_s != 0.0 {
         return Err(unsuitable(format!(
             "camera '{name}' of sequence {sequence:02} has a rolling shutter, whose rows have \
              poses of their own; make the data set with camera.shutter.readout_ms = 0"

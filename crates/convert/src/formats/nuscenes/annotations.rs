@@ -2,11 +2,11 @@
 
 use std::collections::BTreeMap;
 
+use nemoral_dataset::LidarFrame;
 use nemoral_scene::glam::{DVec2, DVec3};
-use nemoral_scene::{ObjectBox, ObjectId, RigidTransform};
+use nemoral_scene::{ChunkCoord, ObjectBox, ObjectId, ObjectKind, RigidTransform};
 use serde::{Deserialize, Serialize};
 
-use super::classes::kind_name;
 use super::scenes::Scene;
 use crate::{Error, FrameRef, Source};
 
@@ -16,9 +16,9 @@ pub(super) struct Annotation {
     /// The object's true id.
     pub(super) object: u64,
     /// The object's id in instance maps.
-    pub(super) image: u32,
-    /// The name of its category.
-    pub(super) category: String,
+    pub(super) image_id: u32,
+    #[serde(with = "by_name")]
+    pub(super) kind: ObjectKind,
     pub(super) centre_m: [f64; 3],
     /// Width, length, height.
     pub(super) size_m: [f64; 3],
@@ -41,8 +41,8 @@ impl Annotation {
         let [length, width, height] = b.size_m.to_array();
         Self {
             object: b.object.to_u64(),
-            image: b.object.to_image_id(),
-            category: kind_name(b.kind),
+            image_id: b.object.to_image_id(),
+            kind: b.kind,
             // Adding zero turns -0 into 0.
             centre_m: world_from_box.translation_m.to_array().map(|v| v + 0.0),
             size_m: [width, length, height],
@@ -59,6 +59,23 @@ impl Annotation {
             .iter()
             .filter(|s| self.visible_fraction > **s)
             .count()
+    }
+}
+
+/// A kind of objects as its name.
+mod by_name {
+    use nemoral_scene::ObjectKind;
+    use serde::de::Error as _;
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    pub(super) fn serialize<S: Serializer>(kind: &ObjectKind, to: S) -> Result<S::Ok, S::Error> {
+        kind.name().serialize(to)
+    }
+
+    pub(super) fn deserialize<'a, D: Deserializer<'a>>(from: D) -> Result<ObjectKind, D::Error> {
+        let name = String::deserialize(from)?;
+        let kind = ObjectKind::ALL.iter().find(|kind| kind.name() == name);
+        kind.copied().ok_or_else(|| D::Error::custom("no kind"))
     }
 }
 
@@ -81,7 +98,7 @@ pub(super) fn of_frame(
     source: &Source,
     scene: &Scene<'_>,
     frame: &FrameRef<'_>,
-) -> Result<Vec<Annotation>, Error> {
+) -> Result<BTreeMap<u64, Annotation>, Error> {
     let mut found: BTreeMap<u64, Annotation> = BTreeMap::new();
     for (i, camera) in scene.sequence.cameras.iter().enumerate() {
         if !camera.annotations.boxes {
@@ -95,32 +112,27 @@ pub(super) fn of_frame(
             known.visible_fraction = known.visible_fraction.max(fraction);
         }
     }
-    if !scene.sequence.lidars.is_empty() {
-        count_points(source, frame, &mut found)?;
-    }
-    Ok(found.into_values().collect())
+    Ok(found)
 }
 
-/// Counts the first LiDAR's points of each object: by true ids if there is a PLY file, else by the
-/// ids of `.label`, which number the objects around the sensor.
-fn count_points(
-    source: &Source,
-    frame: &FrameRef<'_>,
+/// Counts the points of each object in the first LiDAR's scan: by true ids if there is a PLY file,
+/// else by the ids of `.label`, which number the objects around the sensor.
+pub(super) fn count_points(
+    scan: &LidarFrame,
+    sensor_chunk: ChunkCoord,
     found: &mut BTreeMap<u64, Annotation>,
-) -> Result<(), Error> {
-    let scan = source.scan(frame, 0)?;
+) {
     let mut counts: BTreeMap<u64, u32> = BTreeMap::new();
     if scan.ply.is_empty() {
         for &(_, instance) in &scan.labels {
             *counts.entry(instance.into()).or_default() += 1;
         }
-        let chunk = frame.sensor_chunk(0);
+        // 0 stands for all points of no object, and of objects that have no number.
+        counts.remove(&0);
         for (&object, annotation) in found {
             let object = ObjectId::from_u64(object).expect("it was one");
-            let label = object.to_label_id(chunk);
-            if label > 0 {
-                annotation.points = counts.get(&label.into()).copied().unwrap_or(0);
-            }
+            let label = object.to_label_id(sensor_chunk);
+            annotation.points = counts.get(&label.into()).copied().unwrap_or(0);
         }
     } else {
         for p in &scan.ply {
@@ -130,5 +142,4 @@ fn count_points(
             annotation.points = counts.get(object).copied().unwrap_or(0);
         }
     }
-    Ok(())
 }

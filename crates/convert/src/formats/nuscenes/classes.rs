@@ -74,6 +74,7 @@ impl Classes {
             // The fine semantics, where the data set has them, tell more.
             let id = match scan.ply.get(i) {
                 Some(fine) => self.labels.id_of_semantic(fine.point.semantic),
+                // The scan was read with the data set's own classes alone, whose ids are bytes.
                 None => self.labels.id(class as u8),
             };
             self.index_of[usize::from(id)]

@@ -8,6 +8,8 @@
 //! lidarseg/v1.0-trainval/TOKEN_lidarseg.bin   a class for each point of LIDAR_TOP, uint8
 //! lidarseg/lidarseg.json  colormap.json       what the development kit needs to read these
 //! ```
+//! Without any LiDAR there is no `lidarseg`.
+//!
 //! The version is `v1.0-trainval`, as that is the one that programs train and validate with; of
 //! `v1.0-mini` they expect ten scenes. A sequence is a scene, and a frame a sample: all are key
 //! frames, without sweeps between them. The global frame is the data set's world.
@@ -19,6 +21,9 @@
 
 mod annotations;
 mod classes;
+mod notes;
+mod objects;
+mod scans;
 mod scenes;
 mod sensors;
 mod tables;
@@ -74,27 +79,12 @@ impl Format for NuScenes {
             sensors::of(number, &sequence.cameras, &sequence.lidars)?;
         }
         refuse_times_beyond(FORMAT, manifest)?;
-        refuse_times_that_do_not_rise(FORMAT, manifest, |a, b| b - a < 1e-6)
+        refuse_times_that_do_not_rise(FORMAT, manifest, |a, b| b - a < 1e-6)?;
+        scenes::starts_us(manifest).map(drop)
     }
 
     fn notes(&self, manifest: &Manifest) -> Vec<String> {
-        let sequences = &manifest.header.sequences;
-        let mut notes = Vec::new();
-        if let Some(deaf) = sequences.iter().find(|s| s.lidars.is_empty()) {
-            notes.push(format!(
-                "sequence {:02} has no LiDAR, so num_lidar_pts is 0 there; programs leave out \
-                 boxes without points",
-                deaf.number
-            ));
-        }
-        let mut lidars = sequences.iter().flat_map(|s| &s.lidars);
-        if let Some(plain) = lidars.find(|l| !l.ply) {
-            notes.push(format!(
-                "scans of LiDAR '{}' have no PLY file, which alone has rings: they are 0 here",
-                plain.name
-            ));
-        }
-        notes
+        notes::of(&manifest.header)
     }
 
     fn write(&self, source: &Source, sink: &mut Sink) -> Result<(), Error> {
@@ -104,9 +94,19 @@ impl Format for NuScenes {
         for scene in &scenes {
             for frame in &scene.frames {
                 sink.step(&scenes::step(frame), |files| {
-                    let found = annotations::of_frame(source, scene, frame)?;
+                    let mut found = annotations::of_frame(source, scene, frame)?;
                     pictures(source, scene, frame, files)?;
-                    scans(source, scene, frame, &classes, &tokens, files)?;
+                    for sensor in scene.sensors.iter().filter(|s| !s.is_camera()) {
+                        let scan = scans::read(source, scene.sequence, frame, sensor.index)?;
+                        files.put(sensor.file(frame), scans::encode(&scan));
+                        if sensor.channel == LIDAR_TOP {
+                            let token = tokens.sample_data(frame, sensor);
+                            files.put(classes::file(&token), classes.of_points(&scan));
+                            let chunk = frame.sensor_chunk(sensor.index);
+                            annotations::count_points(&scan, chunk, &mut found);
+                        }
+                    }
+                    let found: Vec<_> = found.into_values().collect();
                     Ok(serde_json::to_string(&found).expect("numbers"))
                 })?;
             }
@@ -125,36 +125,6 @@ fn pictures(
     for sensor in scene.sensors.iter().filter(|s| s.is_camera()) {
         let picture = source.picture_bytes(frame, sensor.index)?;
         files.put(sensor.file(frame), picture);
-    }
-    Ok(())
-}
-
-/// A frame's scans, and the classes of the first LiDAR's points.
-fn scans(
-    source: &Source,
-    scene: &Scene<'_>,
-    frame: &FrameRef<'_>,
-    classes: &Classes,
-    tokens: &Tokens,
-    files: &mut Files,
-) -> Result<(), Error> {
-    for sensor in scene.sensors.iter().filter(|s| !s.is_camera()) {
-        let scan = source.scan(frame, sensor.index)?;
-        let mut bytes = Vec::with_capacity(20 * scan.points.len());
-        for (i, &[x, y, z, intensity]) in scan.points.iter().enumerate() {
-            // As Velodyne's scale of diffuse targets, which nuScenes' LiDAR has: per cent, and more
-            // than 100 for mirrors alone.
-            let percent = (100.0 * intensity).clamp(0.0, 255.0);
-            let ring = scan.ply.get(i).map_or(0.0, |p| f32::from(p.point.ring));
-            for value in [x, y, z, percent, ring] {
-                bytes.extend(value.to_le_bytes());
-            }
-        }
-        files.put(sensor.file(frame), bytes);
-        if sensor.channel == LIDAR_TOP {
-            let token = tokens.sample_data(frame, sensor);
-            files.put(classes::file(&token), classes.of_points(&scan));
-        }
     }
     Ok(())
 }

@@ -8,12 +8,12 @@ use nemoral_scene::glam::DQuat;
 use png::{BitDepth, ColorType};
 use serde_json::{Map, Value, json};
 
-use super::annotations::Annotation;
+use super::VERSION;
 use super::classes::{self, Classes};
-use super::scenes::{self, Scene, Tokens};
+use super::objects::{annotations, instances};
+use super::scenes::{Scene, Tokens};
 use super::sensors::{Kind, Sensor};
-use super::{LIDAR_TOP, VERSION};
-use crate::{Error, FrameRef, Notes, Sink, Source, Stream, pictures};
+use crate::{Error, FrameRef, Sink, Source, Stream, pictures};
 
 /// Writes all of them, and the files that go with them.
 pub(super) fn write(
@@ -23,6 +23,7 @@ pub(super) fn write(
     tokens: &Tokens,
     sink: &mut Sink,
 ) -> Result<(), Error> {
+    let has_classes = scenes.iter().any(|scene| scene.top().is_some());
     sink.step("tables", |files| {
         let small = [
             ("attribute", Vec::new()),
@@ -38,13 +39,9 @@ pub(super) fn write(
             files.put(format!("{VERSION}/{name}.json"), list(&records));
         }
         files.put(format!("{VERSION}/splits.json"), splits(source, scenes));
-        let colours: Map<String, Value> = (classes.categories.iter())
-            .map(|c| (c.name.clone(), json!(c.colour)))
-            .collect();
-        files.put(
-            "lidarseg/colormap.json",
-            format!("{}\n", Value::from(colours)),
-        );
+        if has_classes {
+            files.put("lidarseg/colormap.json", colours(classes));
+        }
         let (grey, eight) = (ColorType::Grayscale, BitDepth::Eight);
         let black = pictures::encode(1, 1, grey, eight, None, &[0]);
         files.put(map_file(tokens), black);
@@ -60,9 +57,11 @@ pub(super) fn write(
     sink.stream("sample_data", &rows("sample_data"), |out| {
         sample_data(scenes, tokens, out)
     })?;
-    sink.stream("lidarseg", "lidarseg/lidarseg.json", |out| {
-        lidarseg(scenes, tokens, out)
-    })?;
+    if has_classes {
+        sink.stream("lidarseg", "lidarseg/lidarseg.json", |out| {
+            lidarseg(scenes, tokens, out)
+        })?;
+    }
     let notes = sink.notes();
     sink.stream("instance", &rows("instance"), |out| {
         instances(scenes, tokens, &notes, out)
@@ -73,25 +72,25 @@ pub(super) fn write(
 }
 
 /// Records of a table that is being written, each on a line.
-struct Rows<'a> {
+pub(super) struct Rows<'a> {
     out: &'a mut Stream,
     is_empty: bool,
 }
 
 impl<'a> Rows<'a> {
-    fn begin(out: &'a mut Stream) -> Result<Self, Error> {
+    pub(super) fn begin(out: &'a mut Stream) -> Result<Self, Error> {
         out.put("[")?;
         let is_empty = true;
         Ok(Self { out, is_empty })
     }
 
-    fn put(&mut self, record: &Value) -> Result<(), Error> {
+    pub(super) fn put(&mut self, record: &Value) -> Result<(), Error> {
         let comma = if self.is_empty { "\n" } else { ",\n" };
         self.is_empty = false;
         self.out.put(format!("{comma}{record}"))
     }
 
-    fn end(self) -> Result<(), Error> {
+    pub(super) fn end(self) -> Result<(), Error> {
         self.out.put("\n]\n")
     }
 }
@@ -122,6 +121,13 @@ fn categories(classes: &Classes, tokens: &Tokens) -> Vec<Value> {
     };
     let categories = classes.categories.iter().enumerate();
     categories.map(category).collect()
+}
+
+fn colours(classes: &Classes) -> String {
+    let colours: Map<String, Value> = (classes.categories.iter())
+        .map(|c| (c.name.clone(), json!(c.colour)))
+        .collect();
+    format!("{}\n", Value::from(colours))
 }
 
 /// The channels of all sequences.
@@ -287,90 +293,14 @@ fn sample_data(scenes: &[Scene<'_>], tokens: &Tokens, out: &mut Stream) -> Resul
 fn lidarseg(scenes: &[Scene<'_>], tokens: &Tokens, out: &mut Stream) -> Result<(), Error> {
     let mut rows = Rows::begin(out)?;
     for scene in scenes {
-        let top = scene.sensors.iter().find(|s| s.channel == LIDAR_TOP);
-        for (frame, sensor) in scene.frames.iter().zip(top.into_iter().cycle()) {
+        let Some(sensor) = scene.top() else {
+            continue;
+        };
+        for frame in &scene.frames {
             let token = tokens.sample_data(frame, sensor);
             rows.put(&json!({
                 "token": token, "sample_data_token": token, "filename": classes::file(&token),
             }))?;
-        }
-    }
-    rows.end()
-}
-
-/// In which frames of a scene, by their places in it, an object has a box.
-struct Track {
-    image: u32,
-    category: String,
-    frames: Vec<usize>,
-}
-
-/// The objects of a scene.
-fn tracks(scene: &Scene<'_>, notes: &Notes) -> Result<BTreeMap<u64, Track>, Error> {
-    let mut tracks: BTreeMap<u64, Track> = BTreeMap::new();
-    for (i, frame) in scene.frames.iter().enumerate() {
-        for a in notes.json::<Vec<Annotation>>(&scenes::step(frame))? {
-            let track = tracks.entry(a.object).or_insert(Track {
-                image: a.image,
-                category: a.category,
-                frames: Vec::new(),
-            });
-            track.frames.push(i);
-        }
-    }
-    Ok(tracks)
-}
-
-fn instances(
-    scenes: &[Scene<'_>],
-    tokens: &Tokens,
-    notes: &Notes,
-    out: &mut Stream,
-) -> Result<(), Error> {
-    let mut rows = Rows::begin(out)?;
-    for scene in scenes {
-        for (object, track) in tracks(scene, notes)? {
-            let token =
-                |at: Option<&usize>| at.map(|&i| tokens.annotation(&scene.frames[i], object));
-            rows.put(&json!({
-                "token": tokens.instance(scene, object),
-                "category_token": tokens.category(&track.category),
-                "nbr_annotations": track.frames.len(),
-                "first_annotation_token": token(track.frames.first()),
-                "last_annotation_token": token(track.frames.last()),
-                // Ours: the ids of instances.csv and of instance maps.
-                "object": object, "image_id": track.image,
-            }))?;
-        }
-    }
-    rows.end()
-}
-
-fn annotations(
-    scenes: &[Scene<'_>],
-    tokens: &Tokens,
-    notes: &Notes,
-    out: &mut Stream,
-) -> Result<(), Error> {
-    let mut rows = Rows::begin(out)?;
-    for scene in scenes {
-        let tracks = tracks(scene, notes)?;
-        for (i, frame) in scene.frames.iter().enumerate() {
-            for a in notes.json::<Vec<Annotation>>(&scenes::step(frame))? {
-                let frames = tracks.get(&a.object).map_or(&[][..], |t| &t.frames);
-                let at = frames.partition_point(|&f| f < i);
-                let token = |&f: &usize| tokens.annotation(&scene.frames[f], a.object);
-                let [prev, next] = neighbours(frames, at, token);
-                rows.put(&json!({
-                    "token": tokens.annotation(frame, a.object),
-                    "sample_token": tokens.sample(frame),
-                    "instance_token": tokens.instance(scene, a.object),
-                    "visibility_token": a.visibility().to_string(),
-                    "attribute_tokens": [], "translation": a.centre_m, "size": a.size_m,
-                    "rotation": a.rotation, "num_lidar_pts": a.points, "num_radar_pts": 0,
-                    "prev": prev, "next": next,
-                }))?;
-            }
         }
     }
     rows.end()
