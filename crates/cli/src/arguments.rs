@@ -65,9 +65,7 @@ pub(crate) enum Command {
     Export(Export),
     /// Writes what a forest inventory should find: trees, measures per hectare, maps.
     ///
-    /// `trees.csv`, `deadwood.csv`, `stand.csv` (and `plots.csv`), `profile.csv` of leaf area by
-    /// height, GeoTIFFs of the ground, the surface, the canopy's height and whose crown is the top,
-    /// and these crowns and the stems as GeoJSON.
+    /// These are tables, GeoTIFFs of ground and canopy, crowns and stems as GeoJSON.
     Inventory(Inventory),
     /// Writes what an inertial measurement unit on the robot measures along its drive.
     ///
@@ -253,8 +251,7 @@ pub(crate) struct Export {
 pub(crate) struct Inventory {
     #[command(flatten)]
     pub(crate) of: OneSequence,
-    /// A rectangle of the world, west, south, east, north, metres; a hectare around the robot's
-    /// first place if not given.
+    /// A rectangle of the world, west, south, east, north, metres; else a hectare at the start.
     #[arg(long, value_name = "X0,Y0,X1,Y1", allow_hyphen_values = true)]
     pub(crate) region: Option<Region>,
     /// Side of the maps' cells, metres; the region must be whole cells.

@@ -187,7 +187,13 @@ proptest! {
         let tops: Vec<ObjectId> = (0..columns * rows)
             .map(|i| labels.get(i).filter(|l| **l > 0).map_or(ObjectId::NONE, |&l| id(l)))
             .collect();
-        let cell = |&top: &ObjectId| CanopyCell { ground_m: 0.0, surface_m: 5.0, height_m: 5.0, cover: 1.0, top };
+        let cell = |&top: &ObjectId| CanopyCell {
+            ground_m: 0.0,
+            surface_m: 5.0,
+            height_m: 5.0,
+            cover: 1.0,
+            top,
+        };
         let maps = CanopyMaps { grid, cells: tops.iter().map(cell).collect() };
         let crowns = visible_crowns(&maps);
         for crown in &crowns {
@@ -196,7 +202,8 @@ proptest! {
                 for (i, ring) in polygon.rings.iter().enumerate() {
                     // The border turns left, holes turn right, and no corner comes twice.
                     prop_assert_eq!(ring_m2(ring) > 0.0, i == 0);
-                    let mut corners: Vec<_> = ring.iter().map(|c| c.to_array().map(f64::to_bits)).collect();
+                    let bits = ring.iter().map(|c| c.to_array().map(f64::to_bits));
+                    let mut corners: Vec<_> = bits.collect();
                     corners.sort_unstable();
                     corners.dedup();
                     prop_assert_eq!(corners.len(), ring.len());
@@ -209,9 +216,11 @@ proptest! {
             for column in 0..columns {
                 let place = grid.middle_m(row * columns + column);
                 let owners: Vec<ObjectId> = crowns.iter().flat_map(|crown| {
-                    let inside = crown.polygons.iter().filter(|p| {
-                        surrounds(&p.rings[0], place) && !p.rings[1..].iter().any(|r| surrounds(r, place))
-                    });
+                    let is_inside = |rings: &[Vec<DVec2>]| {
+                        let mut holes = rings[1..].iter();
+                        surrounds(&rings[0], place) && !holes.any(|r| surrounds(r, place))
+                    };
+                    let inside = crown.polygons.iter().filter(|p| is_inside(&p.rings));
                     inside.map(|_| crown.object).collect::<Vec<_>>()
                 }).collect();
                 let top = tops[row * columns + column];

@@ -13,8 +13,8 @@ use crate::{Backend, Error};
 /// what depends on output folders and the GPU. The result is a list of notes for the user.
 ///
 /// The density of a stand can only be checked with grown plants, so these are grown; `cache` may
-/// store them. As that takes a second a world, `begin` is told the number of each sequence before it
-/// is looked at.
+/// store them. As that takes a second a world, `begin` is told the number of each sequence before
+/// it is looked at.
 ///
 /// # Errors
 /// The first error.

@@ -26,7 +26,8 @@ impl RayCaster for Parasols {
             let foot: Vec2 = tree.position_m.truncate().as_vec2();
             f64::from(foot.distance(ray.origin.truncate())) < tree.crown_radius_m
         };
-        let highest = self.trees.iter().filter(over).max_by(|a, b| a.height_m.total_cmp(&b.height_m));
+        let standing = self.trees.iter().filter(over);
+        let highest = standing.max_by(|a, b| a.height_m.total_cmp(&b.height_m));
         let ground = (0.0, self.soil, ObjectId::NONE);
         let (height_m, material, object) =
             highest.map_or(ground, |tree| (tree.height_m, self.leaf, tree.object));

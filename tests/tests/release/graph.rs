@@ -13,7 +13,7 @@ use std::process::Command;
 use serde_json::Value;
 
 /// The stage crates, each of which has one task and depends only on the vocabulary and the keys.
-const STAGES: [&str; 15] = [
+const STAGES: [&str; 16] = [
     "nemoral-assets",
     "nemoral-dataset",
     "nemoral-export",
@@ -21,6 +21,7 @@ const STAGES: [&str; 15] = [
     "nemoral-imu",
     "nemoral-lidar",
     "nemoral-lidar-noise",
+    "nemoral-mensuration",
     "nemoral-placement",
     "nemoral-raycast",
     "nemoral-render",

@@ -16,8 +16,8 @@ const CANOPY_COLUMNS: [&str; 5] = [
     "canopy_height_max_m",
 ];
 
-/// Measures of each plot with its corners, to which `origin_m` is added, and its canopy: that of the
-/// cells whose middles are in it.
+/// Measures of each plot with its corners, to which `origin_m` is added, and its canopy: that of
+/// the cells whose middles are in it.
 pub(super) fn plots_csv(
     survey: &Survey,
     plots: &MapGrid,

@@ -121,8 +121,8 @@ fn leaves_are_the_trees(survey: &Survey) {
     let all = survey.trees.iter().chain(&survey.trees_outside);
     let tallest_m = all.map(|t| t.height_m).fold(0.0, f64::max);
     assert!(survey.profile.layers() <= tallest_m as usize + 3);
-    // Half of the surface of wood around breast height, where there are few branches, is hardly more
-    // than that of cylinders; feet are wider, and shrubs are among them.
+    // Half of the surface of wood around breast height, where there are few branches, is hardly
+    // more than that of cylinders; feet are wider, and shrubs are among them.
     let stems_m2: f64 = (survey.trees.iter())
         .map(|t| 0.5 * std::f64::consts::PI * t.dbh_m)
         .sum();
