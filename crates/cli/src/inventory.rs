@@ -31,8 +31,8 @@ pub(crate) fn run(a: &Inventory, program: Option<&Path>) -> Result<bool, Failure
     let survey = recorder.write_inventory(region_m, &params, &a.out)?;
     let [low_m, high_m] = region_m;
     say(&format!(
-        "{} trees, canopy cover {:.0} %, leaf area index {:.1} of all plants on {:.2} ha from {}, {} \
-         to {}, {} m in {}",
+        "{} trees, canopy cover {:.0} %, leaf area index {:.1} of all plants on {:.2} ha from {}, \
+         {} to {}, {} m in {}",
         survey.trees.len(),
         100.0 * survey.maps.cover(),
         survey.profile.leaf_area_index(),

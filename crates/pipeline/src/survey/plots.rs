@@ -8,8 +8,9 @@ use super::Survey;
 use crate::Error;
 
 /// What is told of a plot's canopy.
-const CANOPY_COLUMNS: [&str; 5] = [
+const CANOPY_COLUMNS: [&str; 6] = [
     "canopy_cover",
+    "canopy_cells",
     "canopy_height_mean_m",
     "canopy_height_p50_m",
     "canopy_height_p95_m",
@@ -79,8 +80,17 @@ impl Canopy {
         };
         let mean_m = self.heights_m.iter().sum::<f64>() / count as f64;
         let cover = self.cover / count as f64;
-        [cover, mean_m, percentile(0.5), percentile(0.95), highest_m]
-            .map(|number| format!("{number:.4}"))
-            .to_vec()
+        let high = self.heights_m.iter().filter(|m| **m >= 2.0).count();
+        let cells = high as f64 / count as f64;
+        [
+            cover,
+            cells,
+            mean_m,
+            percentile(0.5),
+            percentile(0.95),
+            highest_m,
+        ]
+        .map(|number| format!("{number:.4}"))
+        .to_vec()
     }
 }

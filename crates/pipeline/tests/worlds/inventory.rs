@@ -233,6 +233,7 @@ fn files_say_the_same(recorder: &Recorder) {
     );
     assert!((mean("trees_per_ha") - per_ha[0]).abs() < 1e-3);
     assert!((mean("canopy_cover") - survey.maps.cover()).abs() < 1e-4);
+    assert!(mean("canopy_cells") > mean("canopy_cover"));
     assert!((per_ha[1..].iter().sum::<f64>() - per_ha[0]).abs() < 1e-3);
     assert_eq!(text("trees.csv").lines().count(), survey.trees.len() + 1);
     assert_eq!(
@@ -276,6 +277,31 @@ fn ground_water_moss_and_stones_are_no_canopy() {
     let found = survey.profile.leaf_m2[2..].iter().sum::<f64>();
     println!("leaf area in winter {found:.0} of {of_trees:.0} m²");
     assert!(found < 0.9 * of_trees, "{found} {of_trees}");
+}
+
+/// A corner of a map that is given as the region of the next one.
+#[test]
+fn a_region_in_the_coordinates_of_a_site_is_refused() {
+    let trails = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../examples/site/trails.geojson"
+    );
+    let recorder = recorder(&[
+        "site.origin_x_m=553220",
+        "site.origin_y_m=4450330",
+        &format!("site.trails.path={trails}"),
+    ]);
+    let region = [
+        DVec2::new(553_200.0, 4_450_320.0),
+        DVec2::new(553_240.0, 4_450_340.0),
+    ];
+    let out = Path::new("/nonexistent/nowhere");
+    let refused = recorder.write_inventory(region, &InventoryParams::default(), out);
+    let refused = refused.expect_err("refused").to_string();
+    assert!(
+        refused.ends_with("that would be -20,-10,20,10"),
+        "{refused}"
+    );
 }
 
 #[test]
