@@ -17,6 +17,7 @@ use rayon::prelude::*;
 pub use files::InventoryParams;
 
 use crate::export::Rectangle;
+use crate::plan::Runner;
 use crate::pool::in_pool;
 use crate::recording::scene::chunk_offset_m;
 use crate::world::object_reach::ObjectReach;
@@ -101,18 +102,7 @@ impl Recorder {
         let chunks = rectangle
             .grown(reach_m.max(PATCH_REACH_M))?
             .chunks(size_m)?;
-        let objects = runner.demand(self.forest().object_geometry);
-        let undergrowth = runner.demand(self.forest().undergrowth_geometry);
-        let litter = runner.demand(self.forest().litter_geometry);
-        let wanted = objects.wanted(&chunks).and(undergrowth.wanted(&chunks));
-        wanted.and(litter.wanted(&chunks)).compute()?;
-        let mut groups: Vec<(ChunkCoord, Arc<Group>)> = Vec::new();
-        let standing = chunks.iter().zip(objects.all(&chunks)?);
-        groups.extend(standing.map(|(&at, of)| (at, Arc::clone(&of.group))));
-        let growing = chunks.iter().zip(undergrowth.all(&chunks)?);
-        groups.extend(growing.filter_map(|(&at, of)| Some((at, Arc::clone(of.0.as_ref()?)))));
-        let lying = chunks.iter().zip(litter.all(&chunks)?);
-        groups.extend(lying.filter_map(|(&at, of)| Some((at, Arc::clone(of.0.as_ref()?)))));
+        let groups = self.groups_of(&runner, &chunks)?;
         let ground = self.ground_of(&runner, rectangle)?;
         let ground_m = |place_m: DVec2| ground.height_m(place_m);
         let around = ChunkCoord::containing(low_m, size_m);
@@ -131,22 +121,11 @@ impl Recorder {
         };
         let mut maps = in_pool(|| CanopyMaps::cast(&canopy, grid, rays));
 
-        let (mut leaf_per_silhouette, mut trees, mut deadwood) =
-            (HashMap::new(), Vec::new(), Vec::new());
-        let inside = |place_m: DVec2| place_m.cmpge(low_m).all() && place_m.cmplt(high_m).all();
-        for &chunk in &chunks {
-            for object in &runner.get(self.forest().objects, chunk)?.0 {
-                if let Some(species) = assets.species_of(object) {
-                    let factor = 1.0 / assets.silhouette_factors[species];
-                    leaf_per_silhouette.insert(object.object, factor);
-                }
-                trees.extend(assets.tree_record(object));
-                let lying = assets.deadwood_record(object);
-                deadwood.extend(lying.filter(|d| inside(d.position_m.truncate())));
-            }
-        }
-        trees.sort_by_key(|tree| tree.object);
-        deadwood.sort_by_key(|piece| piece.object);
+        let Known {
+            trees,
+            deadwood,
+            leaf_per_silhouette,
+        } = self.known_of(&runner, &chunks)?;
         let is_tree = |top| trees.binary_search_by_key(&top, |tree| tree.object).is_ok();
         for cell in maps.cells.iter_mut().filter(|cell| !is_tree(cell.top)) {
             cell.top = ObjectId::NONE;
@@ -161,25 +140,80 @@ impl Recorder {
             };
             leaves.profile(&groups, &grid, &empty)
         });
-        let foot = |tree: &TreeRecord| inside(tree.position_m.truncate());
-        let (trees, mut trees_outside): (Vec<_>, Vec<_>) = trees.into_iter().partition(foot);
-        trees_outside.retain(|tree| tops.contains(&tree.object));
+        let inside = |at_m: DVec3| {
+            let place_m = at_m.truncate();
+            place_m.cmpge(low_m).all() && place_m.cmplt(high_m).all()
+        };
+        let (trees, trees_outside): (Vec<_>, Vec<_>) =
+            trees.into_iter().partition(|tree| inside(tree.position_m));
+        let is_top = |tree: &TreeRecord| tops.contains(&tree.object);
         self.stay_near(rectangle.middle_m());
         Ok(Survey {
             trees,
-            trees_outside,
-            deadwood,
+            trees_outside: trees_outside.into_iter().filter(is_top).collect(),
+            deadwood: (deadwood.into_iter())
+                .filter(|piece| inside(piece.position_m))
+                .collect(),
             maps,
             profile,
         })
     }
+
+    /// All that grows and lies in chunks, each group with its chunk.
+    fn groups_of(
+        &self,
+        runner: &Runner<'_>,
+        chunks: &[ChunkCoord],
+    ) -> Result<Vec<(ChunkCoord, Arc<Group>)>, Error> {
+        let objects = runner.demand(self.forest().object_geometry);
+        let undergrowth = runner.demand(self.forest().undergrowth_geometry);
+        let litter = runner.demand(self.forest().litter_geometry);
+        let wanted = objects.wanted(chunks).and(undergrowth.wanted(chunks));
+        wanted.and(litter.wanted(chunks)).compute()?;
+        let mut groups = Vec::new();
+        let standing = chunks.iter().zip(objects.all(chunks)?);
+        groups.extend(standing.map(|(&at, of)| (at, Arc::clone(&of.group))));
+        let growing = chunks.iter().zip(undergrowth.all(chunks)?);
+        groups.extend(growing.filter_map(|(&at, of)| Some((at, Arc::clone(of.0.as_ref()?)))));
+        let lying = chunks.iter().zip(litter.all(chunks)?);
+        groups.extend(lying.filter_map(|(&at, of)| Some((at, Arc::clone(of.0.as_ref()?)))));
+        Ok(groups)
+    }
+
+    /// What is known of the objects of chunks.
+    fn known_of(&self, runner: &Runner<'_>, chunks: &[ChunkCoord]) -> Result<Known, Error> {
+        let assets = runner.get(self.forest().assets, ())?;
+        let mut known = Known::default();
+        for &chunk in chunks {
+            for object in &runner.get(self.forest().objects, chunk)?.0 {
+                if let Some(species) = assets.species_of(object) {
+                    let factor = 1.0 / assets.silhouette_factors[species];
+                    known.leaf_per_silhouette.insert(object.object, factor);
+                }
+                known.trees.extend(assets.tree_record(object));
+                known.deadwood.extend(assets.deadwood_record(object));
+            }
+        }
+        known.trees.sort_by_key(|tree| tree.object);
+        known.deadwood.sort_by_key(|piece| piece.object);
+        Ok(known)
+    }
+}
+
+/// What is known of objects, in order of their ids.
+#[derive(Default)]
+struct Known {
+    trees: Vec<TreeRecord>,
+    deadwood: Vec<DeadwoodRecord>,
+    /// Of trees, the leaf area that their drawn leaves or shoots stand for, over its silhouette.
+    leaf_per_silhouette: HashMap<ObjectId, f64>,
 }
 
 /// What the areas of leaves depend on.
 struct Leaves<'a> {
     size_m: f64,
     materials: &'a MaterialLibrary,
-    /// Of trees of species whose leaves hide each other, the leaf area over its silhouette.
+    /// As in [`Known`].
     leaf_per_silhouette: &'a HashMap<ObjectId, f64>,
     ground_m: &'a (dyn Fn(DVec2) -> f64 + Sync),
 }

@@ -312,7 +312,7 @@ fn more_samples_than_are_kept_are_refused_before_the_first_frame() {
     for (settings, told) in [
         (
             &of_file[..],
-            "imu.rate_hz = 100: must be at most 5.0 with 9 frames in 1000000 s",
+            "imu.rate_hz = 100: must be at most 4.9 with 9 frames in 1000000 s",
         ),
         (
             &of_drive[..],
