@@ -116,8 +116,8 @@ fn scene(seed: u64, size: f32) -> (Groups, Vec<Vec3>) {
     let mut rng = rng(seed, "fuzzed scene");
     let shapes: Vec<_> = (0..rng.between(1, 4))
         .map(|_| {
-            // Shapes of one scene differ in size by up to a million, too. The far end of a card at a
-            // corner is at three times this.
+            // Shapes of one scene differ in size by up to a million, too. The far end of a card at
+            // a corner is at three times this.
             let half = size * 10.0_f32.powf(rng.range_f32(-3.0, 3.0));
             let half = half.min(Prototype::FARTHEST_M / 4.0);
             let shape = Arc::new(shape(&mut rng, &library, half));
