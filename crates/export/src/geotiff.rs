@@ -38,6 +38,9 @@ pub enum RasterValues {
     Id(Vec<u32>),
 }
 
+/// The most cells of a map: offsets in the file have 32 bits.
+const MOST_CELLS: usize = 1 << 29;
+
 impl RasterMap {
     fn check(&self) -> Result<(), ParamError> {
         ParamError::check_positive("cell_m", self.cell_m)?;
@@ -50,8 +53,10 @@ impl RasterMap {
         let fits = most.contains(&self.columns)
             && most.contains(&self.rows)
             && self.columns * self.rows == found
+            && found <= MOST_CELLS
             && self.north_west_m.is_finite();
-        let allowed = "1 to 65535 by 1 to 65535, with a value each, at a finite place";
+        let allowed =
+            "1 to 65535 by 1 to 65535, at most 2^29, with a value each, at a finite place";
         ParamError::check(fits, "cells", sides, allowed)
     }
 }

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use crate::MapGrid;
 
 /// From this height above the ground on, what a vertical ray meets is canopy, metres.
-const CANOPY_FROM_M: f64 = 2.0;
+pub(crate) const CANOPY_FROM_M: f64 = 2.0;
 
 /// So many rays are cast in one call, but at least those of a cell.
 const BLOCK_RAYS: usize = 1 << 14;

@@ -5,6 +5,7 @@
 //! - [`StandMeasures`]: trees, basal area, diameters, heights and volume per hectare.
 //! - [`CanopyMaps`]: ground, surface and height of the canopy on a grid, its cover, and whose crown
 //!   is the top, by vertical rays.
+//! - [`PlotCanopy`]: cover and heights of the canopy in plots.
 //! - [`visible_crowns`]: those crowns as polygons.
 //! - [`AreaProfile`]: leaf and wood area by height above the ground.
 //! - [`stand_csv`], [`profile_csv`], [`crowns_geojson`] and [`stems_geojson`]: all of that as text.
@@ -42,6 +43,7 @@
 mod area_profile;
 mod canopy_maps;
 mod map_grid;
+mod plot_canopy;
 mod stand;
 mod tables;
 mod visible_crowns;
@@ -49,6 +51,7 @@ mod visible_crowns;
 pub use area_profile::{AreaProfile, ShapeAreas};
 pub use canopy_maps::{CanopyCell, CanopyMaps, CanopyScene, CellRays};
 pub use map_grid::MapGrid;
+pub use plot_canopy::PlotCanopy;
 pub use stand::{Plot, StandMeasures};
 pub use tables::{MapFrame, StandRow, crowns_geojson, profile_csv, stand_csv, stems_geojson};
 pub use visible_crowns::{CrownPolygon, VisibleCrown, visible_crowns};

@@ -120,7 +120,7 @@ pub fn crowns_geojson(crowns: &[VisibleCrown], trees: &[TreeRecord], frame: &Map
         let geometry = ("MultiPolygon", polygons.collect());
         Some(self::feature(&properties, geometry))
     };
-    frame.collection(crowns.iter().zip(1..).filter_map(feature).collect())
+    frame.collection(crowns.iter().zip(1..).filter_map(feature))
 }
 
 /// The feet of trees as points, with what is known of them.
@@ -130,7 +130,7 @@ pub fn stems_geojson(trees: &[TreeRecord], frame: &MapFrame) -> String {
         let place = frame.place(tree.position_m);
         feature(&properties(tree), ("Point", place[..].into()))
     };
-    frame.collection(trees.iter().map(feature).collect())
+    frame.collection(trees.iter().map(feature))
 }
 
 /// What is known of a tree. Its id is text, as many readers have no whole numbers of 64 bits.
@@ -163,13 +163,20 @@ impl MapFrame {
         place_m.to_array().map(|m| (m * 1e3).round() / 1e3)
     }
 
-    fn collection(&self, features: Vec<Value>) -> String {
-        let mut collection = json!({ "type": "FeatureCollection", "features": features });
+    /// The text of features, each of which is written as soon as it is made.
+    fn collection(&self, features: impl Iterator<Item = Value>) -> String {
+        let mut text = r#"{"type":"FeatureCollection","#.to_owned();
         if let Some(epsg) = self.epsg {
             let name = format!("urn:ogc:def:crs:EPSG::{epsg}");
-            collection["crs"] = json!({ "type": "name", "properties": { "name": name } });
+            let crs = json!({ "type": "name", "properties": { "name": name } });
+            text += &format!(r#""crs":{crs},"#);
         }
-        format!("{collection}\n")
+        text += r#""features":["#;
+        for (i, feature) in features.enumerate() {
+            let before = if i > 0 { ",\n" } else { "\n" };
+            text += &format!("{before}{feature}");
+        }
+        text + "\n]}\n"
     }
 }
 

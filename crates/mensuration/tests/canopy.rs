@@ -4,8 +4,8 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use nemoral_mensuration::{
-    AreaProfile, CanopyCell, CanopyMaps, CanopyScene, CellRays, MapFrame, MapGrid, ShapeAreas,
-    crowns_geojson, profile_csv, stems_geojson, visible_crowns,
+    AreaProfile, CanopyCell, CanopyMaps, CanopyScene, CellRays, MapFrame, MapGrid, PlotCanopy,
+    ShapeAreas, crowns_geojson, profile_csv, stems_geojson, visible_crowns,
 };
 use nemoral_scene::glam::{DVec2, DVec3, Mat3, Quat, Vec2, Vec3};
 use nemoral_scene::{
@@ -153,6 +153,39 @@ fn grids_are_whole_cells() {
             "{high} {cell_m}"
         );
     }
+}
+
+#[test]
+fn plots_have_the_cells_whose_middles_are_in_them() {
+    let cell = |height_m: f64, cover: f64| CanopyCell {
+        ground_m: 0.0,
+        surface_m: height_m,
+        height_m,
+        cover,
+        top: ObjectId::NONE,
+    };
+    let grid = MapGrid::of(DVec2::ZERO, DVec2::new(4.0, 2.0), 1.0).expect("whole");
+    let heights = [8.0, 1.0, 0.0, 0.0, 2.0, 4.0, 0.0, 0.0];
+    let cells = heights.map(|h| cell(h, if h >= 2.0 { 0.5 } else { 0.0 }));
+    let maps = CanopyMaps {
+        grid,
+        cells: cells.to_vec(),
+    };
+    let plots = MapGrid::of(DVec2::ZERO, DVec2::new(6.0, 2.0), 2.0).expect("whole");
+    let found = PlotCanopy::of_plots(&maps, &plots);
+    let wanted = PlotCanopy {
+        cover: 0.375,
+        cells: 0.75,
+        mean_m: 3.75,
+        percentiles_m: [2.0, 8.0],
+        highest_m: 8.0,
+    };
+    assert_eq!(found[0], Some(wanted));
+    assert_eq!(
+        found[1].map(|plot| (plot.cover, plot.highest_m)),
+        Some((0.0, 0.0))
+    );
+    assert_eq!(found[2], None);
 }
 
 /// The area of a polygon by the shoelace formula.

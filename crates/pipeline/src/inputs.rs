@@ -8,7 +8,9 @@ use std::sync::{Arc, OnceLock};
 
 use nemoral_dataset::input_path;
 use nemoral_files::{Folder, InnerPath};
-use nemoral_import::{ImportError, Model, ModelFiles, ModelKind};
+use nemoral_import::{
+    HeightMap, ImportError, Model, ModelFiles, ModelKind, TrailLines, read_trail_lines,
+};
 
 use crate::Error;
 use crate::config::{Config, ConfigError, ConfigErrors, InputPath, is_model, most_bytes};
@@ -24,11 +26,14 @@ pub struct InputFile {
     /// Whether the content is an archive of the file at the path and others.
     is_packed: bool,
     /// The model, by kind, when it was asked for.
-    models: Arc<[ReadOnce; KINDS.len()]>,
+    models: Arc<[ReadOnce<Model>; KINDS.len()]>,
+    /// The height map, if it is a GeoTIFF: that of a PNG depends on another file.
+    height_map: Arc<ReadOnce<HeightMap>>,
+    trail_lines: Arc<ReadOnce<TrailLines>>,
 }
 
-/// A model that is read when it is asked for first.
-type ReadOnce = OnceLock<Result<Arc<Model>, ImportError>>;
+/// What is read when it is asked for first.
+type ReadOnce<T> = OnceLock<Result<Arc<T>, ImportError>>;
 
 const KINDS: [ModelKind; 4] = [
     ModelKind::Tree,
@@ -45,6 +50,8 @@ impl InputFile {
             bytes: bytes.into(),
             is_packed: false,
             models: Arc::default(),
+            height_map: Arc::default(),
+            trail_lines: Arc::default(),
         }
     }
 
@@ -81,6 +88,24 @@ impl InputFile {
             Model::read(&files, kind).map(Arc::new)
         };
         self.models[index].get_or_init(read).clone()
+    }
+
+    /// The GeoTIFF that the file is, read when it is asked for first.
+    ///
+    /// # Errors
+    /// If it is none.
+    pub(crate) fn height_map(&self) -> Result<Arc<HeightMap>, ImportError> {
+        let read = || HeightMap::from_tiff(&self.bytes).map(Arc::new);
+        self.height_map.get_or_init(read).clone()
+    }
+
+    /// The trail lines that the file has, read when they are asked for first.
+    ///
+    /// # Errors
+    /// If it has none.
+    pub(crate) fn trail_lines(&self) -> Result<Arc<TrailLines>, ImportError> {
+        let read = || read_trail_lines(&self.bytes).map(Arc::new);
+        self.trail_lines.get_or_init(read).clone()
     }
 
     /// Its path, as the config has it.

@@ -2,11 +2,11 @@
 //! by closed forms: a slanted wall, and a plate in front of it.
 
 use std::ops::ControlFlow;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use nemoral_convert::{ConvertParams, Error, FormatName, Mode, convert_watched};
 use nemoral_dataset::{
-    BalanceRecord, BalanceTarget, CameraSpec, DatasetHeader, DepthFormat, Split, Watch,
+    BalanceRecord, BalanceTarget, CameraSpec, Dataset, DatasetHeader, DepthFormat, Split, Watch,
 };
 use nemoral_scene::glam::{DVec2, DVec3, Vec3};
 use nemoral_scene::{
@@ -118,9 +118,19 @@ fn on_an_edge(depth_m: &Image<f32>, at: DVec3) -> bool {
     high - low > 1.5
 }
 
-#[test]
-fn disparities_are_those_of_rays_and_so_are_occlusions() {
-    for format in [DepthFormat::Png16, DepthFormat::Npy] {
+/// A converted data set of two frames without flow.
+struct Pair {
+    _dir: tempfile::TempDir,
+    header: DatasetHeader,
+    dataset: Dataset,
+    out: PathBuf,
+}
+
+impl Pair {
+    fn new(
+        format: DepthFormat,
+        images: fn(&CameraSpec, u64) -> (Image<[u8; 3]>, TruthImages),
+    ) -> Self {
         let mut header = wide();
         header.sequences[0].depth_format = format;
         header.sequences[0].cameras[0].annotations.flow = false;
@@ -128,10 +138,32 @@ fn disparities_are_those_of_rays_and_so_are_occlusions() {
         let (source, out) = (dir.path().join("dataset"), dir.path().join("out"));
         let dataset = write_of(&source, &header, &[1, 2], images);
         run(&source, &out, FormatName::Kitti2015, Mode::Fresh).expect("converted");
-        let disparity =
-            |name: &str| samples(&out.join(format!("training/{name}/000000_10.png")), 1);
-        let [occ, noc] = ["disp_occ_0", "disp_noc_0"].map(disparity);
-        let [next_occ, next_noc] = ["disp_occ_1", "disp_noc_1"].map(disparity);
+        Self {
+            _dir: dir,
+            header,
+            dataset,
+            out,
+        }
+    }
+
+    fn disparity(&self, name: &str) -> Vec<u16> {
+        let path = format!("training/{name}/000000_10.png");
+        samples(&self.out.join(path), 1)
+    }
+}
+
+#[test]
+fn disparities_are_those_of_rays_and_so_are_occlusions() {
+    for format in [DepthFormat::Png16, DepthFormat::Npy] {
+        let pair = Pair::new(format, images);
+        let Pair {
+            header,
+            dataset,
+            out,
+            ..
+        } = &pair;
+        let [occ, noc] = ["disp_occ_0", "disp_noc_0"].map(|name| pair.disparity(name));
+        let [next_occ, next_noc] = ["disp_occ_1", "disp_noc_1"].map(|name| pair.disparity(name));
         let cameras = &header.sequences[0].cameras;
         let (left, right) = (&cameras[0], &cameras[1]);
         let reads = [0, 1].map(|f| dataset.read_frame(f).expect("a frame").cameras);
@@ -242,16 +274,14 @@ fn floor(camera: &CameraSpec, frame: u64) -> (Image<[u8; 3]>, TruthImages) {
 #[test]
 fn grazing_ground_is_hidden_by_nothing() {
     for format in [DepthFormat::Png16, DepthFormat::Npy] {
-        let mut header = wide();
-        header.sequences[0].depth_format = format;
-        header.sequences[0].cameras[0].annotations.flow = false;
-        let dir = tempfile::tempdir().expect("a folder");
-        let (source, out) = (dir.path().join("dataset"), dir.path().join("out"));
-        let dataset = write_of(&source, &header, &[1, 2], floor);
-        run(&source, &out, FormatName::Kitti2015, Mode::Fresh).expect("converted");
-        let disparity =
-            |name: &str| samples(&out.join(format!("training/{name}/000000_10.png")), 1);
-        let [noc, next_noc] = ["disp_noc_0", "disp_noc_1"].map(disparity);
+        let pair = Pair::new(format, floor);
+        let Pair {
+            header,
+            dataset,
+            out,
+            ..
+        } = &pair;
+        let [noc, next_noc] = ["disp_noc_0", "disp_noc_1"].map(|name| pair.disparity(name));
         let cameras = &header.sequences[0].cameras;
         let (left, right) = (&cameras[0], &cameras[1]);
         let depth_m = &dataset.read_frame(0).expect("a frame").cameras[0].depth_m;

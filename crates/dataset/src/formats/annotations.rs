@@ -7,6 +7,7 @@ use nemoral_scene::glam::{DQuat, DVec3, Vec2};
 use nemoral_scene::{Flow, Image, ObjectBox, ObjectId, ObjectKind, PixelBox};
 
 use crate::Error;
+use crate::limits::MAX_POSITION_M;
 
 /// KITTI's flow: 16 bits, pixels × 64 + 2¹⁵.
 const PER_PIXEL: f32 = 64.0;
@@ -138,7 +139,17 @@ fn decode_box(line: &str) -> Option<ObjectBox> {
         size_m: DVec3::new(real(17)?, real(18)?, real(19)?),
         camera_from_box: DQuat::from_xyzw(real(20)?, real(21)?, real(22)?, real(23)?).normalize(),
     };
-    let derived = whole_number(1)? == object.to_image_id()
+    let far = parsed
+        .centre_m
+        .abs()
+        .max_element()
+        .max(parsed.size_m.max_element());
+    let is_box = parsed.size_m.min_element() >= 0.0 && far <= MAX_POSITION_M;
+    let turn: [f64; 4] = [real(20)?, real(21)?, real(22)?, real(23)?];
+    let is_turn = (turn.iter().map(|x| x * x).sum::<f64>() - 1.0).abs() < 1e-3;
+    let derived = is_box
+        && is_turn
+        && whole_number(1)? == object.to_image_id()
         && (real(13)? - parsed.visible_fraction()).abs() < 1e-6;
     derived.then_some(parsed)
 }

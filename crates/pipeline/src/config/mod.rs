@@ -54,7 +54,7 @@ pub use sections::*;
 pub(crate) use sensors::sensor_name;
 pub use sequences::{SequenceConfig, Sequences};
 pub use site_files::SiteFiles;
-pub(crate) use site_inputs::{height_map, lines_m, posts, stems_of};
+pub(crate) use site_inputs::{extent_m, height_map, lines_m, posts, stems_of};
 pub(crate) use sky_image::sky_image;
 pub(crate) use validate::OBJECTS_OF_A_CHUNK_MAX;
 pub(crate) use words::cut;

@@ -1,9 +1,11 @@
 //! What the files of a site say: its trees, its ground and its trails.
 
+use std::sync::Arc;
+
 use nemoral_convert::Crs;
 use nemoral_dataset::SiteSpec;
 use nemoral_import::{
-    EPSG_CODES, HeightMap, ImportError, Sidecar, Stem, TrailLines, read_stem_map, read_trail_lines,
+    EPSG_CODES, HeightMap, ImportError, Sidecar, Stem, TrailLines, read_stem_map,
 };
 use nemoral_scene::glam::DVec2;
 use nemoral_terrain::HeightPosts;
@@ -25,11 +27,17 @@ pub(crate) fn stems_of(site: &Site, inputs: &InputFiles) -> Result<Option<Vec<St
 }
 
 /// The height map of a config; `None` without one.
-pub(crate) fn height_map(site: &Site, inputs: &InputFiles) -> Result<Option<HeightMap>, Error> {
+pub(crate) fn height_map(
+    site: &Site,
+    inputs: &InputFiles,
+) -> Result<Option<Arc<HeightMap>>, Error> {
     let Some(file) = inputs.get(&site.terrain.path) else {
         return Ok(None);
     };
-    let sidecar = if HeightMap::needs_sidecar(file.bytes()) {
+    if !HeightMap::needs_sidecar(file.bytes()) {
+        return file.height_map().map(Some).map_err(|e| wrong(file, &e));
+    }
+    let sidecar = {
         let sidecar = inputs.get(&site.terrain.sidecar).ok_or_else(|| {
             let path = file.path().display();
             Error::request(format!(
@@ -37,34 +45,31 @@ pub(crate) fn height_map(site: &Site, inputs: &InputFiles) -> Result<Option<Heig
                  high"
             ))
         })?;
-        Some(Sidecar::read(sidecar.bytes()).map_err(|e| wrong(sidecar, &e))?)
-    } else {
-        None
+        Sidecar::read(sidecar.bytes()).map_err(|e| wrong(sidecar, &e))?
     };
-    let map = HeightMap::read(file.bytes(), sidecar.as_ref()).map_err(|e| wrong(file, &e))?;
-    Ok(Some(map))
+    let map = HeightMap::from_png(file.bytes(), &sidecar).map_err(|e| wrong(file, &e))?;
+    Ok(Some(Arc::new(map)))
 }
 
 /// The posts of a height map in the world.
-pub(crate) fn posts(map: HeightMap, site: &Site) -> HeightPosts {
+pub(crate) fn posts(map: &HeightMap, site: &Site) -> HeightPosts {
     let origin_z_m = site.terrain.origin_z_m;
     HeightPosts {
         columns: map.columns,
         first_m: DVec2::new(map.west_m - site.origin_x_m, map.north_m - site.origin_y_m),
         spacing_m: map.spacing_m,
-        heights_m: (map.heights_m.into_iter())
-            .map(|h| (f64::from(h) - origin_z_m) as f32)
+        heights_m: (map.heights_m.iter())
+            .map(|&h| (f64::from(h) - origin_z_m) as f32)
             .collect(),
     }
 }
 
 /// The trail lines of a config; `None` without a file.
-fn trail_lines(site: &Site, inputs: &InputFiles) -> Result<Option<TrailLines>, Error> {
+fn trail_lines(site: &Site, inputs: &InputFiles) -> Result<Option<Arc<TrailLines>>, Error> {
     let Some(file) = inputs.get(&site.trails.path) else {
         return Ok(None);
     };
-    let trails = read_trail_lines(file.bytes()).map_err(|e| wrong(file, &e))?;
-    Ok(Some(trails))
+    file.trail_lines().map(Some).map_err(|e| wrong(file, &e))
 }
 
 /// The trail lines of a config in the world; none without a file.
@@ -74,8 +79,26 @@ pub(crate) fn lines_m(site: &Site, inputs: &InputFiles) -> Result<Vec<Vec<DVec2>
     };
     let place = |[x, y]: [f64; 2]| DVec2::new(x - site.origin_x_m, y - site.origin_y_m);
     let of_line =
-        |line: nemoral_import::TrailLine| line.vertices_m.into_iter().map(place).collect();
-    Ok(trails.lines.into_iter().map(of_line).collect())
+        |line: &nemoral_import::TrailLine| line.vertices_m.iter().copied().map(place).collect();
+    Ok(trails.lines.iter().map(of_line).collect())
+}
+
+/// The south-west and the north-east corner of all that a site's files have, in the world, metres;
+/// `None` without files.
+pub(crate) fn extent_m(site: &Site, inputs: &InputFiles) -> Result<Option<[DVec2; 2]>, Error> {
+    let origin_m = DVec2::new(site.origin_x_m, site.origin_y_m);
+    let mut places_m: Vec<DVec2> = lines_m(site, inputs)?.into_iter().flatten().collect();
+    for stem in stems_of(site, inputs)?.into_iter().flatten() {
+        places_m.push(DVec2::new(stem.x_m, stem.y_m) - origin_m);
+    }
+    if let Some(map) = height_map(site, inputs)? {
+        let corners = [(0, map.rows - 1), (map.columns - 1, 0)];
+        let place = |(column, row)| DVec2::from(map.post_m(column, row)) - origin_m;
+        places_m.extend(corners.map(place));
+    }
+    let corners = |[low, high]: [DVec2; 2], place: &DVec2| [low.min(*place), high.max(*place)];
+    let first = places_m.first().copied();
+    Ok(first.map(|first| places_m.iter().fold([first; 2], corners)))
 }
 
 impl Config {
@@ -93,8 +116,12 @@ impl Config {
             let message = format!("site.epsg = {}: must be 0, or {low} to {high}", site.epsg);
             return Err(Error::request(message));
         }
+        // A file may name a system of more than the map, of which the config says the map's part.
+        let known =
+            |code: &u16| asked.is_none() || Crs::of_epsg(*code).is_none_or(|crs| crs.wkt.is_some());
         let of_map = height_map(site, inputs)?.and_then(|map| map.epsg);
         let of_lines = trail_lines(site, inputs)?.and_then(|trails| trails.epsg);
+        let [of_map, of_lines] = [of_map, of_lines].map(|code| code.filter(known));
         let said = [
             ("the config", asked),
             (site.terrain.path.as_str(), of_map),
@@ -225,8 +252,14 @@ mod tests {
         );
         assert!(refused(&["site.epsg=2263"]).contains("in metres"));
         // A file that cannot be read is said once.
-        let text = refused(&[terrain, "site.trails.path=/nowhere.geojson"]);
-        assert!(!text.contains("site.epsg"), "{text}");
+        let broken = dir.path().join("broken.geojson");
+        nemoral_files::write(&broken, b"{").expect("written");
+        let text = refused(&[terrain, &format!("site.trails.path={}", broken.display())]);
+        assert_eq!(text.matches("broken.geojson").count(), 1, "{text}");
+        // A system of heights, too, of which the config says the map's part.
+        let compound = &of_lines("EPSG:5555");
+        assert!(refused(&[compound]).contains("EPSG:5555"));
+        assert_eq!(epsg(&[compound, "site.epsg=25832"]), Ok(Some(25_832)));
     }
 
     #[test]

@@ -7,6 +7,7 @@ use nemoral_scene::glam::{DVec2, Vec3};
 use nemoral_scene::{ChunkCoord, Instance, MaterialLibrary, Prototype};
 
 use crate::chunks::chunks_of;
+use crate::config::extent_m;
 use crate::plan::Runner;
 use crate::{Error, Recorder};
 
@@ -50,7 +51,41 @@ impl Rectangle {
     }
 }
 
+/// Nearer than this a site's origin tells no coordinates apart, metres.
+const LEAST_ORIGIN_M: f64 = 1000.0;
+
 impl Recorder {
+    /// A rectangle of the world, with area. One that is meant in the coordinates of a site's files
+    /// is refused: it does not touch the site, and without the site's origin it does.
+    pub(crate) fn rectangle(&self, low_m: DVec2, high_m: DVec2) -> Result<Rectangle, Error> {
+        let rectangle = Rectangle::new(low_m, high_m)?;
+        let sequence = self.sequence();
+        let site = &sequence.config.site;
+        let origin_m = DVec2::new(site.origin_x_m, site.origin_y_m);
+        if origin_m.length() < LEAST_ORIGIN_M {
+            return Ok(rectangle);
+        }
+        let Some([south_west_m, north_east_m]) = extent_m(site, &sequence.inputs)? else {
+            return Ok(rectangle);
+        };
+        let touches = |low_m: DVec2, high_m: DVec2| {
+            low_m.cmple(north_east_m).all() && high_m.cmpge(south_west_m).all()
+        };
+        if touches(low_m, high_m) || !touches(low_m - origin_m, high_m - origin_m) {
+            return Ok(rectangle);
+        }
+        let text = |corners: [DVec2; 2]| {
+            let numbers = corners.iter().flat_map(|corner| corner.to_array());
+            numbers.map(|m| m.to_string()).collect::<Vec<_>>().join(",")
+        };
+        Err(Error::request(format!(
+            "region = {}: must be in world coordinates, which are the site's without its origin, \
+             {origin_m} m: that would be {}",
+            text([low_m, high_m]),
+            text([low_m - origin_m, high_m - origin_m])
+        )))
+    }
+
     /// Everything in a rectangle, which touches these chunks.
     pub(super) fn region(
         &self,

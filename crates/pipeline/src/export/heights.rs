@@ -21,13 +21,16 @@ const MOST_POSTS: f64 = 1e8;
 /// The ground of a rectangle.
 #[derive(Debug)]
 pub(crate) struct RegionGround {
+    rectangle: Rectangle,
     size_m: f64,
     chunks: BTreeMap<ChunkCoord, Arc<ChunkGround>>,
 }
 
 impl RegionGround {
-    /// The ground at a place in the rectangle.
+    /// The ground at a place in the rectangle, or at the nearest one, as grids may end beyond the
+    /// border by a millionth of a cell.
     pub(crate) fn height_m(&self, place_m: DVec2) -> f64 {
+        let place_m = place_m.clamp(self.rectangle.low_m, self.rectangle.high_m);
         self.chunks[&ChunkCoord::containing(place_m, self.size_m)].height_m(place_m)
     }
 }
@@ -44,7 +47,11 @@ impl Recorder {
         for chunk in rectangle.chunks(size_m)? {
             chunks.insert(chunk, runner.get(self.forest().ground, chunk)?);
         }
-        Ok(RegionGround { size_m, chunks })
+        Ok(RegionGround {
+            rectangle,
+            size_m,
+            chunks,
+        })
     }
 
     /// The ground at the posts of a grid: of a region, from its south-west corner on; of a frame,
@@ -62,7 +69,7 @@ impl Recorder {
         }
         let chunks = &self.sequence().config.chunks;
         let rectangle = match area {
-            ExportArea::Region { low_m, high_m } => Rectangle::new(low_m, high_m)?,
+            ExportArea::Region { low_m, high_m } => self.rectangle(low_m, high_m)?,
             ExportArea::Frame(frame) => {
                 let middle_m = self.pose(frame)?.world_from_body().translation_m.truncate();
                 let radius_m = DVec2::splat(chunks.visible_radius_m);
@@ -86,8 +93,6 @@ impl Recorder {
         let row = |row: usize| -> Vec<f64> {
             let height = |column: usize| {
                 let place_m = south_west_m + DVec2::new(column as f64, row as f64) * spacing_m;
-                // The last post may be beyond the border by a millionth of a spacing.
-                let place_m = place_m.min(rectangle.high_m);
                 ground.height_m(place_m)
             };
             (0..columns).map(height).collect()

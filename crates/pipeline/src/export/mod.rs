@@ -51,7 +51,7 @@ impl Recorder {
                 Ok(scene)
             }
             ExportArea::Region { low_m, high_m } => {
-                let rectangle = Rectangle::new(low_m, high_m)?;
+                let rectangle = self.rectangle(low_m, high_m)?;
                 let chunks = rectangle.chunks(self.sequence().config.chunks.size_m)?;
                 self.prepare()?;
                 let scene = self.region(&self.runner(), rectangle, &chunks)?;

@@ -48,7 +48,7 @@ fn terrain_problem(config: &Config, inputs: &InputFiles) -> Option<String> {
         );
         return Some(message);
     }
-    let refused = posts(map, &config.site).validate(config.site.terrain.blend_m);
+    let refused = posts(&map, &config.site).validate(config.site.terrain.blend_m);
     refused.err().map(|e| e.to_string())
 }
 

@@ -16,7 +16,6 @@ use serde_json::json;
 
 use super::plots::plots_csv;
 use super::{Survey, SurveyParams};
-use crate::export::Rectangle;
 use crate::{Error, Recorder};
 
 /// How the trees of an inventory are counted.
@@ -45,7 +44,6 @@ impl InventoryParams {
     /// Checks the numbers for a rectangle, and gives the whole of it as a plot and the grid of its
     /// plots.
     fn check(&self, low_m: DVec2, high_m: DVec2) -> Result<(Plot, Option<MapGrid>), Error> {
-        Rectangle::new(low_m, high_m)?;
         let invalid = |e: ParamError| Error::request(e.to_string());
         let extent_m = high_m - low_m;
         let whole = Plot {
@@ -81,8 +79,7 @@ impl Recorder {
     /// site; those of `trees.csv` and `deadwood.csv` are the world's.
     ///
     /// # Errors
-    /// As [`Recorder::survey`]; if the rectangle is in the coordinates of a site's files, where the
-    /// world's are wanted, a parameter is out of its range, the folder has something in it,
+    /// As [`Recorder::survey`]; if a parameter is out of its range, the folder has something in it,
     /// a plot is not a whole part of the rectangle's sides, or a file cannot be written.
     pub fn write_inventory(
         &self,
@@ -90,9 +87,9 @@ impl Recorder {
         params: &InventoryParams,
         folder: &Path,
     ) -> Result<Survey, Error> {
+        self.rectangle(low_m, high_m)?;
         let (whole, plots) = params.check(low_m, high_m)?;
         let frame = self.map_frame()?;
-        check_is_world(low_m, high_m, &frame)?;
         check_folder(folder).map_err(|e| Error::request(e.to_string()))?;
         let survey = self.survey(low_m, high_m, &params.survey)?;
         let crowns = visible_crowns(&survey.maps);
@@ -126,6 +123,7 @@ impl Recorder {
             "region_m": [low_m.x, low_m.y, high_m.x, high_m.y],
             "origin_m": frame.origin_m.to_array(),
             "epsg": frame.epsg,
+            "has_measured_heights": !self.sequence().config.site.terrain.path.is_empty(),
             "cell_m": params.survey.cell_m,
             "rays_a_side": params.survey.rays_a_side,
             "layer_m": params.survey.layer_m,
@@ -155,27 +153,6 @@ impl Recorder {
             epsg: site.epsg,
         }))
     }
-}
-
-/// Refuses a rectangle in the coordinates of a site's files: it is farther from the world's origin
-/// than anything of a site, and near to it without the origin.
-fn check_is_world(low_m: DVec2, high_m: DVec2, frame: &MapFrame) -> Result<(), Error> {
-    const FAR_M: f64 = 20_000.0;
-    let origin_m = frame.origin_m.truncate();
-    let meant = [low_m - origin_m, high_m - origin_m];
-    if low_m.length() < FAR_M || meant[0].length() >= FAR_M {
-        return Ok(());
-    }
-    let text = |corners: [DVec2; 2]| {
-        let numbers = corners.iter().flat_map(|corner| corner.to_array());
-        numbers.map(|m| m.to_string()).collect::<Vec<_>>().join(",")
-    };
-    Err(Error::request(format!(
-        "region = {}: must be in world coordinates, which are the site's without its origin, \
-         {origin_m} m: that would be {}",
-        text([low_m, high_m]),
-        text(meant)
-    )))
 }
 
 /// The maps as files.

@@ -16,7 +16,6 @@ use rayon::prelude::*;
 
 pub use files::InventoryParams;
 
-use crate::export::Rectangle;
 use crate::plan::Runner;
 use crate::pool::in_pool;
 use crate::recording::scene::chunk_offset_m;
@@ -81,7 +80,7 @@ impl Recorder {
     /// Surveys a rectangle of the world, which must be whole cells.
     ///
     /// # Errors
-    /// If the rectangle has no area or touches more than [`Recorder::EXPORT_CHUNKS`] chunks with
+    /// If the rectangle has no area, is in the coordinates of a site's files, or touches more than [`Recorder::EXPORT_CHUNKS`] chunks with
     /// what reaches into it, a parameter is out of its range, or chunks cannot be made.
     pub fn survey(
         &self,
@@ -90,7 +89,7 @@ impl Recorder {
         params: &SurveyParams,
     ) -> Result<Survey, Error> {
         let invalid = |e: ParamError| Error::request(e.to_string());
-        let rectangle = Rectangle::new(low_m, high_m)?;
+        let rectangle = self.rectangle(low_m, high_m)?;
         let grid = MapGrid::of(low_m, high_m, params.cell_m).map_err(invalid)?;
         let rays = CellRays::a_side(params.rays_a_side).map_err(invalid)?;
         let empty = AreaProfile::new(params.layer_m, &grid).map_err(invalid)?;

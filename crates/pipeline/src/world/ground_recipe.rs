@@ -49,7 +49,7 @@ impl GroundRecipe {
         let map = height_map(site, inputs)?;
         let of_site = SiteGround {
             plot: Plot::new(site, inputs, self.dbh_mean_m, self.chunk_size_m)?,
-            posts: map.map(|map| (posts(map, site), site.terrain.blend_m)),
+            posts: map.map(|map| (posts(&map, site), site.terrain.blend_m)),
             lines_m: lines_m(site, inputs)?,
         };
         let tables = GroundTables {

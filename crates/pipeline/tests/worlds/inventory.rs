@@ -5,7 +5,7 @@ use std::path::Path;
 
 use nemoral_import::HeightMap;
 use nemoral_pipeline::config::Layers;
-use nemoral_pipeline::{Backend, InventoryParams, Recorder, Survey, SurveyParams};
+use nemoral_pipeline::{Backend, ExportArea, InventoryParams, Recorder, Survey, SurveyParams};
 use nemoral_realism::grown;
 use nemoral_scene::TreeRecord;
 use nemoral_scene::glam::DVec2;
@@ -276,6 +276,72 @@ fn ground_water_moss_and_stones_are_no_canopy() {
     assert!(found < 0.9 * of_trees, "{found} {of_trees}");
 }
 
+/// A site's maps lie where its files do.
+#[test]
+fn the_inventory_of_a_site_lies_on_its_map() {
+    let terrain = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../examples/site/terrain.tif"
+    );
+    let recorder = recorder(&[
+        "site.origin_x_m=553220",
+        "site.origin_y_m=4450330",
+        "site.terrain.origin_z_m=73",
+        &format!("site.terrain.path={terrain}"),
+    ]);
+    let (low_m, high_m) = (DVec2::new(-8.0, -6.0), DVec2::new(12.0, 14.0));
+    let dir = tempfile::tempdir().expect("a folder");
+    let out = dir.path().join("maps");
+    let params = InventoryParams {
+        survey: coarse(),
+        plot_m: Some(10.0),
+        ..InventoryParams::default()
+    };
+    let survey = recorder
+        .write_inventory([low_m, high_m], &params, &out)
+        .expect("an inventory");
+    let read = |name: &str| nemoral_files::read(&out.join(name), 1 << 24).expect(name);
+    let map = |name: &str| HeightMap::from_tiff(&read(name)).expect(name);
+    let [ground, surface, crowns] = ["dtm.tif", "dsm.tif", "crowns.tif"].map(map);
+    assert_eq!((ground.west_m, ground.north_m), (553_212.5, 4_450_343.5));
+    assert_eq!(
+        [&ground, &surface, &crowns].map(|map| map.epsg),
+        [Some(32_629); 3]
+    );
+    // The example's ground, which is measured, is 73 to 90 m high.
+    let cells = &survey.maps.cells;
+    let from_north = |of: &dyn Fn(usize) -> f64| survey.maps.grid.from_north(|n| of(n) as f32);
+    assert_eq!(ground.heights_m, from_north(&|n| cells[n].ground_m + 73.0));
+    assert_eq!(
+        surface.heights_m,
+        from_north(&|n| cells[n].surface_m + 73.0)
+    );
+    assert!(ground.heights_m.iter().all(|h| (73.0..95.0).contains(h)));
+    let text = |name: &str| String::from_utf8(read(name)).expect("text");
+    assert!(
+        text("plots.csv")
+            .lines()
+            .nth(1)
+            .expect("a plot")
+            .starts_with("553212,4450324,")
+    );
+    assert!(text("inventory.json").contains("\"epsg\": 32629"));
+    // Numbers of crowns are those of the polygons, cell by cell.
+    let json: serde_json::Value = serde_json::from_str(&text("crowns.geojson")).expect("JSON");
+    let features = json["features"].as_array().expect("features");
+    assert!(features.len() > 5);
+    for feature in features {
+        let properties = &feature["properties"];
+        let number = properties["crown"].as_u64().expect("a number") as f32;
+        let cells = crowns.heights_m.iter().filter(|n| **n == number).count();
+        assert_eq!(properties["visible_area_m2"], cells as f64);
+        let x = &feature["geometry"]["coordinates"][0][0][0][0];
+        assert!((553_212.0..=553_232.0).contains(&x.as_f64().expect("a number")));
+    }
+    let highest = crowns.heights_m.iter().copied().fold(0.0, f32::max);
+    assert_eq!(highest as usize, features.len());
+}
+
 /// A corner of a map that is given as the region of the next one.
 #[test]
 fn a_region_in_the_coordinates_of_a_site_is_refused() {
@@ -299,6 +365,17 @@ fn a_region_in_the_coordinates_of_a_site_is_refused() {
         refused.ends_with("that would be -20,-10,20,10"),
         "{refused}"
     );
+    // So do other commands, and a region elsewhere in the world is one.
+    let [low_m, high_m] = region;
+    let area = ExportArea::Region { low_m, high_m };
+    assert!(recorder.export_heights(area, 10.0).is_err());
+    assert!(recorder.survey(low_m, high_m, &coarse()).is_err());
+    let far = DVec2::new(553_220.0, 0.0);
+    let area = ExportArea::Region {
+        low_m: far,
+        high_m: far + 20.0,
+    };
+    recorder.export_heights(area, 10.0).expect("ground");
 }
 
 #[test]
