@@ -276,10 +276,7 @@ fn grazing_ground_is_hidden_by_nothing() {
     for format in [DepthFormat::Png16, DepthFormat::Npy] {
         let pair = Pair::new(format, floor);
         let Pair {
-            header,
-            dataset,
-            out,
-            ..
+            header, dataset, ..
         } = &pair;
         let [noc, next_noc] = ["disp_noc_0", "disp_noc_1"].map(|name| pair.disparity(name));
         let cameras = &header.sequences[0].cameras;

@@ -13,7 +13,7 @@ pub use tree::tree_scene;
 use crate::plan::Runner;
 use crate::prove::within_sequence;
 use crate::{Error, Recorder};
-pub(crate) use area::Rectangle;
+use area::Rectangle;
 
 /// Which part of a forest is exported.
 #[derive(Clone, Copy, Debug, PartialEq)]
