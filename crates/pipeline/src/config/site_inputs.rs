@@ -255,7 +255,7 @@ mod tests {
         let broken = dir.path().join("broken.geojson");
         nemoral_files::write(&broken, b"{").expect("written");
         let text = refused(&[terrain, &format!("site.trails.path={}", broken.display())]);
-        assert_eq!(text.matches("broken.geojson").count(), 1, "{text}");
+        assert_eq!(text.matches("is no GeoJSON").count(), 1, "{text}");
         // A system of heights, too, of which the config says the map's part.
         let compound = &of_lines("EPSG:5555");
         assert!(refused(&[compound]).contains("EPSG:5555"));
