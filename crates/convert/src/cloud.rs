@@ -37,8 +37,8 @@ pub struct LazTile {
 }
 
 /// Writes a cloud as LAS 1.4, compressed, with the dimensions that the format `laz` has; `gps_time`
-/// is seconds after the start of the sequence, `point_source_id` the number of the scan from 1
-/// (station k of one scanner is k + 1). Coordinates are those of the site, or of an invented world,
+/// is seconds after the start of the sequence, `point_source_id` the number from 1 of the flight
+/// line or, without lines, of the scan (station k of one scanner is k + 1). Coordinates are those of the site, or of an invented world,
 /// relative to a whole metre near the first point of a file.
 ///
 /// Each file appears when it is whole, after all points have been written.
@@ -134,8 +134,8 @@ impl Tile {
             recorded: &point.recorded,
             world_m: point.world_m,
             from_scanner_m: point.from_scanner_m,
-            // 0 stands for more scans than there are numbers.
-            source: u16::try_from(point.scan + 1).unwrap_or(0),
+            // 0 stands for more than there are numbers.
+            source: u16::try_from(point.line.unwrap_or(point.scan) + 1).unwrap_or(0),
             time_s: point.time_s,
             lidar: point.lidar,
             class,

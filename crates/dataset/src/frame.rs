@@ -81,6 +81,8 @@ pub struct Track {
     pub balance: Option<BalanceRecord>,
     /// Whether the body stands still at each of them, as a tripod does.
     pub stands: bool,
+    /// The first frames of flight lines, from 0 on; none if it is no flight along lines.
+    pub lines: Vec<u64>,
     /// What the inertial measurement unit measured, if the sequence has one.
     pub imu: Option<ImuTexts>,
 }

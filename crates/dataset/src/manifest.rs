@@ -52,6 +52,10 @@ pub struct TrackRecord {
     /// Whether the body stands still at each pose, as a tripod does; absent if it does not.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub stands: bool,
+    /// The first frames of flight lines, from 0 on, between which the body turns; absent if it is
+    /// no flight along lines.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub lines: Vec<u64>,
 }
 
 /// A frame that exists.
@@ -87,6 +91,13 @@ impl TrackRecord {
     #[must_use]
     pub fn world_from_frame0(&self) -> RigidTransform {
         kitti::from_rows(&self.world_from_frame0)
+    }
+
+    /// The number of the flight line that a frame is on, from 0; `None` if it is on none.
+    #[must_use]
+    pub fn line_of(&self, frame: u64) -> Option<u64> {
+        let after = self.lines.partition_point(|first| *first <= frame);
+        after.checked_sub(1).map(|line| line as u64)
     }
 }
 
@@ -244,6 +255,13 @@ impl TrackRecord {
         }
         if let Some(balance) = &self.balance {
             balance.validate(&field("balance"))?;
+        }
+        let are_in_order = self.lines.is_sorted_by(|a, b| a < b);
+        let end = self.lines.first().zip(self.lines.last());
+        if !are_in_order || end.is_some_and(|(first, last)| *first != 0 || *last >= self.length) {
+            let shown = format!("{} of them", self.lines.len());
+            let allowed = format!("rising from 0 to less than {}", self.length);
+            return Err(Error::invalid(field("lines"), shown, allowed));
         }
         validate_pose(&field("world_from_frame0"), &self.world_from_frame0)
     }

@@ -73,6 +73,7 @@ pub fn merge_watched(
                 times: part.read_text(&path(layout::TIMES))?,
                 balance: track.balance.clone(),
                 stands: track.stands,
+                lines: track.lines.clone(),
             };
             let imu = part.imu_records(track.sequence);
             let our_imu = measured.entry(track.sequence);

@@ -270,6 +270,7 @@ impl Writer {
             times: kitti::encode_times(&times),
             balance: track.balance.clone(),
             stands: track.stands,
+            lines: track.lines.clone(),
         };
         let trees = tables::tree_rows(world.trees)?;
         let objects = tables::object_rows(world.objects)?;
@@ -346,6 +347,7 @@ impl Writer {
             world_from_frame0: drive.world_from_frame0,
             balance: drive.balance.clone(),
             stands: drive.stands,
+            lines: drive.lines.clone(),
         };
         self.drives().insert(spec.number, (record, files));
         Ok(())
@@ -591,6 +593,7 @@ pub(crate) struct Drive {
     pub(crate) times: String,
     pub(crate) balance: Option<BalanceRecord>,
     pub(crate) stands: bool,
+    pub(crate) lines: Vec<u64>,
 }
 
 fn size<T>(image: &Image<T>) -> (usize, usize) {

@@ -83,6 +83,9 @@ pub(crate) fn track(
         poses,
         balance,
         stands: matches!(config.robot.path, RobotPath::Stations(_)),
+        lines: (trajectory.trajectory.lines().into_iter())
+            .filter(|first| *first < config.frames)
+            .collect(),
         imu: None,
     })
 }

@@ -398,6 +398,7 @@ impl ForestPlan {
             (
                 lidars.global(),
                 assets.global(),
+                ground_model.global(),
                 pose,
                 object_geometry.anywhere(),
                 undergrowth_geometry.anywhere(),

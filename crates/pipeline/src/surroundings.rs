@@ -4,10 +4,10 @@ use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, RigidTransform};
 use nemoral_trajectory::{Body, Stance};
 
+use crate::config::forward;
 use crate::plan::Runner;
 use crate::recording::scene::FrameScene;
 use crate::recording::visible_reach::VisibleReach;
-use crate::world::trajectory_recipe::forward;
 use crate::{Error, ForestPlan};
 
 impl ForestPlan {

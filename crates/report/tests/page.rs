@@ -82,6 +82,7 @@ fn write(out: &Path, frames: u64, of: u64) {
         poses,
         balance: None,
         stands: false,
+        lines: Vec::new(),
         imu: None,
     };
     let tables = WorldTables::default();

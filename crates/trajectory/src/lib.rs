@@ -5,6 +5,7 @@
 //! - [`Path::ThereAndBack`]: along a line, a trail for example, to its end and back, and so on.
 //! - [`Path::Wander`]: a smooth curve about a straight line, which keeps clear of obstacles.
 //! - [`Path::Straight`]: a straight line, which does not avoid anything.
+//! - [`Path::FlightLines`]: parallel lines above an area, as drones fly surveys.
 //! - [`Path::Stations`]: a grid of level stations, as in terrestrial scanning.
 //! - [`Path::Recording`]: poses from a file of TUM's or KITTI's format ([`read_poses`]).
 //!
@@ -27,6 +28,7 @@
 mod beside;
 mod body;
 mod error;
+mod flight_lines;
 mod line;
 mod pace;
 mod port;
@@ -34,12 +36,14 @@ mod pose_file;
 mod recording;
 mod spline;
 mod stations;
+mod sway;
 mod trajectory;
 mod wander;
 
 pub use beside::Beside;
 pub use body::{Body, PoseTrack};
 pub use error::Error;
+pub use flight_lines::{FlightLines, FlightLinesParams, Follow};
 pub use line::{Heading, ThereAndBack};
 pub use pace::Pace;
 pub use port::{Obstacle, Obstacles, Polyline};

@@ -1,17 +1,18 @@
 //! Cubic splines, and the integral of a smooth function.
 
 /// A uniform cubic B-spline: its curvature is continuous. Knot i lies at x = i, where the second to
-/// the last but two of the control values pull most; x is from 0 to N - 3.
+/// the last but two of the control values pull most; x is from 0 to their number less 3.
 #[derive(Clone, Debug)]
-pub(crate) struct CubicBSpline<const N: usize> {
-    /// The first is that of the knot before.
-    pub(crate) controls: [f64; N],
+pub(crate) struct CubicBSpline<C> {
+    /// At least four, of which the first is that of the knot before.
+    pub(crate) controls: C,
 }
 
-impl<const N: usize> CubicBSpline<N> {
+impl<C: AsRef<[f64]>> CubicBSpline<C> {
     fn span(&self, x: f64) -> ([f64; 4], f64) {
-        let i = (x.max(0.0) as usize).min(N - 4);
-        let controls = std::array::from_fn(|k| self.controls[i + k]);
+        let controls = self.controls.as_ref();
+        let i = (x.max(0.0) as usize).min(controls.len() - 4);
+        let controls = std::array::from_fn(|k| controls[i + k]);
         (controls, x - i as f64)
     }
 

@@ -3,7 +3,7 @@
 use nemoral_scene::glam::{DQuat, DVec2, DVec3};
 use nemoral_scene::{ParamError, RigidTransform, Surface};
 
-use crate::{Body, Obstacles, Pace, Recording, Stations, ThereAndBack, Wander};
+use crate::{Body, FlightLines, Obstacles, Pace, Recording, Stations, ThereAndBack, Wander};
 
 /// The path of a body on the map.
 #[derive(Debug)]
@@ -20,6 +20,8 @@ pub enum Path {
         /// Its direction, of length 1.
         forward: DVec2,
     },
+    /// Parallel lines above an area, in the air.
+    FlightLines(FlightLines),
     /// A grid of stations, one for each frame.
     Stations(Stations),
     /// Poses of a file, one for each frame.
@@ -32,7 +34,7 @@ pub enum Path {
 pub struct Trajectory {
     /// The path on the map.
     pub path: Path,
-    /// The speed and the interval of frames. A recording has times of its own.
+    /// The speed and the interval of frames. A recording and flight lines have their own.
     pub pace: Pace,
     /// The footprint of the body.
     pub body: Body,
@@ -109,7 +111,17 @@ impl Trajectory {
         match &self.path {
             Path::Recording(recording) => Some(recording.count()),
             Path::Stations(stations) => Some(stations.count()),
+            Path::FlightLines(lines) => Some(lines.count()),
             _ => None,
+        }
+    }
+
+    /// The first frames of flight lines, between which the body turns unseen; none on other paths.
+    #[must_use]
+    pub fn lines(&self) -> Vec<u64> {
+        match &self.path {
+            Path::FlightLines(lines) => lines.first_frames().collect(),
+            _ => Vec::new(),
         }
     }
 
@@ -121,6 +133,7 @@ impl Trajectory {
     pub fn time_s(&self, frame: u64) -> f64 {
         match &self.path {
             Path::Recording(recording) => recording.time_s(frame),
+            Path::FlightLines(lines) => lines.time_s(frame),
             _ => self.pace.time_s(frame),
         }
     }
@@ -142,6 +155,7 @@ impl Trajectory {
         let (position_m, forward) = match &self.path {
             Path::ThereAndBack(line) => line.at(s),
             Path::Wander(wander) => wander.at(s, obstacles)?,
+            Path::FlightLines(lines) => return Ok(Stance::Free(lines.pose(frame, offset_s))),
             Path::Straight { start_m, forward } => (*start_m + *forward * s, *forward),
             Path::Stations(stations) => {
                 return Ok(Stance::Level {

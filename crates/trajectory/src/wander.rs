@@ -56,7 +56,7 @@ type Memory<T> = Mutex<BTreeMap<i64, Arc<T>>>;
 /// The curve of a block.
 #[derive(Debug)]
 struct Course {
-    curve: CubicBSpline<{ BLOCK + 3 }>,
+    curve: CubicBSpline<[f64; BLOCK + 3]>,
     /// How long the curve is up to each knot, metres.
     lengths_m: [f64; BLOCK + 1],
 }
@@ -302,7 +302,7 @@ fn to_segment(point: DVec2, a: DVec2, b: DVec2) -> f64 {
 }
 
 impl Course {
-    fn new(curve: CubicBSpline<{ BLOCK + 3 }>) -> Self {
+    fn new(curve: CubicBSpline<[f64; BLOCK + 3]>) -> Self {
         let mut lengths_m = [0.0; BLOCK + 1];
         for knot in 0..BLOCK {
             lengths_m[knot + 1] = lengths_m[knot] + length_m(&curve, knot, 1.0);
@@ -327,12 +327,12 @@ impl Course {
 }
 
 /// The length of a curve from a knot to `t` of the way to the next, metres.
-fn length_m<const N: usize>(curve: &CubicBSpline<N>, knot: usize, t: f64) -> f64 {
+fn length_m<C: AsRef<[f64]>>(curve: &CubicBSpline<C>, knot: usize, t: f64) -> f64 {
     gauss_legendre(0.0, t, |t| speed_m(curve, knot as f64 + t))
 }
 
 /// The metres of a curve for each knot.
-fn speed_m<const N: usize>(curve: &CubicBSpline<N>, x: f64) -> f64 {
+fn speed_m<C: AsRef<[f64]>>(curve: &CubicBSpline<C>, x: f64) -> f64 {
     DVec2::new(KNOT_M, curve.slope(x)).length()
 }
 

@@ -90,6 +90,7 @@ pub fn write_shard(out: &Path, depth: DepthFormat, frames: Range<u64>) {
         poses,
         balance: None,
         stands: false,
+        lines: Vec::new(),
         imu: None,
     };
     writer.write_sequence(&track, &world).expect("a sequence");

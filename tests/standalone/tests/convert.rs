@@ -46,7 +46,7 @@ fn write(out: &Path) -> Result<(), Box<dyn Error>> {
         })?;
     }
     let poses = (0..3).map(|i| (i as f64, pose(i))).collect();
-    let track = Track { sequence: 0, poses, balance: None, stands: false, imu: None };
+    let track = Track { sequence: 0, poses, balance: None, stands: false, lines: vec![], imu: None };
     writer.write_sequence(&track, &WorldTables::default())?;
     writer.finish()?;
     Ok(())

@@ -234,6 +234,7 @@ pub(crate) struct Drive<'a> {
     /// How many chunks the sensors' is from the one that the body is in.
     pub(crate) chunks_away: i32,
     pub(crate) stands: bool,
+    pub(crate) lines: Vec<u64>,
     pub(crate) balance: Option<BalanceRecord>,
 }
 
@@ -245,6 +246,7 @@ impl<'a> Drive<'a> {
             later_s: 0.0,
             chunks_away: 0,
             stands: false,
+            lines: Vec::new(),
             balance: None,
         }
     }
@@ -338,6 +340,7 @@ fn write_drive(
         poses: (0..5).map(pose).collect(),
         balance: drive.balance.clone(),
         stands: drive.stands,
+        lines: drive.lines.clone(),
         imu: spec.imu.as_ref().map(imu_texts),
     };
     let objects = objects();

@@ -58,6 +58,8 @@ pub struct CloudPoint {
     /// The number of the scan among those of the sequence, from 0: all scans of a frame follow each
     /// other.
     pub scan: u64,
+    /// The number of the flight line, from 0; `None` if the scanner was not flown along lines.
+    pub line: Option<u64>,
     /// The frame's number in its sequence.
     pub frame: u64,
     /// The frame's time, seconds after the start of the sequence.
@@ -168,6 +170,8 @@ impl Cloud {
         let mut filled = HashSet::new();
         let mut count = 0;
         let mut is_anything_there = self.params.crop.is_none();
+        let mut tracks = self.dataset.manifest().tracks.iter();
+        let track = tracks.find(|track| track.sequence == self.number);
         let frames = self.dataset.frames();
         let frames = frames.iter().filter(|f| f.sequence == self.number);
         let total = frames.clone().count();
@@ -190,6 +194,7 @@ impl Cloud {
                         normal: world_from_lidar.transform_vector(point.normal.as_dvec3()),
                         from_scanner_m: world_from_lidar.transform_vector(position_m),
                         scan: record.index * self.spec().lidars.len() as u64 + i as u64,
+                        line: track.and_then(|track| track.line_of(record.index)),
                         frame: record.index,
                         time_s: record.time_s,
                         lidar: i as u8,

@@ -169,6 +169,14 @@ choices! {
         Lms1xx = "lms1xx",
     }
 
+    /// What a flight follows.
+    FlightFollow {
+        /// The ground, smoothly.
+        Ground = "ground",
+        /// A level above the highest ground of all lines.
+        Level = "level",
+    }
+
     /// The format of a file of poses.
     PathFormat {
         /// TUM: `t x y z qx qy qz qw` on each line.

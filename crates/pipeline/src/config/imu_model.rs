@@ -51,6 +51,7 @@ impl Config {
     pub(crate) fn motion_is_unknown(&self) -> Option<(&'static str, &'static str)> {
         match &self.robot.path {
             RobotPath::Stations(_) => Some(("robot.stations", "the robot stands still")),
+            RobotPath::Flight(_) => Some(("robot.flight", "turns between lines are not flown")),
             _ if self.balance.is_on() => {
                 Some(("balance.targets", "frames are chosen beside the path"))
             }

@@ -159,6 +159,9 @@ pub(super) fn resolve(
         said.into_iter().find_map(|s| s.place_of(path))
     };
     let (inputs, unreadable) = InputFiles::read_all(&config, known);
+    if config.frames == 0 {
+        config.frames = config.robot.places(&inputs).unwrap_or(0);
+    }
     let problems = if unreadable.is_empty() {
         config.problems(&inputs)
     } else {

@@ -15,6 +15,7 @@ mod load;
 mod models;
 mod mount;
 mod pages;
+mod path_model;
 mod presets;
 mod schema;
 mod sections;
@@ -35,8 +36,9 @@ mod words;
 pub(crate) use balance_targets::{BalanceTarget, Counts};
 pub(crate) use choices::VARIED_SURFACES;
 pub use choices::{
-    ExposureMode, LaconteSensor, Look, MeteringMode, ModelKind, PathFormat, RangeNoiseModel,
-    ReturnMode, SpinningHead, TerrainNoise, ToneChoice, VignettingModel, WhiteBalanceMode,
+    ExposureMode, FlightFollow, LaconteSensor, Look, MeteringMode, ModelKind, PathFormat,
+    RangeNoiseModel, ReturnMode, SpinningHead, TerrainNoise, ToneChoice, VignettingModel,
+    WhiteBalanceMode,
 };
 pub(crate) use devices::LIGHT_M_PER_NS;
 pub(crate) use dotted_keys::{is_model, most_bytes};
@@ -48,6 +50,7 @@ pub(crate) use light_model::sky_params;
 pub use load::Layers;
 pub(crate) use models::{LONGEST_LOG_M, SLACK};
 pub use pages::{annotated_toml, json_schema, reference_page};
+pub(crate) use path_model::forward;
 pub use presets::Preset;
 pub use schema::{Allowed, KeySpec, SectionSpec};
 pub use sections::*;

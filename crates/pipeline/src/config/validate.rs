@@ -440,6 +440,24 @@ impl Config {
             && file.path.is_empty()
         {
             out.refuse("robot.file.path", "\"\"", "name a file of poses");
+        } else if self.frames == 0 {
+            let must = "be at least 1, but with [robot.stations], [robot.flight] or the poses of \
+                        [robot.file], of which 0 is all";
+            out.refuse("frames", 0, must);
+        }
+        if let RobotPath::Flight(flight) = &r.path {
+            let visible_m = self.chunks.visible_radius_m;
+            if flight.height_m >= visible_m {
+                let must = format!("be less than chunks.visible_radius_m = {visible_m}");
+                out.refuse("robot.flight.height_m", flight.height_m, &must);
+            }
+            if r.rest_s > 0.0 {
+                let must = "be 0 with [robot.flight]: a drone is in motion on its lines";
+                out.refuse("robot.rest_s", r.rest_s, must);
+            }
+            if let Err(e) = r.flight_lines(flight).check() {
+                out.add("robot.flight", &format!(": {e}"));
+            }
         }
         let start_m = DVec2::new(r.start_x_m, r.start_y_m);
         let start = ChunkCoord::containing(start_m, self.chunks.size_m);

@@ -13,7 +13,6 @@ pub use tree::tree_scene;
 use crate::plan::Runner;
 use crate::prove::within_sequence;
 use crate::{Error, Recorder};
-use area::Rectangle;
 
 /// Which part of a forest is exported.
 #[derive(Clone, Copy, Debug, PartialEq)]

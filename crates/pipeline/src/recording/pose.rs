@@ -150,7 +150,7 @@ pub fn pictures_s(config: &Config) -> f64 {
 }
 
 /// The body's pose at the next frame, in this frame's scene, and how it moves then; `None` where
-/// the path ends.
+/// the path or a flight line ends.
 pub(crate) fn next_body(
     at: u64,
     trajectory: &RobotTrajectory,
@@ -158,7 +158,8 @@ pub(crate) fn next_body(
     origin_m: DVec3,
     pictures_s: f64,
 ) -> Result<Option<(RigidTransform, Twist)>, Error> {
-    if trajectory.frames().is_some_and(|frames| at + 1 >= frames) {
+    let ends = trajectory.frames().is_some_and(|frames| at + 1 >= frames);
+    if ends || trajectory.trajectory.lines().contains(&(at + 1)) {
         return Ok(None);
     }
     let mut body = trajectory.pose(at + 1, 0.0, surroundings)?;

@@ -22,7 +22,7 @@ const SPARE_RAD: f64 = 0.02;
 /// From this angle to the horizon on, a cone of directions is taken to go all around.
 const STEEP_RAD: f64 = 1.4;
 /// How much higher and lower than the middles of chunks the ground is elsewhere, metres, if it is
-/// asked which trees cast shadows.
+/// asked which trees cast shadows, and how far those see who look down.
 const SPARE_HEIGHT_M: f64 = 15.0;
 /// Points of a picture's border from which its cone of directions is found, a side.
 const BORDER_POINTS: u32 = 16;
@@ -35,16 +35,26 @@ struct Sector {
     sides: Option<[DVec2; 2]>,
     /// The radius, metres.
     reach_m: f64,
+    /// How far what is seen may be on the map, metres: `reach_m`, or less for who looks down.
+    seen_m: f64,
     /// The longest shadow, as a way on the map towards the sun. The disc is not moved by it, as
     /// nothing beyond the visible radius casts shadows.
     shadow_m: DVec2,
 }
 
 impl Sector {
-    /// What is seen from a place in a cone of directions of the world.
-    fn of_cone(origin_m: DVec3, cone: &DirectionCone, reach_m: f64) -> Self {
+    /// What is seen from a place in a cone of directions of the world, within a reach, above the
+    /// lowest ground.
+    fn of_cone(origin_m: DVec3, cone: &DirectionCone, (reach_m, lowest_m): (f64, f64)) -> Self {
         let axis = cone.axis;
         let half_rad = cone.half_angle_rad + SPARE_RAD;
+        // The directions furthest from straight down meet the lowest ground this far away.
+        let outermost_rad = libm::acos(-axis.z.clamp(-1.0, 1.0)) + half_rad;
+        let seen_m = if outermost_rad < STEEP_RAD {
+            libm::tan(outermost_rad) * (origin_m.z - lowest_m).max(0.0)
+        } else {
+            reach_m
+        };
         let steepest_rad = libm::asin(axis.z.clamp(-1.0, 1.0)).abs() + half_rad;
         let sides = (steepest_rad < STEEP_RAD).then(|| {
             // A circle on the sphere, seen from above, is this wide.
@@ -59,13 +69,15 @@ impl Sector {
             apex_m: origin_m.truncate(),
             sides,
             reach_m,
+            seen_m: seen_m.min(reach_m),
             shadow_m: DVec2::ZERO,
         }
     }
 
     /// Whether what belongs to a chunk, and reaches at most `spare_m` out of it, may come into it.
     fn includes(&self, chunk: ChunkCoord, chunk_size_m: f64, spare_m: f64) -> bool {
-        if chunk.distance_m(self.apex_m, chunk_size_m) > self.reach_m + spare_m {
+        let within_m = self.reach_m.min(self.seen_m + self.shadow_m.length());
+        if chunk.distance_m(self.apex_m, chunk_size_m) > within_m + spare_m {
             return false;
         }
         let Some(sides) = self.sides else {
@@ -103,25 +115,20 @@ impl SeenArea {
         reach: &VisibleReach,
     ) -> Self {
         let (size_m, radius_m) = (reach.chunk_size_m, reach.visible_radius_m);
-        let visible = ChunkCoord::within(pose.place().1, radius_m, size_m);
-        let heights_m = visible
-            .iter()
-            .map(|chunk| ground.natural_height_m(chunk.centre_m(size_m)));
-        let (low_m, high_m) = heights_m.fold((f64::MAX, f64::MIN), |(low, high), z| {
-            (low.min(z), high.max(z))
-        });
+        let (low_m, high_m) = heights_m(ground, pose, reach);
         let blockers_m = high_m - low_m + 2.0 * SPARE_HEIGHT_M + objects.up_m;
         let of_rig = |rig: &CameraRig| {
             let half_s = rig.shutter.duration_s() / 2.0;
             let body = |time_s| pose.world_from_body() * pose.motion.after(time_s);
             let poses = [-half_s, 0.0, half_s].map(body);
             let mount = &rig.body_from_camera;
-            let mut sectors = Self::swept(&poses, mount, &cone(&rig.intrinsics), radius_m);
+            let limits = (radius_m, low_m - SPARE_HEIGHT_M);
+            let mut sectors = Self::swept(&poses, mount, &cone(&rig.intrinsics), limits);
             let shadow_m = shadow(rig, blockers_m).filter(|_| !rig.looks_all_around);
             for sector in &mut sectors {
                 match shadow_m {
                     Some(shadow_m) => sector.shadow_m = shadow_m,
-                    None => sector.sides = None,
+                    None => (sector.sides, sector.seen_m) = (None, radius_m),
                 }
             }
             sectors
@@ -137,13 +144,14 @@ impl SeenArea {
     pub(crate) fn of_lidars(
         rigs: &[LidarRig],
         pose: &FramePose,
-        objects: ObjectReach,
+        (ground, objects): (&GroundModel, ObjectReach),
         reach: &VisibleReach,
     ) -> Self {
+        let lowest_m = heights_m(ground, pose, reach).0 - SPARE_HEIGHT_M;
         let of_rig = |rig: &LidarRig| {
-            let reach_m = f64::from(rig.scanner.params().max_range_m);
+            let limits = (f64::from(rig.scanner.params().max_range_m), lowest_m);
             let cone = rig.scanner.field_of_view();
-            Self::swept(pose.track.poses(), &rig.body_from_lidar, &cone, reach_m)
+            Self::swept(pose.track.poses(), &rig.body_from_lidar, &cone, limits)
         };
         Self {
             chunk_size_m: reach.chunk_size_m,
@@ -157,7 +165,7 @@ impl SeenArea {
         poses: &[RigidTransform],
         body_from_sensor: &RigidTransform,
         cone: &DirectionCone,
-        reach_m: f64,
+        limits: (f64, f64),
     ) -> Vec<Sector> {
         let sensor = |body: &RigidTransform| *body * *body_from_sensor;
         let axis = |body: &RigidTransform| sensor(body).transform_vector(cone.axis);
@@ -170,7 +178,7 @@ impl SeenArea {
                 axis: axis(body),
                 half_angle_rad,
             };
-            Sector::of_cone(sensor(body).translation_m, &cone, reach_m)
+            Sector::of_cone(sensor(body).translation_m, &cone, limits)
         };
         poses.iter().map(seen).collect()
     }
@@ -192,6 +200,16 @@ impl SeenArea {
             seen.includes(chunk, self.chunk_size_m, LIGHT_SPARE_M)
         })
     }
+}
+
+/// The lowest and the highest middle of a visible chunk, metres.
+fn heights_m(ground: &GroundModel, pose: &FramePose, reach: &VisibleReach) -> (f64, f64) {
+    let size_m = reach.chunk_size_m;
+    let visible = ChunkCoord::within(pose.place().1, reach.visible_radius_m, size_m);
+    let middles_m = (visible.iter()).map(|at| ground.natural_height_m(at.centre_m(size_m)));
+    middles_m.fold((f64::MAX, f64::MIN), |(low, high), z| {
+        (low.min(z), high.max(z))
+    })
 }
 
 /// The directions of a picture's pixels, in the optical frame.
@@ -235,21 +253,22 @@ mod tests {
             half_angle_rad in 0.05_f64..1.5,
             (turn, share) in (0.0_f64..6.3, 0.0_f64..=1.0),
             distance_m in 0.0..REACH_M,
+            lowest_m in -60.0_f64..12.0,
             (sun, length_m, cast) in (0.0_f64..6.3, 0.0_f64..200.0, 0.0_f64..=1.0),
             (spare_m, way) in (0.0_f64..300.0, 0.0_f64..6.3),
         ) {
             let place_m = DVec3::new(17.0, -240.0, 12.0);
             let turned = DQuat::from_rotation_z(yaw) * DQuat::from_rotation_y(pitch);
             let cone = DirectionCone { axis: turned * DVec3::X, half_angle_rad };
-            let mut sector = Sector::of_cone(place_m, &cone, REACH_M);
+            let mut sector = Sector::of_cone(place_m, &cone, (REACH_M, lowest_m));
             sector.shadow_m = DVec2::from_angle(sun) * length_m;
             let (around, aside) = (DQuat::from_rotation_x(turn), share * half_angle_rad);
             let ray = turned * around * DQuat::from_rotation_z(aside) * DVec3::X;
             let seen_m = place_m + ray * distance_m;
             let blocker_m = seen_m.truncate() + sector.shadow_m * cast;
             let reaching = DVec2::from_angle(way) * spare_m;
-            // What is beyond the reach casts no shadows.
-            if blocker_m.distance(place_m.truncate()) <= REACH_M {
+            // What is beyond the reach casts no shadows, and nothing is below the ground.
+            if seen_m.z >= lowest_m && blocker_m.distance(place_m.truncate()) <= REACH_M {
                 for at_m in [seen_m.truncate(), blocker_m] {
                     let chunk = ChunkCoord::containing(at_m + reaching, CHUNK_M);
                     prop_assert!(sector.includes(chunk, CHUNK_M, spare_m));
@@ -299,7 +318,7 @@ mod tests {
             let place_m = DVec3::new(25.0, 25.0, 1.0);
             let sector = Sector {
                 shadow_m,
-                ..Sector::of_cone(place_m, cone, REACH_M)
+                ..Sector::of_cone(place_m, cone, (REACH_M, -30.0))
             };
             let all = ChunkCoord::within(place_m.truncate(), REACH_M, CHUNK_M);
             let seen = all
@@ -316,5 +335,10 @@ mod tests {
         for cone in [cone(0.7, 1.0), cone(0.7, -1.0), DirectionCone::ALL] {
             assert_eq!(count(&cone, DVec2::ZERO), (all, all));
         }
+        // From straight down, 31 m below, what is 60 m away is not seen, but for its shadow.
+        let down = cone(0.7, -std::f64::consts::FRAC_PI_2);
+        let (near, _) = count(&down, DVec2::ZERO);
+        assert!((9..=13).contains(&near), "{near} of {all}");
+        assert!(count(&down, DVec2::X * 100.0).0 > near + 10);
     }
 }

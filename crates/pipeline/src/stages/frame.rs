@@ -163,6 +163,7 @@ impl Stage<Forest> for LidarSceneStage {
     type Inputs = (
         OfWorld<Vec<LidarRig>>,
         OfWorld<WorldAssets>,
+        OfWorld<GroundModel>,
         Node<u64, FramePose>,
         AnyChunk<ObjectGeometry>,
         AnyChunk<UndergrowthGeometry>,
@@ -180,9 +181,9 @@ impl Stage<Forest> for LidarSceneStage {
         &self,
         _: u64,
         _: Key,
-        (rigs, assets, pose, objects, undergrowth, litter): Values<'_, Self>,
+        (rigs, assets, ground, pose, objects, undergrowth, litter): Values<'_, Self>,
     ) -> Result<FrameScene, Error> {
-        let seen = SeenArea::of_lidars(&rigs, &pose, ObjectReach::of(&assets), &self.0);
+        let seen = SeenArea::of_lidars(&rigs, &pose, (&ground, ObjectReach::of(&assets)), &self.0);
         let geometry = (objects, undergrowth, litter);
         FrameScene::gather(&self.0, pose.place(), Some(&seen), geometry, None)
     }

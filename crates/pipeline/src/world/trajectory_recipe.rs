@@ -5,14 +5,14 @@ use std::sync::Arc;
 use nemoral_scene::glam::DVec2;
 use nemoral_seed::Key;
 use nemoral_trajectory::{
-    Body, Pace, Path, PoseFormat, Recording, Stations, ThereAndBack, Trajectory, Wander, read_poses,
+    Body, FlightLines, Path, Recording, Stations, ThereAndBack, Trajectory, Wander,
 };
 
 use super::ground::GroundModel;
 use super::trajectory::{RobotTrajectory, TrailLine};
-use crate::config::{self, ANY_WAY, Config, PathFormat, RobotPath, WAYS};
+use crate::config::{self, ANY_WAY, Config, RobotPath, WAYS};
 use crate::plan::{Encode, Encoder, Hasher};
-use crate::{Error, InputFile, InputFiles};
+use crate::{Error, InputFiles};
 
 /// How a config wants the robot to drive, and the files that it names.
 #[derive(Clone, Debug)]
@@ -38,8 +38,7 @@ impl TrajectoryRecipe {
     /// The trajectory on a ground.
     pub(crate) fn make(&self, ground: &GroundModel, world: Key) -> Result<RobotTrajectory, Error> {
         let r = &self.robot;
-        let start_m = DVec2::new(r.start_x_m, r.start_y_m);
-        let forward = forward(r.heading_deg);
+        let (start_m, forward) = (r.start_m(), r.forward());
         let wander = |amplitude_m: f64| {
             Path::Wander(Wander::new(
                 start_m,
@@ -88,8 +87,14 @@ impl TrajectoryRecipe {
                 distance_m: grid.distance_m,
                 clearance_m: r.clearance_m,
             }),
+            RobotPath::Flight(flight) => {
+                let above = |place_m: DVec2| ground.natural_height_m(place_m);
+                let lines = FlightLines::new(r.flight_lines(flight), above, world);
+                let refused = |e| Error::request(format!("robot.flight: {e}"));
+                Path::FlightLines(lines.map_err(refused)?)
+            }
             RobotPath::File(file) => {
-                let recording = self.recording(file)?;
+                let recording = r.recording(file, &self.inputs)?;
                 note = below_ground(&recording, ground);
                 Path::Recording(recording)
             }
@@ -97,7 +102,7 @@ impl TrajectoryRecipe {
         Ok(RobotTrajectory {
             trajectory: Trajectory {
                 path,
-                pace: self.pace(),
+                pace: r.pace(),
                 body: Body {
                     wheelbase_m: r.wheelbase_m,
                     track_m: r.track_m,
@@ -107,30 +112,6 @@ impl TrajectoryRecipe {
             has_water: ground.has_beds(),
             chunk_size_m: self.chunk_size_m,
         })
-    }
-
-    fn pace(&self) -> Pace {
-        Pace {
-            spacing_m: self.robot.spacing_m,
-            spacing_s: self.robot.spacing_s,
-            speed_m_s: self.robot.speed_m_s,
-            rest_s: self.robot.rest_s,
-        }
-    }
-
-    fn recording(&self, file: &config::PathFile) -> Result<Recording, Error> {
-        let origin = file.path.as_str();
-        let text = self
-            .inputs
-            .get(&file.path)
-            .map_or(Ok(""), InputFile::text)?;
-        let format = match file.format {
-            PathFormat::Tum => PoseFormat::Tum,
-            PathFormat::Kitti => PoseFormat::Kitti,
-        };
-        read_poses(text, origin, format)
-            .and_then(|poses| Recording::new(poses, self.pace().step_s(), file.on_ground, origin))
-            .map_err(|e| Error::request(e.to_string()))
     }
 }
 
@@ -154,12 +135,6 @@ fn below_ground(recording: &Recording, ground: &GroundModel) -> Option<String> {
         recording.count(),
         depth_m(first),
     ))
-}
-
-/// The direction on the map that is this far clockwise from north.
-pub(crate) fn forward(heading_deg: f64) -> DVec2 {
-    let (sin, cos) = libm::sincos(heading_deg.to_radians());
-    DVec2::new(sin, cos)
 }
 
 impl Encode for TrajectoryRecipe {

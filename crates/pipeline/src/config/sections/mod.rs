@@ -67,8 +67,8 @@ section! {
         /// How many sequences the data set has, each a drive through a world of its own. Sequence 0
         /// has the seed above, and the others' seeds are drawn from it.
         sequences: u32 = 1, Whole(1, 10_000), "one world";
-        /// How many frames each sequence has.
-        frames: u64 = 10, Whole(1, 10_000_000), "enough to look at, made in a minute";
+        /// How many frames each sequence has; 0 for all places of stations, flight lines or a file.
+        frames: u64 = 10, Whole(0, 10_000_000), "enough to look at, made in a minute";
     }
     plus {
         /// Splits.
@@ -261,6 +261,7 @@ pub const SECTIONS: &[SectionSpec] = &[
     PathWander::SPEC,
     PathStraight::SPEC,
     PathStations::SPEC,
+    PathFlight::SPEC,
     PathFile::SPEC,
     Imu::SPEC,
     Balance::SPEC,

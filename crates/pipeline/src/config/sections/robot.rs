@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::{DATA, PathTrail};
 use crate::config::schema::Allowed::{File, Flag, OneOf, Real, RealAbove, Whole};
 use crate::config::schema::{encode_variants, section};
-use crate::config::{InputPath, PathFormat};
+use crate::config::{FlightFollow, InputPath, PathFormat};
 
 section! {
     /// The robot: its path, and the interval of frames.
@@ -23,7 +23,7 @@ section! {
         start_x_m: f64 = 0.0, Real(-1e8, 1e8), "the origin";
         /// Start of the path, metres north.
         start_y_m: f64 = 0.0, Real(-1e8, 1e8), "the origin";
-        /// Heading of `straight` and of a wander, clockwise from north.
+        /// Heading of `straight`, of a wander and of the first flight line, clockwise from north.
         heading_deg: f64 = 45.0, Real(-360.0, 360.0), "north-east";
         /// Distance between axles, over which the body's pitch follows the ground.
         wheelbase_m: f64 = 0.8, Real(0.1, 10.0), "a small tracked robot";
@@ -52,6 +52,8 @@ pub enum RobotPath {
     Straight(PathStraight),
     /// A grid of fixed stations.
     Stations(PathStations),
+    /// Flight lines above an area.
+    Flight(PathFlight),
     /// Poses from a file.
     File(PathFile),
 }
@@ -61,6 +63,7 @@ encode_variants! { RobotPath
     Wander: "wander";
     Straight: "straight";
     Stations: "stations";
+    Flight: "flight";
     File: "file";
 }
 
@@ -93,6 +96,36 @@ section! {
         rows: u32 = 3, Whole(1, 1000), "a plot of 30 m";
         /// Distance between neighbouring stations.
         distance_m: f64 = 12.0, RealAbove(0.0, 1000.0), "10 to 15 m are usual";
+    }
+}
+
+section! {
+    /// Parallel flight lines above an area, as a drone surveys it, flown to and fro. The middle of
+    /// the area is the start, its length is along the heading. Frames are on the lines alone, one
+    /// after the other without gaps, and the robot's speed and interval of frames are those on the
+    /// lines. A scan that takes as long as a frame covers each line once.
+    PathFlight at "robot.flight", one of "the robot's path" {
+        /// Height above what is followed, where the sensors' mounts are measured from.
+        height_m: f64 = 60.0, RealAbove(0.0, 500.0), "drones: 40-120 m";
+        /// What the height is above: the highest ground near the drone, smoothly, or that of all
+        /// lines, as one level.
+        follow: FlightFollow = FlightFollow::Ground, OneOf(FlightFollow::WORDS), "our choice: \
+            terrain following";
+        /// Length of the area, along the lines.
+        length_m: f64 = 100.0, Real(1.0, 5000.0), "a hectare";
+        /// Width of the area, across the lines; 0 for a single line.
+        width_m: f64 = 100.0, Real(0.0, 5000.0), "a hectare";
+        /// How far lines go on beyond the area at both ends.
+        margin_m: f64 = 20.0, Real(0.0, 500.0), "our choice: the border is seen from all sides";
+        /// The greatest distance between neighbouring lines.
+        line_spacing_m: f64 = 20.0, Real(1.0, 1000.0), "CAMP3D; drones: 20-60 m";
+        /// Whether a second set of lines crosses the first at right angles.
+        crossed: bool = false, Flag, "CAMP3D crosses them";
+        /// Time for the turn from one line to the next, in which nothing is recorded.
+        turn_s: f64 = 40.0, Real(0.0, 3600.0), "lidR tells lines apart by gaps of 30 s";
+        /// Standard deviation of roll and pitch, at 0.1 to 2 Hz; that of the heading is twice as
+        /// large.
+        sway_deg: f64 = 1.0, Real(0.0, 10.0), "our choice: a multirotor in light wind";
     }
 }
 

@@ -1,0 +1,84 @@
+//! Turns the robot's table into the pace and the parameters of its path.
+
+use nemoral_scene::glam::DVec2;
+use nemoral_trajectory::{FlightLinesParams, Follow, Pace, PoseFormat, Recording, read_poses};
+
+use super::{FlightFollow, PathFile, PathFlight, PathFormat, Robot, RobotPath};
+use crate::{Error, InputFile, InputFiles};
+
+impl Robot {
+    /// Where the path starts on the map, metres.
+    pub(crate) fn start_m(&self) -> DVec2 {
+        DVec2::new(self.start_x_m, self.start_y_m)
+    }
+
+    /// The direction on the map of the heading, of length 1.
+    pub(crate) fn forward(&self) -> DVec2 {
+        forward(self.heading_deg)
+    }
+
+    pub(crate) fn pace(&self) -> Pace {
+        Pace {
+            spacing_m: self.spacing_m,
+            spacing_s: self.spacing_s,
+            speed_m_s: self.speed_m_s,
+            rest_s: self.rest_s,
+        }
+    }
+
+    /// The flight that a table asks for.
+    pub(crate) fn flight_lines(&self, flight: &PathFlight) -> FlightLinesParams {
+        FlightLinesParams {
+            middle_m: self.start_m(),
+            forward: self.forward(),
+            length_m: flight.length_m,
+            width_m: flight.width_m,
+            margin_m: flight.margin_m,
+            line_spacing_m: flight.line_spacing_m,
+            is_crossed: flight.crossed,
+            height_m: flight.height_m,
+            follow: match flight.follow {
+                FlightFollow::Ground => Follow::Ground,
+                FlightFollow::Level => Follow::Level,
+            },
+            speed_m_s: self.speed_m_s,
+            step_s: self.pace().step_s(),
+            turn_s: flight.turn_s,
+            sway_rad: flight.sway_deg.to_radians(),
+        }
+    }
+
+    /// The poses of a file.
+    pub(crate) fn recording(
+        &self,
+        file: &PathFile,
+        inputs: &InputFiles,
+    ) -> Result<Recording, Error> {
+        let origin = file.path.as_str();
+        let text = inputs.get(&file.path).map_or(Ok(""), InputFile::text)?;
+        let format = match file.format {
+            PathFormat::Tum => PoseFormat::Tum,
+            PathFormat::Kitti => PoseFormat::Kitti,
+        };
+        read_poses(text, origin, format)
+            .and_then(|poses| Recording::new(poses, self.pace().step_s(), file.on_ground, origin))
+            .map_err(|e| Error::request(e.to_string()))
+    }
+
+    /// The number of places of a path that ends; `None` for one that does not, and for a file that
+    /// is not poses, which is refused by its own name.
+    pub(super) fn places(&self, inputs: &InputFiles) -> Option<u64> {
+        match &self.path {
+            RobotPath::Stations(grid) => Some(u64::from(grid.columns) * u64::from(grid.rows)),
+            RobotPath::Flight(flight) => Some(self.flight_lines(flight).frames()),
+            RobotPath::File(file) => Some(self.recording(file, inputs).ok()?.count()),
+            RobotPath::Trail(_) | RobotPath::Wander(_) | RobotPath::Straight(_) => None,
+        }
+    }
+}
+
+/// The direction on the map that is this far clockwise from north.
+pub(crate) fn forward(heading_deg: f64) -> DVec2 {
+    let (sin, cos) = libm::sincos(heading_deg.to_radians());
+    DVec2::new(sin, cos)
+}

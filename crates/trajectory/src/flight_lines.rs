@@ -1,0 +1,514 @@
+//! Parallel lines above an area, along which drones and aircraft fly surveys.
+
+use nemoral_scene::glam::{DVec2, DVec3};
+use nemoral_scene::{ParamError, RigidTransform};
+use nemoral_seed::Key;
+
+use crate::spline::CubicBSpline;
+use crate::sway::Sway;
+
+/// Distance between knots of the height along a line, metres.
+const KNOT_M: f64 = 20.0;
+/// Distance between the places where the ground is looked at, metres, at most.
+const LOOK_M: f64 = 10.0;
+
+/// What a flight follows on its way.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Follow {
+    /// The ground, smoothly.
+    Ground,
+    /// A level above the highest ground of all lines.
+    Level,
+}
+
+/// Parameters of [`FlightLines`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FlightLinesParams {
+    /// The middle of the area on the map, metres.
+    pub middle_m: DVec2,
+    /// The direction of the first line, of any length above 0.
+    pub forward: DVec2,
+    /// The extent of the area along the lines, metres; above 0.
+    pub length_m: f64,
+    /// The extent of the area across the lines, metres; 0 for a single line.
+    pub width_m: f64,
+    /// How far lines reach beyond the area at both ends, metres.
+    pub margin_m: f64,
+    /// The greatest distance between neighbouring lines, metres; above 0.
+    pub line_spacing_m: f64,
+    /// Whether a second set of lines follows, at right angles to the first.
+    pub is_crossed: bool,
+    /// Height above what is followed, metres.
+    pub height_m: f64,
+    /// What the heights are above.
+    pub follow: Follow,
+    /// Speed, metres per second; above 0.
+    pub speed_m_s: f64,
+    /// The time of a frame, seconds; above 0. Frames follow each other without gaps on a line.
+    pub step_s: f64,
+    /// Time between the end of a line and the start of the next, seconds.
+    pub turn_s: f64,
+    /// The standard deviation of roll and pitch, radians. That of the heading is twice as large.
+    pub sway_rad: f64,
+}
+
+impl FlightLinesParams {
+    /// Checks the values.
+    ///
+    /// # Errors
+    /// If one is out of its range.
+    pub fn check(&self) -> Result<(), ParamError> {
+        let is_direction = self.forward.is_finite() && self.forward.length() > 0.0;
+        ParamError::check(
+            is_direction,
+            "forward",
+            self.forward,
+            "finite and longer than 0",
+        )?;
+        for (field, value) in [
+            ("length_m", self.length_m),
+            ("line_spacing_m", self.line_spacing_m),
+            ("speed_m_s", self.speed_m_s),
+            ("step_s", self.step_s),
+        ] {
+            ParamError::check_positive(field, value)?;
+        }
+        for (field, value) in [
+            ("width_m", self.width_m),
+            ("margin_m", self.margin_m),
+            ("height_m", self.height_m),
+            ("turn_s", self.turn_s),
+            ("sway_rad", self.sway_rad),
+        ] {
+            ParamError::check_at_least_zero(field, value)?;
+        }
+        let most = 1e7;
+        let frames = self.sets().map(|set| set.lines as f64 * set.frames as f64);
+        let frames = frames.sum::<f64>();
+        let allowed = "long enough for at most 10,000,000 frames";
+        ParamError::check(frames <= most, "step_s", self.step_s, allowed)
+    }
+
+    /// The number of frames of all lines.
+    #[must_use]
+    pub fn frames(&self) -> u64 {
+        self.sets().map(|set| set.lines * set.frames).sum()
+    }
+
+    /// The sets of parallel lines: one, or two that cross.
+    fn sets(&self) -> impl Iterator<Item = LineSet> {
+        let forward = self.forward.normalize_or(DVec2::X);
+        let set = |forward, length_m: f64, width_m: f64| {
+            let way_m = length_m + 2.0 * self.margin_m;
+            let frame_m = self.speed_m_s * self.step_s;
+            LineSet {
+                forward,
+                lines: enough(width_m / self.line_spacing_m) + 1,
+                // A line is not made longer for what is less than a millionth of a frame.
+                frames: enough(way_m / frame_m - 1e-6).max(1),
+            }
+        };
+        let first = set(forward, self.length_m, self.width_m);
+        // The second set begins where the first one ends.
+        let across = (self.is_crossed && self.width_m > 0.0)
+            .then(|| set(-forward.perp(), self.width_m, self.length_m));
+        std::iter::once(first).chain(across)
+    }
+}
+
+/// The whole number that is at least this much.
+fn enough(x: f64) -> u64 {
+    x.ceil().max(0.0) as u64
+}
+
+/// Parallel lines.
+#[derive(Clone, Copy, Debug)]
+struct LineSet {
+    forward: DVec2,
+    lines: u64,
+    frames: u64,
+}
+
+/// Flight lines, flown one after the other in alternating directions, as one mows a lawn.
+///
+/// Frames are on the lines alone: sensors are off in the turns between them. A frame's time is the
+/// middle of its stretch of a line, so that scans which take [`FlightLinesParams::step_s`] cover
+/// each line once, without gaps.
+///
+/// Following the ground, a line is a B-spline above the highest ground within a knot ahead, a knot
+/// behind, and half the lines' spacing to both sides, so that the height above the ground below is
+/// rarely less than asked for.
+#[derive(Clone, Debug)]
+pub struct FlightLines {
+    params: FlightLinesParams,
+    lines: Vec<Line>,
+    sway: Sway,
+}
+
+#[derive(Clone, Debug)]
+struct Line {
+    first_frame: u64,
+    /// The time at its first frame's start, seconds.
+    start_s: f64,
+    middle_m: DVec2,
+    forward: DVec2,
+    /// Half the length of its frames, metres.
+    half_m: f64,
+    /// Heights by knots, of which the second is at the line's start.
+    heights_m: CubicBSpline<Vec<f64>>,
+}
+
+impl FlightLines {
+    /// The lines above a ground, whose height at a place on the map, metres, `ground_m` tells.
+    ///
+    /// # Errors
+    /// As [`FlightLinesParams::check`].
+    pub fn new(
+        params: FlightLinesParams,
+        ground_m: impl Fn(DVec2) -> f64,
+        key: Key,
+    ) -> Result<Self, ParamError> {
+        params.check()?;
+        let mut lines: Vec<Line> = Vec::new();
+        let (mut first_frame, mut start_s) = (0, 0.0);
+        for set in params.sets() {
+            for i in 0..set.lines {
+                let back = i % 2 == 1;
+                let forward = if back { -set.forward } else { set.forward };
+                let place = i as f64 - (set.lines - 1) as f64 / 2.0;
+                let spacing_m = params.line_spacing_m;
+                let line = Line {
+                    first_frame,
+                    start_s,
+                    // From left to right of the first line's direction.
+                    middle_m: params.middle_m - set.forward.perp() * (place * spacing_m),
+                    forward,
+                    half_m: 0.5 * set.frames as f64 * params.step_s * params.speed_m_s,
+                    heights_m: CubicBSpline {
+                        controls: Vec::new(),
+                    },
+                };
+                let heights_m = line.highest_ground_m(spacing_m, &ground_m);
+                lines.push(Line { heights_m, ..line });
+                first_frame += set.frames;
+                start_s += set.frames as f64 * params.step_s + params.turn_s;
+            }
+        }
+        let grounds_m = lines.iter().flat_map(|line| &line.heights_m.controls);
+        let highest_m = grounds_m.copied().fold(f64::MIN, f64::max);
+        for z in lines
+            .iter_mut()
+            .flat_map(|line| &mut line.heights_m.controls)
+        {
+            let followed_m = match params.follow {
+                Follow::Ground => *z,
+                Follow::Level => highest_m,
+            };
+            *z = followed_m + params.height_m;
+        }
+        Ok(Self {
+            params,
+            lines,
+            sway: Sway::new(params.sway_rad, key),
+        })
+    }
+
+    /// The number of frames of all lines.
+    #[must_use]
+    pub fn count(&self) -> u64 {
+        self.params.frames()
+    }
+
+    /// The first frame of each line, in order.
+    pub fn first_frames(&self) -> impl Iterator<Item = u64> {
+        self.lines.iter().map(|line| line.first_frame)
+    }
+
+    /// A frame's time, seconds.
+    #[must_use]
+    pub fn time_s(&self, frame: u64) -> f64 {
+        let line = self.line_of(frame);
+        line.start_s + ((frame - line.first_frame) as f64 + 0.5) * self.params.step_s
+    }
+
+    /// The body's pose some time after a frame's; beyond the ends of its line it flies straight on.
+    #[must_use]
+    pub fn pose(&self, frame: u64, offset_s: f64) -> RigidTransform {
+        let line = self.line_of(frame);
+        let time_s = self.time_s(frame) + offset_s;
+        let along_m = (time_s - line.start_s) * self.params.speed_m_s;
+        let position_m = line.middle_m + line.forward * (along_m - line.half_m);
+        let [roll_rad, pitch_rad, yaw_rad] = self.sway.at(time_s);
+        RigidTransform::from_xyz_rpy(
+            DVec3::from((position_m, line.height_m(along_m))),
+            roll_rad,
+            pitch_rad,
+            line.forward.to_angle() + yaw_rad,
+        )
+    }
+
+    fn line_of(&self, frame: u64) -> &Line {
+        let after = self.lines.partition_point(|line| line.first_frame <= frame);
+        &self.lines[after.max(1) - 1]
+    }
+}
+
+impl Line {
+    /// The highest ground around each knot.
+    fn highest_ground_m(
+        &self,
+        spacing_m: f64,
+        ground_m: &impl Fn(DVec2) -> f64,
+    ) -> CubicBSpline<Vec<f64>> {
+        let spans = enough(2.0 * self.half_m / KNOT_M).max(1);
+        let looks = |reach_m: f64| {
+            let n = (reach_m / LOOK_M).ceil() as i32;
+            (-n..=n).map(move |i| reach_m * f64::from(i) / f64::from(n.max(1)))
+        };
+        let highest_m = |knot: u64| {
+            let along_m = (knot as f64 - 1.0) * KNOT_M - self.half_m;
+            let knot_m = self.middle_m + self.forward * along_m;
+            let around = looks(KNOT_M)
+                .flat_map(|ahead_m| looks(spacing_m / 2.0).map(move |aside_m| (ahead_m, aside_m)));
+            let heights_m = around.map(|(ahead_m, aside_m)| {
+                ground_m(knot_m + self.forward * ahead_m + self.forward.perp() * aside_m)
+            });
+            heights_m.fold(f64::MIN, f64::max)
+        };
+        CubicBSpline {
+            controls: (0..spans + 3).map(highest_m).collect(),
+        }
+    }
+
+    /// The height at a way along the line; beyond its ends as at them.
+    fn height_m(&self, along_m: f64) -> f64 {
+        let knots = (self.heights_m.controls.len() - 3) as f64;
+        self.heights_m.at((along_m / KNOT_M).clamp(0.0, knots))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::FRAC_PI_2;
+
+    use proptest::prelude::*;
+
+    use super::*;
+
+    const PLAN: FlightLinesParams = FlightLinesParams {
+        middle_m: DVec2::new(1000.0, -500.0),
+        forward: DVec2::Y,
+        length_m: 100.0,
+        width_m: 50.0,
+        margin_m: 20.0,
+        line_spacing_m: 20.0,
+        is_crossed: false,
+        height_m: 60.0,
+        follow: Follow::Ground,
+        speed_m_s: 5.0,
+        step_s: 1.0,
+        turn_s: 40.0,
+        sway_rad: 0.0,
+    };
+
+    fn level(_: DVec2) -> f64 {
+        7.0
+    }
+
+    fn hills(p: DVec2) -> f64 {
+        20.0 * (p.x / 60.0).sin() + 15.0 * (p.y / 45.0).cos()
+    }
+
+    fn lines(params: FlightLinesParams, ground_m: impl Fn(DVec2) -> f64) -> FlightLines {
+        FlightLines::new(params, ground_m, Key::world(7)).expect("in range")
+    }
+
+    #[test]
+    fn lines_are_flown_in_turn_without_gaps() {
+        let flight = lines(PLAN, level);
+        // 140 m are 28 frames of 5 m; 50 m are three spacings of at most 20 m.
+        assert_eq!(flight.count(), 4 * 28);
+        let firsts: Vec<u64> = flight.first_frames().collect();
+        assert_eq!(firsts, [0, 28, 56, 84]);
+        assert_eq!([0, 27, 28].map(|k| flight.time_s(k)), [0.5, 27.5, 68.5]);
+        let place = |frame, offset_s| flight.pose(frame, offset_s).translation_m;
+        // From the south-west to the north, and back 20 m east of it.
+        assert_eq!(place(0, -0.5), DVec3::new(970.0, -570.0, 67.0));
+        assert_eq!(place(27, 0.5), DVec3::new(970.0, -430.0, 67.0));
+        assert!(place(28, -0.5).distance(DVec3::new(990.0, -430.0, 67.0)) < 1e-9);
+        for k in (0..111).filter(|k| k % 28 != 27) {
+            assert!(place(k, 0.5).distance(place(k + 1, -0.5)) < 1e-9, "{k}");
+        }
+        let ahead = |frame| flight.pose(frame, 0.0).transform_vector(DVec3::X);
+        assert!(ahead(3).distance(DVec3::Y) < 1e-12);
+        assert!(ahead(30).distance(DVec3::NEG_Y) < 1e-12);
+        // Beyond the end it flies straight on.
+        assert_eq!(place(27, 2.5).y, -420.0);
+    }
+
+    #[test]
+    fn crossed_lines_are_at_right_angles_over_the_same_area() {
+        let crossed = FlightLinesParams {
+            is_crossed: true,
+            ..PLAN
+        };
+        let flight = lines(crossed, level);
+        // 100 m across are six lines of 50 m and two margins, 18 frames.
+        assert_eq!(flight.count(), 4 * 28 + 6 * 18);
+        assert_eq!(flight.first_frames().count(), 10);
+        let ahead = flight.pose(4 * 28, 0.0).transform_vector(DVec3::X);
+        assert!(ahead.distance(DVec3::X) < 1e-12);
+        let at: Vec<DVec3> = (112..220)
+            .map(|k| flight.pose(k, 0.0).translation_m)
+            .collect();
+        let (south, north) = (at.iter()).fold((0.0_f64, -1e4_f64), |(low, high), p| {
+            (low.min(p.y), high.max(p.y))
+        });
+        assert!((south + 550.0).abs() < 1e-9 && (north + 450.0).abs() < 1e-9);
+        let single = FlightLinesParams {
+            width_m: 0.0,
+            ..crossed
+        };
+        assert_eq!(single.frames(), 28);
+    }
+
+    #[test]
+    fn a_flight_follows_the_ground_or_a_level() {
+        let flight = lines(PLAN, hills);
+        let mut clearances = Vec::new();
+        for frame in 0..flight.count() {
+            for offset_s in [-0.4, 0.0, 0.4] {
+                let p = flight.pose(frame, offset_s).translation_m;
+                clearances.push(p.z - hills(p.truncate()));
+            }
+        }
+        let least = clearances.iter().copied().fold(f64::MAX, f64::min);
+        let most = clearances.iter().copied().fold(f64::MIN, f64::max);
+        assert!(least > 59.0 && most < 82.0, "{least} {most}");
+        // It climbs steadily.
+        let z = |t: f64| flight.pose(14, t).translation_m.z;
+        for i in -130..130 {
+            let t = f64::from(i) * 0.1;
+            let bend = z(t + 0.1) - 2.0 * z(t) + z(t - 0.1);
+            assert!(bend.abs() < 0.01, "at {t}: {bend}");
+        }
+
+        let above = FlightLinesParams {
+            follow: Follow::Level,
+            ..PLAN
+        };
+        let flight = lines(above, hills);
+        let heights: Vec<f64> = (0..flight.count())
+            .map(|k| flight.pose(k, 0.0).translation_m.z)
+            .collect();
+        assert!(heights.iter().all(|z| (z - heights[0]).abs() < 1e-9));
+        let below =
+            (-30..=30).flat_map(|x| (-70..=70).map(move |y| DVec2::new(x.into(), y.into())));
+        let highest_m = below.map(|p| hills(PLAN.middle_m + p)).fold(0.0, f64::max);
+        let above_m = heights[0] - 60.0 - highest_m;
+        assert!((0.0..5.0).contains(&above_m), "{above_m}");
+    }
+
+    #[test]
+    fn wrong_values_are_named() {
+        let nan = f64::NAN;
+        for (params, field) in [
+            (
+                FlightLinesParams {
+                    length_m: 0.0,
+                    ..PLAN
+                },
+                "length_m",
+            ),
+            (
+                FlightLinesParams {
+                    width_m: -1.0,
+                    ..PLAN
+                },
+                "width_m",
+            ),
+            (
+                FlightLinesParams {
+                    line_spacing_m: nan,
+                    ..PLAN
+                },
+                "line_spacing_m",
+            ),
+            (
+                FlightLinesParams {
+                    step_s: 0.0,
+                    ..PLAN
+                },
+                "step_s",
+            ),
+            (
+                FlightLinesParams {
+                    step_s: 1e-9,
+                    ..PLAN
+                },
+                "step_s",
+            ),
+            (
+                FlightLinesParams {
+                    forward: DVec2::ZERO,
+                    ..PLAN
+                },
+                "forward",
+            ),
+        ] {
+            let refused = FlightLines::new(params, level, Key::world(7));
+            assert_eq!(refused.expect_err("is refused").field, field);
+        }
+    }
+
+    #[test]
+    fn value_stability() {
+        let swaying = FlightLinesParams {
+            sway_rad: 0.02,
+            ..PLAN
+        };
+        let pose = lines(swaying, hills).pose(30, 0.2);
+        assert_eq!(
+            format!("{:?} {:?}", pose.translation_m, pose.rotation),
+            VALUES
+        );
+    }
+    const VALUES: &str = "DVec3(990.0, -443.5, 39.01461260748108) \
+        DQuat(-0.007656022601822046, -0.006523017279634632, -0.7115823219174835, \
+        0.7025307357674914)";
+
+    proptest! {
+        #[test]
+        fn every_place_of_the_area_is_near_a_line(
+            (length_m, width_m) in (1.0_f64..300.0, 0.0_f64..300.0),
+            (line_spacing_m, step_s) in (2.0_f64..60.0, 0.1_f64..8.0),
+            heading in -3.0_f64..3.0,
+            (x, y) in (-0.5_f64..=0.5, -0.5_f64..=0.5),
+        ) {
+            let forward = DVec2::from_angle(heading);
+            let params = FlightLinesParams {
+                length_m, width_m, line_spacing_m, step_s, forward, ..PLAN
+            };
+            let flight = lines(params, level);
+            let place = PLAN.middle_m + forward * (x * length_m) + forward.perp() * (y * width_m);
+            let distances = (0..flight.count()).map(|k| {
+                let at = flight.pose(k, 0.0).translation_m.truncate();
+                let to = place - at;
+                let aside = to.dot(forward.perp()).abs();
+                let ahead = to.dot(forward).abs();
+                if ahead <= 0.5 * step_s * PLAN.speed_m_s + 1e-9 { aside } else { f64::MAX }
+            });
+            let nearest_m = distances.fold(f64::MAX, f64::min);
+            prop_assert!(nearest_m <= line_spacing_m / 2.0 + 1e-9, "{nearest_m}");
+            // Times increase, by a turn between lines.
+            let firsts: Vec<u64> = flight.first_frames().collect();
+            for k in 1..flight.count() {
+                let step = flight.time_s(k) - flight.time_s(k - 1);
+                let turn = if firsts.contains(&k) { PLAN.turn_s } else { 0.0 };
+                prop_assert!((step - step_s - turn).abs() < 1e-6);
+            }
+            let yaw = flight.pose(0, 0.0).transform_vector(DVec3::X).truncate().to_angle();
+            prop_assert!((yaw - heading).abs() < FRAC_PI_2 * 1e-9);
+        }
+    }
+}
