@@ -37,10 +37,10 @@
 //! A [`ScanPattern`] is an endless sequence of pulses. The paper's three are [`RepeatingLines`],
 //! the circular non-repeating [`Mid40`] and the rectangular non-repeating [`HorizonLike`]. There
 //! are also [`Mid70`], [`Avia`], [`Spinning`] heads by their beam tables, a terrestrial scanner's
-//! [`Panorama`] and any [`CsvPattern`]; [`Device`] has the numbers of real scanners. A [`Scanner`]
-//! fires a stretch of a pattern, each pulse from where the sensor is at that moment, and makes
-//! [`LidarPoint`](nemoral_scene::LidarPoint)s with their truth (class, object, range, incidence) of
-//! what comes back.
+//! [`Panorama`], the [`ScanMirror`]s of airborne scanners and any [`CsvPattern`]; [`Device`] has
+//! the numbers of real scanners. A [`Scanner`] fires a stretch of a pattern, each pulse from where
+//! the sensor is at that moment, and makes [`LidarPoint`](nemoral_scene::LidarPoint)s with their
+//! truth (class, object, range, incidence) of what comes back.
 //!
 //! A pulse is a line to the nearest opaque texel, or a [`Beam`] of sub-rays whose hits are grouped
 //! into several [echoes](Returns), mixed pixels among them. A surface is Lambertian; that of a
@@ -70,6 +70,7 @@ mod pulse_errors;
 mod range_model;
 mod risley;
 mod scan;
+mod scan_mirror;
 mod scanner;
 mod spinning;
 
@@ -87,6 +88,7 @@ pub use pattern::{Pulse, ScanPattern};
 pub use pulse_errors::PulseErrors;
 pub use range_model::{ExactRange, RangeModel};
 pub use risley::{Avia, Mid40, Mid70};
+pub use scan_mirror::{MirrorMotion, ScanMirror, ScanMirrorParams};
 pub use scanner::{ScanRequest, Scanner};
 pub use spinning::{Laser, Spinning};
 

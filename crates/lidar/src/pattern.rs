@@ -47,6 +47,12 @@ pub trait ScanPattern: Send + Sync {
         let many = 1 << 20;
         many as f64 / self.pulse(many).time_s
     }
+
+    /// The longest pause between pulses, beyond their usual interval, seconds: so much later than
+    /// by the mean rate may the last pulse of a scan be fired. By default there is none.
+    fn pause_s(&self) -> f64 {
+        0.0
+    }
 }
 
 impl<F: Fn(u64) -> Pulse + Send + Sync> ScanPattern for F {
@@ -66,16 +72,21 @@ pub(crate) fn sloped(azimuth_rad: f64, (sin_el, cos_el): (f64, f64)) -> DVec3 {
     DVec3::new(cos_el * cos_az, cos_el * sin_az, sin_el)
 }
 
-/// Sine and cosine after `ticks` of a rotor that makes `turns` turns in `per` ticks.
+/// The part of a turn, 0..1, after `ticks` of a rotor that makes `turns` turns in `per` ticks.
 ///
 /// Whole turns are removed in integers, so the phase is as exact after a year as in the first
 /// second.
-pub(crate) fn rotor(ticks: u64, turns: u64, per: u64, phase_rad: f64) -> (f64, f64) {
+pub(crate) fn turned(ticks: u64, turns: u64, per: u64) -> f64 {
     let rest = match ticks.checked_mul(turns) {
         Some(all) => all % per,
         None => (u128::from(ticks) * u128::from(turns) % u128::from(per)) as u64,
     };
-    libm::sincos(std::f64::consts::TAU * (rest as f64 / per as f64) + phase_rad)
+    rest as f64 / per as f64
+}
+
+/// Sine and cosine of that part of a turn, after a phase.
+pub(crate) fn rotor(ticks: u64, turns: u64, per: u64, phase_rad: f64) -> (f64, f64) {
+    libm::sincos(std::f64::consts::TAU * turned(ticks, turns, per) + phase_rad)
 }
 
 /// The pulses from `first` on of lasers that fire together, `lasers` at each shot: `shot` computes

@@ -36,7 +36,7 @@ pub struct ScanRequest<'a> {
     /// The library that made the hits' [`MaterialId`](nemoral_scene::MaterialId)s.
     pub materials: &'a MaterialLibrary,
     /// The LiDAR's pose in the scene at a time in seconds relative to the frame's. The scan is
-    /// centred on the frame's time, so it asks for times from −duration/2 to +duration/2. Its
+    /// centred on the frame's time, so it asks for times within [`Scanner::half_scan_s`] of it. Its
     /// rotation is a unit quaternion, which is asserted in debug builds.
     pub scene_from_lidar_at: &'a (dyn Fn(f64) -> RigidTransform + Sync),
     /// How the receiver measures ranges.
@@ -125,6 +125,13 @@ impl Scanner {
     #[must_use]
     pub fn duration_s(&self) -> f64 {
         f64::from(self.params.pulses_per_scan) / self.rate_hz
+    }
+
+    /// How long before and after a frame's time a scan may fire, seconds: half its duration, and a
+    /// [pause](ScanPattern::pause_s), in which a scan ends that begins in the middle of a line.
+    #[must_use]
+    pub fn half_scan_s(&self) -> f64 {
+        self.duration_s() / 2.0 + self.pattern.pause_s()
     }
 
     /// The number of the first pulse of the scan at a frame time, seconds after the first frame

@@ -9,6 +9,7 @@ use nemoral_lidar::{
     Avia, CsvPattern, CsvPatternError, Device, Laser, Panorama, PanoramaParams, Pulse, ScanPattern,
     Scanner, Spinning,
 };
+use nemoral_scene::glam::DVec3;
 
 #[test]
 fn every_device_scans_within_its_field_of_view() {
@@ -27,7 +28,13 @@ fn every_device_scans_within_its_field_of_view() {
         );
         let sheet = device.sheet();
         let [mut left, mut right, mut low, mut high] = [0.0_f64; 4];
-        for pulse in scanner.pulses(0) {
+        let looks_down = scanner.field_of_view().axis == DVec3::NEG_Z;
+        assert_eq!(looks_down, device == Device::Vux1Uav);
+        for mut pulse in scanner.pulses(0) {
+            if looks_down {
+                let d = pulse.direction;
+                pulse.direction = DVec3::new(-d.z, d.y, d.x);
+            }
             let (az, el) = azimuth_elevation_deg(&pulse);
             (left, right) = (left.max(az), right.min(az));
             (low, high) = (low.min(el), high.max(el));
@@ -40,6 +47,23 @@ fn every_device_scans_within_its_field_of_view() {
         assert!(sheet.reference_range_m < params.max_range_m.into());
     }
     assert_eq!(Device::from_name("mid41"), None);
+}
+
+/// A tenth of a second of a scanner for drones: ten lines of a quarter of a turn, and the Avia's
+/// pulses.
+#[test]
+fn scanners_for_drones_have_their_pulses() {
+    let (vux, l1) = (Device::Vux1Uav, Device::L1);
+    assert_eq!(vux.params().pulses_per_scan, 13_750);
+    assert_eq!(l1.params().pulses_per_scan, 24_000);
+    let pulses = vux.pattern().pulses(0, 13_751);
+    assert!((pulses[13_750].time_s - 0.1).abs() < 1e-15);
+    assert_eq!(pulses[13_750].direction, pulses[0].direction);
+    // 0.5 mrad to 1/e² are 2 σ to each side, of which the width at half maximum has 2.3548.
+    let fwhm_rad = vux.params().beam.horizontal_fwhm_rad;
+    assert!((fwhm_rad * 4.0 / 2.354_820 / 0.5e-3 - 1.0).abs() < 5e-3);
+    let avia = Device::Avia.pattern();
+    assert_eq!(l1.pattern().pulses(7, 100), avia.pulses(7, 100));
 }
 
 /// What HELIOS++'s prisms reach: 70.6 by 77.1 degrees.

@@ -3,7 +3,7 @@
 use crate::config::{Camera, CameraOptics, Config};
 use crate::imu::refuse_too_many;
 use crate::plan::Runner;
-use crate::recording::pose::half_scan_s;
+use crate::recording::pose::scan_s;
 use crate::world::trajectory::RobotTrajectory;
 use crate::{Error, ForestPlan};
 
@@ -40,11 +40,7 @@ pub(crate) fn prove(
         .map(str::to_owned)
         .into_iter()
         .chain(trajectory.frames().and_then(|f| frames_note(config, f)))
-        .chain(overlap_note(
-            &trajectory,
-            config.frames,
-            2.0 * half_scan_s(&lidars),
-        ))
+        .chain(overlap_note(&trajectory, config.frames, scan_s(&lidars)))
         .chain(stocking_note(config))
         .chain(
             config

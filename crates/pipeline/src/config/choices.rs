@@ -161,6 +161,22 @@ choices! {
         SignalToNoise = "snr",
     }
 
+    /// How an airborne scanner's mirror moves the beam.
+    MirrorKind {
+        /// One facet that turns about the direction of flight.
+        Rotating = "rotating",
+        /// Several facets that turn.
+        Polygon = "polygon",
+        /// A mirror that swings like a sine.
+        Sine = "sine",
+        /// A mirror that swings at a constant rate.
+        Triangle = "triangle",
+        /// A Palmer scanner.
+        Cone = "cone",
+        /// A mirror that wobbles.
+        Nutating = "nutating",
+    }
+
     /// Whose bias the Laconte model has.
     LaconteSensor {
         /// Velodyne HDL-32E.

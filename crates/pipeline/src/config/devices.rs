@@ -4,8 +4,8 @@ use nemoral_lidar::{Device, ScannerParams, Wavelength};
 use toml::{Table, Value};
 
 use super::{
-    Lidar, LidarAvia, LidarBeam, LidarErrors, LidarHorizon, LidarMid40, LidarMid70, LidarPanorama,
-    LidarPattern, LidarSpinning, Noise, RangeNoiseModel, SpinningHead,
+    Lidar, LidarAvia, LidarBeam, LidarErrors, LidarHorizon, LidarMid40, LidarMid70, LidarMirror,
+    LidarPanorama, LidarPattern, LidarSpinning, Noise, RangeNoiseModel, SpinningHead,
 };
 
 /// The keys that a device sets in a LiDAR's table, over the preset and under everything that a user
@@ -60,7 +60,7 @@ fn lidar(device: Device) -> Lidar {
         pattern: match device {
             Device::Mid40 => LidarPattern::Mid40(LidarMid40::default()),
             Device::Mid70 => LidarPattern::Mid70(LidarMid70::default()),
-            Device::Avia => LidarPattern::Avia(LidarAvia::default()),
+            Device::Avia | Device::L1 => LidarPattern::Avia(LidarAvia::default()),
             Device::Vlp16 => head(SpinningHead::Vlp16),
             Device::Hdl64e => head(SpinningHead::Hdl64e),
             Device::Os0 => ouster(128, 90.0),
@@ -72,6 +72,7 @@ fn lidar(device: Device) -> Lidar {
                 high_deg: 60.0,
                 rate_hz: 1e5,
             }),
+            Device::Vux1Uav => LidarPattern::Mirror(LidarMirror::default()),
             Device::HorizonLike => LidarPattern::Horizon(LidarHorizon::default()),
             device => unreachable!("{} has no pattern here", device.name()),
         },
@@ -140,6 +141,23 @@ mod tests {
                 device.name()
             );
         }
+    }
+
+    #[test]
+    fn layers_of_drones_have_their_sheets_numbers() {
+        let vux = lidar(Device::Vux1Uav);
+        assert_eq!((vux.pulses, vux.wavelength_nm), (13_750, 1550));
+        assert_eq!((vux.beam.horizontal_deg, vux.beam.pulse_ns), (0.0169, 4.0));
+        assert_eq!(
+            (vux.noise.reference_range_m, vux.noise.floor_m),
+            (170.0, 0.005)
+        );
+        let l1 = lidar(Device::L1);
+        assert_eq!((l1.pulses, l1.wavelength_nm), (24_000, 905));
+        assert_eq!(
+            (l1.noise.reference_range_m, l1.noise.floor_m),
+            (190.0, 0.02)
+        );
     }
 
     #[test]

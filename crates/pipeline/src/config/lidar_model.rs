@@ -3,9 +3,9 @@
 use std::f64::consts::TAU;
 
 use nemoral_lidar::{
-    AirLayer, AirParams, Avia, Beam, CsvPattern, HorizonLike, Mid40, Mid70, Panorama,
-    PanoramaParams, PulseErrors, RepeatingLines, RepeatingLinesParams, Returns, ScanPattern,
-    ScannerParams, Spinning, Wavelength,
+    AirLayer, AirParams, Avia, Beam, CsvPattern, HorizonLike, Mid40, Mid70, MirrorMotion, Panorama,
+    PanoramaParams, PulseErrors, RepeatingLines, RepeatingLinesParams, Returns, ScanMirror,
+    ScanMirrorParams, ScanPattern, ScannerParams, Spinning, Wavelength,
 };
 use nemoral_lidar_noise::{
     IncidenceLawParams, LaconteDevice, LaconteForm, LinearSigmaParams, RangeEquationParams,
@@ -15,8 +15,8 @@ use nemoral_scene::{RigidTransform, extinction_per_m};
 
 use super::mount::mount;
 use super::{
-    LIGHT_M_PER_NS, LaconteSensor, Lidar, LidarPattern, RangeNoiseModel, ReturnMode, SpinningHead,
-    Weather,
+    LIGHT_M_PER_NS, LaconteSensor, Lidar, LidarMirror, LidarPattern, MirrorKind, RangeNoiseModel,
+    ReturnMode, SpinningHead, Weather,
 };
 use crate::{Error, InputFile, InputFiles};
 
@@ -94,6 +94,7 @@ impl Lidar {
                 };
                 Box::new(Panorama::new(params).map_err(refused)?)
             }
+            LidarPattern::Mirror(m) => Box::new(ScanMirror::new(m.params()).map_err(refused)?),
             LidarPattern::Table(table) => {
                 let file = inputs.get(&table.path);
                 let pattern = CsvPattern::from_csv(file.map_or(&[][..], InputFile::bytes));
@@ -224,6 +225,25 @@ impl Lidar {
                     at_threshold_m: n.at_threshold_m,
                 },
             },
+        }
+    }
+}
+
+impl LidarMirror {
+    /// The parameters of the pattern.
+    pub(crate) fn params(&self) -> ScanMirrorParams {
+        ScanMirrorParams {
+            motion: match self.kind {
+                MirrorKind::Rotating => MirrorMotion::Rotating,
+                MirrorKind::Polygon => MirrorMotion::Polygon { duty: self.duty },
+                MirrorKind::Sine => MirrorMotion::Sine,
+                MirrorKind::Triangle => MirrorMotion::Triangle,
+                MirrorKind::Cone => MirrorMotion::Cone,
+                MirrorKind::Nutating => MirrorMotion::Nutating,
+            },
+            rate_hz: self.rate_hz,
+            lines_hz: self.lines_hz,
+            half_angle_rad: self.half_angle_deg.to_radians(),
         }
     }
 }

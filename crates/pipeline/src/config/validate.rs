@@ -1,14 +1,15 @@
 //! Combinations of keys that are impossible, though each value alone is allowed.
 
 use nemoral_assets::Species;
+use nemoral_lidar::ScanMirror;
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, ObjectId};
 
 use super::sensors::RESERVED;
 use super::way_model::{TRACK, trail_params};
 use super::{
-    Config, Lidar, LidarPattern, ModelKind, PathTrail, RobotPath, SunPosition, TerrainNoise, WAYS,
-    lines_m, sky_image,
+    Config, Lidar, LidarMirror, LidarPattern, MirrorKind, ModelKind, PathTrail, RobotPath,
+    SunPosition, TerrainNoise, WAYS, lines_m, sky_image,
 };
 use crate::world::outcrops::{least_soil_effect, most_rocks};
 use crate::{Error, InputFiles, site};
@@ -523,6 +524,7 @@ fn lidar_problems(path: &str, lidar: &Lidar, out: &mut Problems) {
             (&key("panorama.low_deg"), p.low_deg),
             (&key("panorama.high_deg"), p.high_deg),
         ),
+        LidarPattern::Mirror(m) => mirror_problems(&key("mirror"), m, out),
         LidarPattern::Table(table) if table.path.is_empty() => {
             out.refuse(&key("table.path"), "\"\"", "name a CSV file of pulses");
         }
@@ -539,6 +541,20 @@ fn lidar_problems(path: &str, lidar: &Lidar, out: &mut Problems) {
     if lidar.min_range_m >= lidar.max_range_m {
         let must = format!("be below {path}.max_range_m = {}", lidar.max_range_m);
         out.refuse(&key("min_range_m"), lidar.min_range_m, &must);
+    }
+}
+
+fn mirror_problems(path: &str, mirror: &LidarMirror, out: &mut Problems) {
+    let key = |name: &str| format!("{path}.{name}");
+    if mirror.kind != MirrorKind::Rotating && mirror.half_angle_deg > 90.0 {
+        let must = format!("be at most 90 with {path}.kind = {:?}", mirror.kind.word());
+        out.refuse(&key("half_angle_deg"), mirror.half_angle_deg, &must);
+    } else if ScanMirror::new(mirror.params()).is_err_and(|e| e.field == "lines_hz") {
+        let must = format!(
+            "be so few that each has a pulse of {path}.rate_hz = {}",
+            mirror.rate_hz
+        );
+        out.refuse(&key("lines_hz"), mirror.lines_hz, &must);
     }
 }
 

@@ -109,10 +109,16 @@ impl FramePose {
     }
 }
 
-/// Half the duration of the longest scan, seconds.
-pub(crate) fn half_scan_s(lidars: &[LidarRig]) -> f64 {
+/// The duration of the longest scan, seconds.
+pub(crate) fn scan_s(lidars: &[LidarRig]) -> f64 {
     let durations = lidars.iter().map(|l| l.scanner.duration_s());
-    durations.fold(0.0, f64::max) / 2.0
+    durations.fold(0.0, f64::max)
+}
+
+/// How long before and after a frame's time a scan may fire, seconds.
+pub(crate) fn half_scan_s(lidars: &[LidarRig]) -> f64 {
+    let halves = lidars.iter().map(|l| l.scanner.half_scan_s());
+    halves.fold(0.0, f64::max)
 }
 
 /// How the body moves around a frame's time, over the duration of pictures; still if that is 0.

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::DATA;
 use crate::config::schema::Allowed::{File, OneOf, Real, RealAbove, Whole};
 use crate::config::schema::{encode_variants, section};
-use crate::config::{InputPath, SpinningHead};
+use crate::config::{InputPath, MirrorKind, SpinningHead};
 
 /// The scan pattern.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
@@ -26,6 +26,8 @@ pub enum LidarPattern {
     Spinning(LidarSpinning),
     /// A terrestrial scanner's turn.
     Panorama(LidarPanorama),
+    /// An airborne scanner's mirror.
+    Mirror(LidarMirror),
     /// From a file.
     Table(LidarTable),
 }
@@ -38,6 +40,7 @@ encode_variants! { LidarPattern
     Avia: "avia";
     Spinning: "spinning";
     Panorama: "panorama";
+    Mirror: "mirror";
     Table: "table";
 }
 
@@ -110,6 +113,28 @@ section! {
         high_deg: f64 = 90.0, Real(-90.0, 90.0), "the zenith";
         /// Pulses per second.
         rate_hz: f64 = 2e6, RealAbove(0.0, 1e8), "phase-shift scanners";
+    }
+}
+
+section! {
+    /// The mirror of an airborne scanner, which looks down by itself from a level mount: it moves
+    /// the beam across the flight. Pulses that cannot be measured are not counted in
+    /// `lidar.pulses`.
+    LidarMirror at "lidar.mirror", one of "the scan pattern" {
+        /// One facet that turns about the direction of flight, several facets, a mirror that swings
+        /// like a sine or at a constant rate, a cone around straight down, or a mirror that wobbles
+        /// and draws nearly an ellipse, whose width along the flight is 0.7 of that across.
+        kind: MirrorKind = MirrorKind::Rotating, OneOf(MirrorKind::WORDS),
+            "HELIOS++ (Winiwarter et al. 2022): VUX-1UAV; nutating: VQ-840-G";
+        /// Pulses fired per second, measured or not.
+        rate_hz: u32 = 550_000, Whole(1, 10_000_000), "VUX-1UAV, at its fastest";
+        /// Lines per second: facets that pass, swings there and back, or turns; at most `rate_hz`.
+        lines_hz: u32 = 100, Whole(1, 1000), "VUX-1UAV: 10 to 200";
+        /// The greatest angle to straight down at which pulses are measured: at most 180 for
+        /// `rotating`, 90 for the others.
+        half_angle_deg: f64 = 45.0, RealAbove(0.0, 180.0), "common in surveys; a VUX-1UAV has 165";
+        /// The part of a facet's sweep in which pulses of a `polygon` are measured.
+        duty: f64 = 0.6667, RealAbove(0.0, 1.0), "VQ-1560i: 1.33 of 2 million";
     }
 }
 

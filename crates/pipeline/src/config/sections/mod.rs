@@ -250,6 +250,7 @@ pub const SECTIONS: &[SectionSpec] = &[
     LidarAvia::SPEC,
     LidarSpinning::SPEC,
     LidarPanorama::SPEC,
+    LidarMirror::SPEC,
     LidarTable::SPEC,
     LidarBeam::SPEC,
     LidarAir::SPEC,
