@@ -36,9 +36,9 @@ mod words;
 pub(crate) use balance_targets::{BalanceTarget, Counts};
 pub(crate) use choices::VARIED_SURFACES;
 pub use choices::{
-    ExposureMode, FlightFollow, LaconteSensor, Look, MeteringMode, ModelKind, PathFormat,
-    RangeNoiseModel, ReturnMode, SpinningHead, TerrainNoise, ToneChoice, VignettingModel,
-    WhiteBalanceMode,
+    ExposureMode, FlightFollow, LaconteSensor, Look, MeteringMode, MirrorKind, ModelKind,
+    PathFormat, RangeNoiseModel, ReturnMode, SpinningHead, TerrainNoise, ToneChoice,
+    VignettingModel, WhiteBalanceMode,
 };
 pub(crate) use devices::LIGHT_M_PER_NS;
 pub(crate) use dotted_keys::{is_model, most_bytes};

@@ -170,6 +170,15 @@ fn impossible_combinations_are_refused_where_they_stand() {
         ),
         ("[lidar]\nwavelength_nm = 1000", "must be 905 or 1550"),
         (
+            "[lidar.mirror]\nkind = \"sine\"\nhalf_angle_deg = 91",
+            "lidar.mirror.half_angle_deg = 91: must be at most 90 with lidar.mirror.kind = \"sine\"",
+        ),
+        (
+            "[lidar.mirror]\nrate_hz = 190",
+            "lidar.mirror.lines_hz = 100: must be so few that each has a pulse of \
+             lidar.mirror.rate_hz = 190",
+        ),
+        (
             "[robot]\nstart_x_m = 1e8\n[chunks]\nsize_m = 20\nvisible_radius_m = 100\n\
              undergrowth_radius_m = 50",
             "ids reach",
