@@ -23,7 +23,7 @@
 //! its y axis to the left; its origin is on the ground between its wheels.
 //!
 //! # Non-goals
-//! Dynamics, control, slip, and planning towards a goal.
+//! Dynamics, control, slip, the turns between flight lines, and planning towards a goal.
 
 mod beside;
 mod body;

@@ -73,13 +73,30 @@ fn frames_are_those_of_all_that_is_around() {
     ];
     let seen = compare(&store, &night);
     assert!(seen[0] < seen[2], "{seen:?}");
-    // What sees all around, or straight down, needs everything.
+    // What sees all around, or up, needs everything.
     let near = "chunks.visible_radius_m=60";
     let [_, seen, all] = compare(&store, &[near, "lidar.device=vlp16"]);
     assert_eq!(seen, all);
     for setting in ["camera.mount_pitch_deg=-80", "camera.flow=true"] {
         let [seen, _, all] = compare(&store, &[near, setting]);
         assert_eq!(seen, all, "{setting}");
+    }
+}
+
+#[test]
+fn who_looks_down_sees_as_far_as_the_ground() {
+    let store = Store::unlimited().with_cache(grown());
+    let flight = [
+        "robot.flight.height_m=25",
+        "robot.flight.sway_deg=2",
+        "camera.mount_pitch_deg=90",
+        "camera.fov.horizontal_deg=60",
+        "lidar.device=vux1uav",
+    ];
+    for elevation_deg in [25, 60] {
+        let sun = format!("sun.angles.elevation_deg={elevation_deg}");
+        let seen = compare(&store, &[&flight[..], &[&sun]].concat());
+        assert!(seen[0] < seen[2] && 2 * seen[1] < seen[2], "{seen:?}");
     }
 }
 

@@ -8,6 +8,7 @@ mod closed_vegetation;
 mod deadwood;
 mod edge_trees;
 mod export;
+mod flight;
 mod ground_shade;
 mod imu;
 mod inventory;
