@@ -61,6 +61,7 @@ k1 = 0.01
 [lidars.d.spinning]
 [lidars.e.panorama]
 [lidars.f.horizon]
+[lidars.g.mirror]
 [robot.stations]
 rows = 5
 "#;
