@@ -1,6 +1,6 @@
 //! The checks of a world before its first frame.
 
-use crate::config::{Camera, CameraOptics, Config};
+use crate::config::{Camera, CameraOptics, Config, RobotPath};
 use crate::imu::refuse_too_many;
 use crate::plan::Runner;
 use crate::recording::pose::scan_s;
@@ -41,6 +41,7 @@ pub(crate) fn prove(
         .into_iter()
         .chain(trajectory.frames().and_then(|f| frames_note(config, f)))
         .chain(overlap_note(&trajectory, config.frames, scan_s(&lidars)))
+        .chain(gaps_note(config, scan_s(&lidars)))
         .chain(stocking_note(config))
         .chain(
             config
@@ -69,6 +70,19 @@ fn overlap_note(trajectory: &RobotTrajectory, frames: u64, scan_s: f64) -> Optio
         format!(
             "a scan takes {scan_s:.3} s and frames are {least_s:.3} s apart: scans overlap in \
              time, as those of no scanner do; robot.spacing_s sets their interval"
+        )
+    })
+}
+
+/// A note of flight lines of which parts are not scanned.
+fn gaps_note(config: &Config, scan_s: f64) -> Option<String> {
+    let step_s = config.robot.pace().step_s();
+    let is_flight = matches!(config.robot.path, RobotPath::Flight(_));
+    (is_flight && 0.0 < scan_s && scan_s < 0.999 * step_s).then(|| {
+        let share = 100.0 * scan_s / step_s;
+        format!(
+            "a scan takes {scan_s:.3} s and frames are {step_s:.3} s apart: {share:.0} % of the \
+             flight lines are scanned; robot.spacing_s = {scan_s:.3} scans all of them"
         )
     })
 }

@@ -13,12 +13,14 @@ use nemoral_scene::Semantic;
 use nemoral_scene::glam::DVec3;
 
 /// Four crossing lines above a few trees, in 20 frames of 5 m.
-const FLIGHT: [&str; 13] = [
+const FLIGHT: [&str; 15] = [
     "frames=0",
+    "chunks.visible_radius_m=80",
+    "chunks.delete_radius_m=150",
     "robot.speed_m_s=5",
     "robot.spacing_s=1",
     "robot.heading_deg=90",
-    "robot.flight.height_m=40",
+    "robot.flight.height_m=30",
     "robot.flight.length_m=15",
     "robot.flight.width_m=15",
     "robot.flight.line_spacing_m=15",
