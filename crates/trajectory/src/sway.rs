@@ -29,12 +29,23 @@ impl Sway {
         let mut rng = key.domain(SWAY).rng();
         let octaves = libm::log(FASTEST_HZ / SLOWEST_HZ) / SINES as f64;
         Self([1.0, 1.0, 2.0].map(|times| {
-            std::array::from_fn(|i| Sine {
-                amplitude_rad: times * sigma_rad * libm::sqrt(2.0 / SINES as f64),
+            let mut sines = std::array::from_fn(|i| {
                 // One in each part of the band, so that no beat lasts.
-                rate_rad_s: TAU * SLOWEST_HZ * libm::exp(octaves * (i as f64 + rng.unit_f64())),
-                phase_rad: rng.range_f64(0.0, TAU),
-            })
+                let part = i as f64 + rng.unit_f64();
+                let rate_rad_s = TAU * SLOWEST_HZ * libm::exp(octaves * part);
+                Sine {
+                    // All parts turn the body equally fast, so that the slow ones turn it furthest.
+                    amplitude_rad: 1.0 / rate_rad_s,
+                    rate_rad_s,
+                    phase_rad: rng.range_f64(0.0, TAU),
+                }
+            });
+            let square = |sine: &Sine| 0.5 * sine.amplitude_rad * sine.amplitude_rad;
+            let sigma = libm::sqrt(sines.iter().map(square).sum());
+            for sine in &mut sines {
+                sine.amplitude_rad *= times * sigma_rad / sigma;
+            }
+            sines
         }))
     }
 
