@@ -38,8 +38,8 @@ pub struct LazTile {
 
 /// Writes a cloud as LAS 1.4, compressed, with the dimensions that the format `laz` has; `gps_time`
 /// is seconds after the start of the sequence, `point_source_id` the number from 1 of the flight
-/// line or, without lines, of the scan (station k of one scanner is k + 1). Coordinates are those of the site, or of an invented world,
-/// relative to a whole metre near the first point of a file.
+/// line or, without lines, of the scan (station k of one scanner is k + 1). Coordinates are those
+/// of the site, or of an invented world, relative to a whole metre near the first point of a file.
 ///
 /// Each file appears when it is whole, after all points have been written.
 ///

@@ -171,7 +171,8 @@ fn impossible_combinations_are_refused_where_they_stand() {
         ("[lidar]\nwavelength_nm = 1000", "must be 905 or 1550"),
         (
             "[lidar.mirror]\nkind = \"sine\"\nhalf_angle_deg = 91",
-            "lidar.mirror.half_angle_deg = 91: must be at most 90 with lidar.mirror.kind = \"sine\"",
+            "lidar.mirror.half_angle_deg = 91: must be at most 90 with lidar.mirror.kind = \
+             \"sine\"",
         ),
         (
             "[lidar.mirror]\nrate_hz = 190",
