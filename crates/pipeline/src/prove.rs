@@ -58,8 +58,12 @@ pub(crate) fn prove(
 /// A note of a path that goes on after the last frame.
 fn frames_note(config: &Config, of_path: u64) -> Option<String> {
     let frames = config.frames;
-    (of_path > frames)
-        .then(|| format!("the robot's path has {of_path} places; frames = {frames} are made"))
+    (of_path > frames).then(|| {
+        format!(
+            "the robot's path has {of_path} places; frames = {frames} are made, and frames = 0 is \
+             all"
+        )
+    })
 }
 
 /// A note of scans that begin before the one before has ended.

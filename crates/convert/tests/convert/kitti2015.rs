@@ -377,7 +377,6 @@ fn only_frames_of_drives_are_pairs() {
     }
     let standing = Drive {
         stands: true,
-        lines: Vec::new(),
         ..Drive::of(1, &[0, 1])
     };
     let single = Drive {

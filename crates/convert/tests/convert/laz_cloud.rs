@@ -8,7 +8,7 @@ use nemoral_convert::{FormatName, LazCloudParams, Table, laz_cloud};
 use nemoral_dataset::{Cloud, CloudParams, Crop};
 use nemoral_scene::glam::DVec3;
 
-use crate::common::{Made, made, pose, tree};
+use crate::common::{Drive, Made, header, made, pose, tree, write_drives};
 
 fn u32_at(bytes: &[u8], at: usize) -> u32 {
     u32::from_le_bytes(bytes[at..at + 4].try_into().expect("four"))
@@ -62,6 +62,32 @@ fn expected(made: &Made) -> Vec<(DVec3, u8)> {
 
 fn near(a: DVec3, b: DVec3) -> bool {
     (a - b).abs().max_element() <= 0.51e-4
+}
+
+#[test]
+fn a_flights_lines_are_sources() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (set, out) = (folder.path().join("set"), folder.path().join("survey.laz"));
+    let flight = Drive {
+        lines: vec![0, 2],
+        ..Drive::of(0, &[1, 2, 4])
+    };
+    let dataset = write_drives(&set, &header(), &[flight]);
+    let points_of = |frame: usize| {
+        dataset.read_frame(frame).expect("a frame").lidars[0]
+            .ply
+            .len()
+    };
+    let cloud = Cloud::open(&set, CloudParams::default()).expect("a cloud");
+    laz_cloud(&cloud, &out, &LazCloudParams::default()).expect("written");
+    let sources: Vec<u16> = points(&out)
+        .into_iter()
+        .map(|(.., source)| source)
+        .collect();
+    let (first, second) = sources.split_at(points_of(0));
+    assert!(!first.is_empty() && first.iter().all(|line| *line == 1));
+    assert_eq!(second.len(), points_of(1) + points_of(2));
+    assert!(second.iter().all(|line| *line == 2));
 }
 
 #[test]

@@ -318,6 +318,9 @@ fn what_cannot_be_is_not_accepted() {
         ("frames", &|j| j["tracks"][0]["frames"] = json!([[0, 4]])),
         ("length", &|j| j["tracks"][0]["length"] = json!(0)),
         ("length", &|j| j["tracks"][0]["length"] = json!(u64::MAX)),
+        ("lines", &|j| j["tracks"][0]["lines"] = json!([1, 2])),
+        ("lines", &|j| j["tracks"][0]["lines"] = json!([0, 2, 2])),
+        ("lines", &|j| j["tracks"][0]["lines"] = json!([0, u64::MAX])),
         ("chunk_size_m", &|j| {
             j["sequences"][0]["chunk_size_m"] = json!(0.0)
         }),
