@@ -14,7 +14,7 @@ const FASTEST_HZ: f64 = 2.0;
 
 /// Roll, pitch and heading as sums of sines, so that they are known at any time in any order.
 #[derive(Clone, Debug)]
-pub(crate) struct Sway([[Sine; SINES]; 3]);
+pub(crate) struct Sway(Box<[[Sine; SINES]; 3]>);
 
 #[derive(Clone, Copy, Debug)]
 struct Sine {
@@ -28,7 +28,7 @@ impl Sway {
     pub(crate) fn new(sigma_rad: f64, key: Key) -> Self {
         let mut rng = key.domain(SWAY).rng();
         let octaves = libm::log(FASTEST_HZ / SLOWEST_HZ) / SINES as f64;
-        Self([1.0, 1.0, 2.0].map(|times| {
+        Self(Box::new([1.0, 1.0, 2.0].map(|times| {
             let mut sines = std::array::from_fn(|i| {
                 // One in each part of the band, so that no beat lasts.
                 let part = i as f64 + rng.unit_f64();
@@ -46,7 +46,7 @@ impl Sway {
                 sine.amplitude_rad *= times * sigma_rad / sigma;
             }
             sines
-        }))
+        })))
     }
 
     /// Roll, pitch and the deviation of the heading, radians.
