@@ -45,8 +45,8 @@ fn write(out: &Path) -> Result<(), Box<dyn Error>> {
             frame_key: [index as u8; 32],
         })?;
     }
-    let poses = (0..3).map(|i| (i as f64, pose(i))).collect();
-    let track = Track { sequence: 0, poses, balance: None, stands: false, lines: vec![], imu: None };
+    let (poses, lines) = ((0..3).map(|i| (i as f64, pose(i))).collect(), vec![]);
+    let track = Track { sequence: 0, poses, balance: None, stands: false, lines, imu: None };
     writer.write_sequence(&track, &WorldTables::default())?;
     writer.finish()?;
     Ok(())

@@ -80,8 +80,9 @@ impl Recorder {
     /// Surveys a rectangle of the world, which must be whole cells.
     ///
     /// # Errors
-    /// If the rectangle has no area, is in the coordinates of a site's files, or touches more than [`Recorder::EXPORT_CHUNKS`] chunks with
-    /// what reaches into it, a parameter is out of its range, or chunks cannot be made.
+    /// If the rectangle has no area, is in the coordinates of a site's files, or touches more than
+    /// [`Recorder::EXPORT_CHUNKS`] chunks with what reaches into it, a parameter is out of its
+    /// range, or chunks cannot be made.
     pub fn survey(
         &self,
         low_m: DVec2,
