@@ -46,7 +46,14 @@ fn write(out: &Path) -> Result<(), Box<dyn Error>> {
         })?;
     }
     let (poses, lines) = ((0..3).map(|i| (i as f64, pose(i))).collect(), vec![]);
-    let track = Track { sequence: 0, poses, balance: None, stands: false, lines, imu: None };
+    let track = Track {
+        sequence: 0,
+        poses,
+        balance: None,
+        stands: false,
+        lines,
+        imu: None,
+    };
     writer.write_sequence(&track, &WorldTables::default())?;
     writer.finish()?;
     Ok(())

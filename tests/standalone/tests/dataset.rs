@@ -75,7 +75,14 @@ fn write(out: &Path, frames: std::ops::Range<u64>) -> Result<(), Box<dyn Error>>
         })?;
     }
     let poses = (0..4).map(|i| (i as f64, pose(i))).collect();
-    let track = Track { sequence: 0, poses, balance: None, stands: false, lines: vec![], imu: None };
+    let track = Track {
+        sequence: 0,
+        poses,
+        balance: None,
+        stands: false,
+        lines: vec![],
+        imu: None,
+    };
     writer.write_sequence(&track, &WorldTables::default())?;
     writer.finish()?;
     Ok(())

@@ -26,7 +26,10 @@ fn a_pendulum_is_measured_and_written() {
         let Ok(motion) = motion;
         // Along the rope it is pulled, across it hardly.
         let force = motion.specific_force_m_s2;
-        assert!((force.z - GRAVITY_M_S2).abs() < 0.2 && force.y.abs() < 0.02, "{force}");
+        assert!(
+            (force.z - GRAVITY_M_S2).abs() < 0.2 && force.y.abs() < 0.02,
+            "{force}"
+        );
         euroc::push_sample(&mut text, &noise.measure(&motion));
     }
     assert_eq!(text.lines().count(), 301);

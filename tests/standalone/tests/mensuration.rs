@@ -63,10 +63,17 @@ fn a_stand_is_measured() -> Result<(), Box<dyn Error>> {
         leaf: add("leaf", Semantic::Leaf),
         soil: add("soil", Semantic::Soil),
     };
-    let plot = Plot { area_m2: 400.0, min_dbh_m: 0.07 };
+    let plot = Plot {
+        area_m2: 400.0,
+        min_dbh_m: 0.07,
+    };
     let measures = StandMeasures::of(&stand.trees, &plot)?;
     assert_eq!(measures.trees_per_ha, 50.0);
-    let row = StandRow { key: vec!["1".to_owned()], measures, more: vec![] };
+    let row = StandRow {
+        key: vec!["1".to_owned()],
+        measures,
+        more: vec![],
+    };
     assert_eq!(stand_csv((&["plot"], &[]), &[row]).lines().count(), 2);
     let scene = CanopyScene {
         caster: &stand,
