@@ -126,11 +126,11 @@ struct Pair {
     out: PathBuf,
 }
 
+/// Takes the picture of a camera at a frame.
+type Shot = fn(&CameraSpec, u64) -> (Image<[u8; 3]>, TruthImages);
+
 impl Pair {
-    fn new(
-        format: DepthFormat,
-        images: fn(&CameraSpec, u64) -> (Image<[u8; 3]>, TruthImages),
-    ) -> Self {
+    fn new(format: DepthFormat, images: Shot) -> Self {
         let mut header = wide();
         header.sequences[0].depth_format = format;
         header.sequences[0].cameras[0].annotations.flow = false;
