@@ -299,12 +299,12 @@ impl Source {
         Ok((first_ns, last_ns))
     }
 
-    /// The number of frames of a sequence's whole drive, of which only some may exist here; `None`
-    /// if nothing drives from one to the next: they are single views, or stations.
-    pub(crate) fn drive_length(&self, sequence: u32) -> Option<u64> {
+    /// The track of a sequence; `None` if nothing drives from frame to frame: they are single views,
+    /// or stations.
+    pub(crate) fn drive(&self, sequence: u32) -> Option<&TrackRecord> {
         let mut tracks = self.manifest().tracks.iter();
         let track = tracks.find(|track| track.sequence == sequence)?;
-        is_drive(track).then_some(track.length)
+        is_drive(track).then_some(track)
     }
 
     /// What the inertial measurement unit of a sequence measured along the whole drive, in the
@@ -336,6 +336,14 @@ impl Source {
 /// Whether a body drives along the poses of a track: they are neither single views nor stations.
 pub(crate) fn is_drive(track: &TrackRecord) -> bool {
     track.balance.is_none() && !track.stands
+}
+
+/// Whether a body drives from a frame of a drive to the one after it, which may not exist here: it
+/// does not after the last one, nor from one flight line to the next.
+pub(crate) fn is_followed(track: &TrackRecord, frame: u64) -> bool {
+    frame
+        .checked_add(1)
+        .is_some_and(|next| next < track.length && track.line_of(frame) == track.line_of(next))
 }
 
 impl Sequence<'_> {

@@ -44,8 +44,8 @@
 //! #     lidars: vec![LidarData { name: "top", points: &[], sensor_chunk: ChunkCoord::new(0, 0) }],
 //! #     frame_key: [0; 32],
 //! # })?;
-//! # let (balance, stands, imu) = (None, false, None);
-//! # let track = Track { sequence: 0, poses: vec![(0.0, mount)], balance, stands, imu };
+//! # let (poses, lines) = (vec![(0.0, mount)], vec![]);
+//! # let track = Track { sequence: 0, poses, balance: None, stands: false, lines, imu: None };
 //! # writer.write_sequence(&track, &WorldTables::default())?;
 //! # writer.finish()?;
 //! let made = nemoral_report::report(dataset, page)?;

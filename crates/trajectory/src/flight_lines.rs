@@ -9,8 +9,11 @@ use crate::sway::Sway;
 
 /// Distance between knots of the height along a line, metres.
 const KNOT_M: f64 = 20.0;
-/// Distance between the places where the ground is looked at, metres, at most.
-const LOOK_M: f64 = 10.0;
+/// Rows across the line in which the ground is looked at, between two knots.
+const ROWS: usize = 2;
+/// Distance between rows, and at most between the places where the ground is looked at in them,
+/// metres.
+const LOOK_M: f64 = KNOT_M / ROWS as f64;
 
 /// What a flight follows on its way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,7 +37,8 @@ pub struct FlightLinesParams {
     pub width_m: f64,
     /// How far lines reach beyond the area at both ends, metres.
     pub margin_m: f64,
-    /// The greatest distance between neighbouring lines, metres; above 0.
+    /// Distance between neighbouring lines, metres; above 0. There are as many as cover the width,
+    /// so that the outermost may lie outside of the area.
     pub line_spacing_m: f64,
     /// Whether a second set of lines follows, at right angles to the first.
     pub is_crossed: bool,
@@ -65,6 +69,8 @@ impl FlightLinesParams {
             self.forward,
             "finite and longer than 0",
         )?;
+        let is_place = self.middle_m.is_finite();
+        ParamError::check(is_place, "middle_m", self.middle_m, "finite")?;
         for (field, value) in [
             ("length_m", self.length_m),
             ("line_spacing_m", self.line_spacing_m),
@@ -92,7 +98,8 @@ impl FlightLinesParams {
     /// The number of frames of all lines.
     #[must_use]
     pub fn frames(&self) -> u64 {
-        self.sets().map(|set| set.lines * set.frames).sum()
+        let of_sets = self.sets().map(|set| set.lines.saturating_mul(set.frames));
+        of_sets.fold(0, u64::saturating_add)
     }
 
     /// The sets of parallel lines: one, or two that cross.
@@ -103,22 +110,20 @@ impl FlightLinesParams {
             let frame_m = self.speed_m_s * self.step_s;
             LineSet {
                 forward,
-                lines: enough(width_m / self.line_spacing_m) + 1,
-                // A line is not made longer for what is less than a millionth of a frame.
-                frames: enough(way_m / frame_m - 1e-6).max(1),
+                lines: enough(width_m / self.line_spacing_m).saturating_add(1),
+                frames: enough(way_m / frame_m).max(1),
             }
         };
         let first = set(forward, self.length_m, self.width_m);
-        // The second set begins where the first one ends.
         let across = (self.is_crossed && self.width_m > 0.0)
             .then(|| set(-forward.perp(), self.width_m, self.length_m));
         std::iter::once(first).chain(across)
     }
 }
 
-/// The whole number that is at least this much.
+/// The whole number that is at least this much, but for a rounding error.
 fn enough(x: f64) -> u64 {
-    x.ceil().max(0.0) as u64
+    (x - 1e-6).ceil().max(0.0) as u64
 }
 
 /// Parallel lines.
@@ -224,6 +229,12 @@ impl FlightLines {
         self.lines.iter().map(|line| line.first_frame)
     }
 
+    /// Whether a frame is the first of a line.
+    #[must_use]
+    pub fn starts_line(&self, frame: u64) -> bool {
+        self.line_of(frame).first_frame == frame
+    }
+
     /// A frame's time, seconds.
     #[must_use]
     pub fn time_s(&self, frame: u64) -> f64 {
@@ -260,23 +271,23 @@ impl Line {
         spacing_m: f64,
         ground_m: &impl Fn(DVec2) -> f64,
     ) -> CubicBSpline<Vec<f64>> {
-        let spans = enough(2.0 * self.half_m / KNOT_M).max(1);
-        let looks = |reach_m: f64| {
-            let n = (reach_m / LOOK_M).ceil() as i32;
-            (-n..=n).map(move |i| reach_m * f64::from(i) / f64::from(n.max(1)))
-        };
-        let highest_m = |knot: u64| {
-            let along_m = (knot as f64 - 1.0) * KNOT_M - self.half_m;
-            let knot_m = self.middle_m + self.forward * along_m;
-            let around = looks(KNOT_M)
-                .flat_map(|ahead_m| looks(spacing_m / 2.0).map(move |aside_m| (ahead_m, aside_m)));
-            let heights_m = around.map(|(ahead_m, aside_m)| {
-                ground_m(knot_m + self.forward * ahead_m + self.forward.perp() * aside_m)
+        let spans = enough(2.0 * self.half_m / KNOT_M).max(1) as usize;
+        // The ground is looked at in rows across the line, from a knot before the first one on.
+        let aside = (spacing_m / 2.0 / LOOK_M).ceil().max(1.0);
+        let row = |i: usize| {
+            let along_m = i as f64 * LOOK_M - 2.0 * KNOT_M - self.half_m;
+            let middle_m = self.middle_m + self.forward * along_m;
+            let looks = (-(aside as i32)..=aside as i32).map(|j| {
+                let aside_m = f64::from(j) / aside * spacing_m / 2.0;
+                ground_m(middle_m + self.forward.perp() * aside_m)
             });
-            heights_m.fold(f64::MIN, f64::max)
+            looks.fold(f64::MIN, f64::max)
         };
+        let rows: Vec<f64> = (0..=(spans + 4) * ROWS).map(row).collect();
+        let around = rows.windows(2 * ROWS + 1).step_by(ROWS);
+        let highest_m = around.map(|rows| rows.iter().copied().fold(f64::MIN, f64::max));
         CubicBSpline {
-            controls: (0..spans + 3).map(highest_m).collect(),
+            controls: highest_m.collect(),
         }
     }
 
@@ -459,6 +470,17 @@ mod tests {
             let refused = FlightLines::new(params, level, Key::world(7));
             assert_eq!(refused.expect_err("is refused").field, field);
         }
+    }
+
+    #[test]
+    fn more_frames_than_can_be_counted_are_refused() {
+        let endless = FlightLinesParams {
+            width_m: 1e300,
+            step_s: 1e-300,
+            ..PLAN
+        };
+        assert_eq!(endless.frames(), u64::MAX);
+        assert_eq!(endless.check().expect_err("too many").field, "step_s");
     }
 
     #[test]

@@ -125,6 +125,16 @@ impl Trajectory {
         }
     }
 
+    /// Whether the body goes on from a frame to the next one: not after the last one, nor from one
+    /// flight line to the next.
+    #[must_use]
+    pub fn goes_on_after(&self, frame: u64) -> bool {
+        let next = frame.saturating_add(1);
+        let is_there = self.frames().is_none_or(|frames| next < frames);
+        let turns = matches!(&self.path, Path::FlightLines(lines) if lines.starts_line(next));
+        is_there && !turns
+    }
+
     /// A frame's time, seconds.
     ///
     /// # Panics

@@ -327,8 +327,8 @@ class Forest:
             ``accelerometer_bias_m_s2`` (N, 3).
 
         Raises:
-            ValueError: if the robot stands at stations, or frames are chosen by
-                `balance.targets`; or if there are more than five million samples.
+            ValueError: if the robot stands at stations or flies along lines, or frames are
+                chosen by `balance.targets`; or if there are more than five million samples.
         """
         return self._live.imu(self._sequence(sequence))
 

@@ -101,6 +101,15 @@ fn who_looks_down_sees_as_far_as_the_ground() {
         assert!(by_cameras <= cameras_share * all, "{seen:?}");
         assert!(by_lidars < 0.7 * all, "{seen:?}");
     }
+    // Water mirrors what is further away, and errors lead beyond the field of view.
+    let wide = [
+        "water.ponds=1",
+        "water.puddles=1",
+        "lidar.mirror.half_angle_deg=60",
+        "lidar.errors.angular_deg=3",
+        "lidar.returns=all",
+    ];
+    compare(&store, &[&flight[..], &wide].concat());
 }
 
 /// A tree of a user whose mast, 30 cm thick, carries a beam that goes 58 m to one side.

@@ -398,12 +398,17 @@ fn only_frames_of_drives_are_pairs() {
         Drive::of(0, &[3, 4]),
         standing.clone(),
         single.clone(),
-        Drive::of(3, &[0, 1]),
+        // Nothing drives from one flight line to the next.
+        Drive {
+            lines: vec![0, 2],
+            ..Drive::of(3, &[0, 1, 2, 3])
+        },
     ];
     let made = made_of_drives(FormatName::Kitti2015, &header, &drives);
-    let rows = "pair,sequence,frame,next_frame,split\n000000,0,3,4,train\n000001,3,0,1,val\n";
+    let rows = "pair,sequence,frame,next_frame,split\n000000,0,3,4,train\n000001,3,0,1,val\n\
+                000002,3,2,3,val\n";
     assert_eq!(text(made.out.join("pairs.csv")), rows);
-    assert!(!made.out.join("training/image_2/000002_10.png").exists());
+    assert!(!made.out.join("training/image_2/000003_10.png").exists());
 
     header.sequences.truncate(3);
     header.sequences.remove(0);

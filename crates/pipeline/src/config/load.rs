@@ -160,7 +160,9 @@ pub(super) fn resolve(
     };
     let (inputs, unreadable) = InputFiles::read_all(&config, known);
     if config.frames == 0 {
-        config.frames = config.robot.places(&inputs).unwrap_or(0);
+        // What is wrong with a path is told by its own problems.
+        let places = config.robot.places(&inputs).ok().flatten();
+        config.frames = places.unwrap_or(0);
     }
     let problems = if unreadable.is_empty() {
         config.problems(&inputs)

@@ -65,15 +65,17 @@ impl Robot {
             .map_err(|e| Error::request(e.to_string()))
     }
 
-    /// The number of places of a path that ends; `None` for one that does not, and for a file that
-    /// is not poses, which is refused by its own name.
-    pub(super) fn places(&self, inputs: &InputFiles) -> Option<u64> {
-        match &self.path {
+    /// The number of places of a path that ends; `None` for one that does not.
+    ///
+    /// # Errors
+    /// If a file is not poses.
+    pub(super) fn places(&self, inputs: &InputFiles) -> Result<Option<u64>, Error> {
+        Ok(match &self.path {
             RobotPath::Stations(grid) => Some(u64::from(grid.columns) * u64::from(grid.rows)),
             RobotPath::Flight(flight) => Some(self.flight_lines(flight).frames()),
-            RobotPath::File(file) => Some(self.recording(file, inputs).ok()?.count()),
+            RobotPath::File(file) => Some(self.recording(file, inputs)?.count()),
             RobotPath::Trail(_) | RobotPath::Wander(_) | RobotPath::Straight(_) => None,
-        }
+        })
     }
 }
 

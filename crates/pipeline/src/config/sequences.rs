@@ -178,6 +178,14 @@ impl Sequences {
         let (config, inputs) = resolved.map_err(|e| e.in_sequence(number, self.len()))?;
         *known = known.and(&inputs);
         drop(known);
+        if config.frames != self.asked.frames {
+            let message = format!(
+                "frames = 0: the path of sequence {number} has {} places and that of sequence 0 \
+                 {}: must be a number, as all sequences of a data set have equally many frames",
+                config.frames, self.asked.frames
+            );
+            return Err(Error::request(message));
+        }
         let merged = to_table(&config);
         Ok(SequenceConfig {
             number,

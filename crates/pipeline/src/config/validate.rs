@@ -20,6 +20,9 @@ pub(crate) const OBJECTS_OF_A_CHUNK_MAX: f64 = ObjectId::LABEL_ITEM_MAX as f64;
 /// The number of chunks along each axis that instance images can distinguish.
 const CHUNKS_OF_A_VIEW_MAX: f64 = 16.0;
 
+/// The most frames of a sequence.
+const FRAMES_MAX: u64 = 10_000_000;
+
 /// The greatest number of lamps, each of which takes 21 bytes a pixel and a shadow ray.
 const LAMPS_MAX: usize = 16;
 
@@ -62,7 +65,7 @@ impl Config {
         self.light_problems(inputs, &mut out);
         self.sensor_problems(&mut out);
         self.sensor_name_problems(&mut out);
-        self.robot_problems(&mut out);
+        self.robot_problems(inputs, &mut out);
         out.0.extend(self.balance_problems());
         out.0.extend(self.imu_problems());
         out.0.extend(self.model_problems(inputs));
@@ -429,7 +432,7 @@ impl Config {
         }
     }
 
-    fn robot_problems(&self, out: &mut Problems) {
+    fn robot_problems(&self, inputs: &InputFiles, out: &mut Problems) {
         let r = &self.robot;
         if r.spacing_m == 0.0 && r.spacing_s == 0.0 {
             out.add(
@@ -442,9 +445,17 @@ impl Config {
         {
             out.refuse("robot.file.path", "\"\"", "name a file of poses");
         } else if self.frames == 0 {
-            let must = "be at least 1, but with [robot.stations], [robot.flight] or the poses of \
-                        [robot.file], of which 0 is all";
-            out.refuse("frames", 0, must);
+            match r.places(inputs) {
+                Ok(_) => {
+                    let must = "be at least 1, but with [robot.stations], [robot.flight] or the \
+                                poses of [robot.file], of which 0 is all";
+                    out.refuse("frames", 0, must);
+                }
+                Err(e) => out.add("robot.file.path", &format!(": {e}")),
+            }
+        } else if self.frames > FRAMES_MAX {
+            let must = format!("be at most {FRAMES_MAX}: 0 is all places of the path");
+            out.refuse("frames", self.frames, &must);
         }
         if let RobotPath::Flight(flight) = &r.path {
             let visible_m = self.chunks.visible_radius_m;
@@ -452,12 +463,17 @@ impl Config {
                 let must = format!("be less than chunks.visible_radius_m = {visible_m}");
                 out.refuse("robot.flight.height_m", flight.height_m, &must);
             }
+            let frames = r.flight_lines(flight).frames();
+            if frames > FRAMES_MAX && self.frames <= FRAMES_MAX {
+                let message = format!(
+                    ": its lines have more than {FRAMES_MAX} frames: must have fewer, by a larger \
+                     robot.spacing_s or robot.spacing_m"
+                );
+                out.add("robot.flight", &message);
+            }
             if r.rest_s > 0.0 {
                 let must = "be 0 with [robot.flight]: a drone is in motion on its lines";
                 out.refuse("robot.rest_s", r.rest_s, must);
-            }
-            if let Err(e) = r.flight_lines(flight).check() {
-                out.add("robot.flight", &format!(": {e}"));
             }
         }
         let start_m = DVec2::new(r.start_x_m, r.start_y_m);

@@ -164,8 +164,7 @@ pub(crate) fn next_body(
     origin_m: DVec3,
     pictures_s: f64,
 ) -> Result<Option<(RigidTransform, Twist)>, Error> {
-    let ends = trajectory.frames().is_some_and(|frames| at + 1 >= frames);
-    if ends || trajectory.trajectory.lines().contains(&(at + 1)) {
+    if !trajectory.trajectory.goes_on_after(at) {
         return Ok(None);
     }
     let mut body = trajectory.pose(at + 1, 0.0, surroundings)?;

@@ -17,15 +17,29 @@ const SPARE_M: f64 = 25.0;
 /// How far beyond its sides the light is known, metres. It is as far as things are mirrored, and as
 /// wide as the cells in which a GPU looks it up, 27 m across corners at the widest view.
 const LIGHT_SPARE_M: f64 = 30.0;
-/// How much wider than its field of view a sensor sees, radians: divergent beams, the sun's disc.
+/// How much wider than its field of view a sensor sees, radians: the sun's disc.
 const SPARE_RAD: f64 = 0.02;
+/// Pointing errors of more standard deviations than this are one in a million.
+const RARE_SIGMAS: f64 = 5.3;
 /// From this angle to the horizon on, a cone of directions is taken to go all around.
 const STEEP_RAD: f64 = 1.4;
-/// How much higher and lower than the middles of chunks the ground is elsewhere, metres, if it is
+/// How much higher and lower the ground is elsewhere than where it is looked at, metres, if it is
 /// asked which trees cast shadows, and how far those see who look down.
 const SPARE_HEIGHT_M: f64 = 15.0;
 /// Points of a picture's border from which its cone of directions is found, a side.
 const BORDER_POINTS: u32 = 16;
+
+/// How far a sensor sees.
+#[derive(Clone, Copy, Debug)]
+struct Limits {
+    /// On the map, whatever it looks at, metres.
+    reach_m: f64,
+    /// The height of the lowest ground, metres.
+    lowest_m: f64,
+    /// How high above the lowest ground things are mirrored by water there, metres; 0 without
+    /// water.
+    mirrored_m: f64,
+}
 
 /// A sector of the map that contains what a sensor sees, and of a camera what casts shadows there.
 #[derive(Clone, Copy, Debug)]
@@ -43,15 +57,17 @@ struct Sector {
 }
 
 impl Sector {
-    /// What is seen from a place in a cone of directions of the world, within a reach, above the
-    /// lowest ground.
-    fn of_cone(origin_m: DVec3, cone: &DirectionCone, (reach_m, lowest_m): (f64, f64)) -> Self {
+    /// What is seen from a place in a cone of directions of the world.
+    fn of_cone(origin_m: DVec3, cone: &DirectionCone, limits: Limits) -> Self {
+        let reach_m = limits.reach_m;
         let axis = cone.axis;
         let half_rad = cone.half_angle_rad + SPARE_RAD;
-        // The directions furthest from straight down meet the lowest ground this far away.
+        // The directions furthest from straight down meet the lowest ground this far away, and what
+        // is mirrored there as far beyond as it is high.
         let outermost_rad = libm::acos(-axis.z.clamp(-1.0, 1.0)) + half_rad;
-        let seen_m = if outermost_rad < STEEP_RAD {
-            libm::tan(outermost_rad) * (origin_m.z - lowest_m).max(0.0)
+        let above_m = origin_m.z - limits.lowest_m;
+        let seen_m = if outermost_rad < STEEP_RAD && above_m > 0.0 {
+            libm::tan(outermost_rad) * (above_m + limits.mirrored_m)
         } else {
             reach_m
         };
@@ -122,7 +138,16 @@ impl SeenArea {
             let body = |time_s| pose.world_from_body() * pose.motion.after(time_s);
             let poses = [-half_s, 0.0, half_s].map(body);
             let mount = &rig.body_from_camera;
-            let limits = (radius_m, low_m - SPARE_HEIGHT_M);
+            let limits = Limits {
+                reach_m: radius_m,
+                lowest_m: low_m - SPARE_HEIGHT_M,
+                // Ripples mirror what is anywhere.
+                mirrored_m: if ground.has_water() {
+                    f64::INFINITY
+                } else {
+                    0.0
+                },
+            };
             let mut sectors = Self::swept(&poses, mount, &cone(&rig.intrinsics), limits);
             let shadow_m = shadow(rig, blockers_m).filter(|_| !rig.looks_all_around);
             for sector in &mut sectors {
@@ -147,10 +172,20 @@ impl SeenArea {
         (ground, objects): (&GroundModel, ObjectReach),
         reach: &VisibleReach,
     ) -> Self {
-        let lowest_m = heights_m(ground, pose, reach).0 - SPARE_HEIGHT_M;
+        let (low_m, high_m) = heights_m(ground, pose, reach);
+        let highest_m = high_m - low_m + 2.0 * SPARE_HEIGHT_M + objects.up_m;
         let of_rig = |rig: &LidarRig| {
-            let limits = (f64::from(rig.scanner.params().max_range_m), lowest_m);
-            let cone = rig.scanner.field_of_view();
+            let scanner = rig.scanner.params();
+            let limits = Limits {
+                reach_m: scanner.max_range_m.into(),
+                lowest_m: low_m - SPARE_HEIGHT_M,
+                // To lasers, ripples only weaken what is mirrored.
+                mirrored_m: if ground.has_water() { highest_m } else { 0.0 },
+            };
+            let beam = &scanner.beam;
+            let mut cone = rig.scanner.field_of_view();
+            cone.half_angle_rad += RARE_SIGMAS * scanner.errors.angular_sigma_rad
+                + beam.horizontal_fwhm_rad.max(beam.vertical_fwhm_rad);
             Self::swept(pose.track.poses(), &rig.body_from_lidar, &cone, limits)
         };
         Self {
@@ -165,7 +200,7 @@ impl SeenArea {
         poses: &[RigidTransform],
         body_from_sensor: &RigidTransform,
         cone: &DirectionCone,
-        limits: (f64, f64),
+        limits: Limits,
     ) -> Vec<Sector> {
         let sensor = |body: &RigidTransform| *body * *body_from_sensor;
         let axis = |body: &RigidTransform| sensor(body).transform_vector(cone.axis);
@@ -202,12 +237,15 @@ impl SeenArea {
     }
 }
 
-/// The lowest and the highest middle of a visible chunk, metres.
+/// The lowest and the highest middle or corner of a visible chunk, metres.
 fn heights_m(ground: &GroundModel, pose: &FramePose, reach: &VisibleReach) -> (f64, f64) {
     let size_m = reach.chunk_size_m;
     let visible = ChunkCoord::within(pose.place().1, reach.visible_radius_m, size_m);
-    let middles_m = (visible.iter()).map(|at| ground.natural_height_m(at.centre_m(size_m)));
-    middles_m.fold((f64::MAX, f64::MIN), |(low, high), z| {
+    let places_m = visible
+        .iter()
+        .flat_map(|at| [at.centre_m(size_m), at.origin_m(size_m)]);
+    let heights_m = places_m.map(|place_m| ground.natural_height_m(place_m));
+    heights_m.fold((f64::MAX, f64::MIN), |(low, high), z| {
         (low.min(z), high.max(z))
     })
 }
@@ -260,7 +298,8 @@ mod tests {
             let place_m = DVec3::new(17.0, -240.0, 12.0);
             let turned = DQuat::from_rotation_z(yaw) * DQuat::from_rotation_y(pitch);
             let cone = DirectionCone { axis: turned * DVec3::X, half_angle_rad };
-            let mut sector = Sector::of_cone(place_m, &cone, (REACH_M, lowest_m));
+            let limits = Limits { reach_m: REACH_M, lowest_m, mirrored_m: 0.0 };
+            let mut sector = Sector::of_cone(place_m, &cone, limits);
             sector.shadow_m = DVec2::from_angle(sun) * length_m;
             let (around, aside) = (DQuat::from_rotation_x(turn), share * half_angle_rad);
             let ray = turned * around * DQuat::from_rotation_z(aside) * DVec3::X;
@@ -316,9 +355,14 @@ mod tests {
         };
         let count = |cone: &DirectionCone, shadow_m: DVec2| {
             let place_m = DVec3::new(25.0, 25.0, 1.0);
+            let limits = Limits {
+                reach_m: REACH_M,
+                lowest_m: -30.0,
+                mirrored_m: 0.0,
+            };
             let sector = Sector {
                 shadow_m,
-                ..Sector::of_cone(place_m, cone, (REACH_M, -30.0))
+                ..Sector::of_cone(place_m, cone, limits)
             };
             let all = ChunkCoord::within(place_m.truncate(), REACH_M, CHUNK_M);
             let seen = all

@@ -273,6 +273,11 @@ impl GroundModel {
         self.water.is_some()
     }
 
+    /// Whether there may be water on it: streams, ponds or puddles.
+    pub(crate) fn has_water(&self) -> bool {
+        self.water.is_some() || self.puddles.is_some()
+    }
+
     /// The thrown trees whose stems' middles are in a chunk.
     pub(crate) fn thrown(&self, chunk: ChunkCoord) -> Vec<ThrownTree> {
         if self.thrown.mean <= 0.0 {

@@ -144,7 +144,7 @@ fn impossible_flights_are_refused() {
         (&["robot.flight.width_m=-1"], "robot.flight.width_m"),
         (
             &["robot.spacing_s=0.00001", "robot.flight.length_m=5000"],
-            "robot.flight: step_s",
+            "robot.flight: its lines have more than 10000000 frames",
         ),
         (
             &["balance.targets.trunks=0.2"],
@@ -163,4 +163,16 @@ fn impossible_flights_are_refused() {
     );
     let stations = sequences(&["frames=0", "robot.stations.rows=4"]).and_then(|all| all.get(0));
     assert_eq!(stations.expect("stations end").config.frames, 12);
+    let dir = tempfile::tempdir().expect("a folder");
+    let poses = dir.path().join("poses.txt");
+    nemoral_files::write(&poses, b"0 0 0 1 0 0 0 1\n1 1 0 1 0 0 0 x\n").expect("written");
+    let file = format!("robot.file.path={}", poses.display());
+    let wrong = sequences(&["frames=0", &file]).and_then(|all| all.get(0));
+    let text = wrong.expect_err("is refused").to_string();
+    assert!(text.contains("poses.txt:2:"), "{text}");
+    // All sequences have equally many frames.
+    let varied = "vary.\"robot.flight.length_m\"=[20, 200]";
+    let all = sequences(&[&FLIGHT[..], &["sequences=2", varied]].concat()).expect("sound");
+    let text = all.get(1).expect_err("differs").to_string();
+    assert!(text.contains("the path of sequence 1 has"), "{text}");
 }

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 use std::path::PathBuf;
 
-use nemoral_dataset::Error as DatasetError;
+use nemoral_dataset::{Error as DatasetError, TrackRecord};
 
 use super::{calibration, stamp, stamp_of};
 use crate::formats::mcap::START_NS;
@@ -43,7 +43,7 @@ pub(super) fn put(
         let states = place("state_groundtruth_estimate0/data.csv");
         later(states, &texts.states, STATES_HEADER)?
     } else {
-        states_of(frames, source.drive_length(number))
+        states_of(frames, source.drive(number))
     };
     let folder = format!("{number:02}/mav0/state_groundtruth_estimate0");
     files.put(format!("{folder}/data.csv"), states);
@@ -90,14 +90,14 @@ fn densities(path: PathBuf, sensor: &str) -> Result<[f64; 4], Error> {
     Ok(all)
 }
 
-/// The true states by the frames alone, of a drive with this number of frames if it is one:
+/// The true states by the frames alone, of a drive if they are one:
 /// velocities are by differences of places, 0 where a neighbour is missing, and there is nothing
 /// that has biases.
-fn states_of(frames: &[FrameRef<'_>], length: Option<u64>) -> String {
+fn states_of(frames: &[FrameRef<'_>], drive: Option<&TrackRecord>) -> String {
     let mut text = STATES_HEADER.to_owned();
     let motion = Motion {
         frames,
-        length,
+        drive,
         unit: None,
     };
     for (i, frame) in frames.iter().enumerate() {

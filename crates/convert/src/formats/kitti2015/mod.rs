@@ -21,13 +21,13 @@ mod calibration;
 mod disparity;
 mod rig;
 
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 
-use nemoral_dataset::{FrameRecord, Manifest, SequenceSpec, Split};
+use nemoral_dataset::{FrameRecord, Manifest, SequenceSpec, Split, TrackRecord};
 use nemoral_scene::{Flow, Image};
 use png::{BitDepth, ColorType};
 
-use crate::source::is_drive;
+use crate::source::{is_drive, is_followed};
 use crate::{Error, Files, Format, FrameRef, Sequence, Sink, Source, pictures};
 use disparity::Depths;
 use rig::Rig;
@@ -138,15 +138,21 @@ impl Format for Kitti2015 {
     }
 }
 
-/// The sequences in which a body drives from each frame to the next one.
-fn drives(manifest: &Manifest) -> BTreeSet<u32> {
+/// The tracks of sequences in which a body drives from frame to frame.
+fn drives(manifest: &Manifest) -> BTreeMap<u32, &TrackRecord> {
     let tracks = manifest.tracks.iter();
-    tracks.filter(|t| is_drive(t)).map(|t| t.sequence).collect()
+    let drives = tracks.filter(|track| is_drive(track));
+    drives.map(|track| (track.sequence, track)).collect()
 }
 
-/// Whether the second of two frames, by sequence and index, is the next one of a drive.
-fn follows(drives: &BTreeSet<u32>, first: (u32, u64), second: (u32, u64)) -> bool {
-    drives.contains(&first.0) && second == (first.0, first.1 + 1)
+/// Whether a body drives from the first to the second of two frames, by sequence and index.
+fn follows(
+    drives: &BTreeMap<u32, &TrackRecord>,
+    (sequence, first): (u32, u64),
+    second: (u32, u64),
+) -> bool {
+    let drive = drives.get(&sequence);
+    drive.is_some_and(|track| is_followed(track, first)) && second == (sequence, first + 1)
 }
 
 /// Two frames that follow one another.

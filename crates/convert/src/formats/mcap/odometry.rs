@@ -1,12 +1,13 @@
 //! How the body moves at each frame.
 
-use nemoral_dataset::{ImuReading, ImuSpec};
+use nemoral_dataset::{ImuReading, ImuSpec, TrackRecord};
 use nemoral_scene::glam::DVec3;
 use nemoral_scene::{RigidTransform, Twist, rotation_vector};
 
 use super::cdr::Cdr;
 use super::{BODY, MAP, time_ns};
 use crate::FrameRef;
+use crate::source::is_followed;
 
 /// The variance of a velocity that is not known.
 const UNKNOWN: f64 = 1e6;
@@ -36,8 +37,8 @@ pub(super) fn message(frame: &FrameRef<'_>, twist: Option<&Twist>) -> Vec<u8> {
 pub(in crate::formats) struct Motion<'a> {
     /// The frames that exist.
     pub(in crate::formats) frames: &'a [FrameRef<'a>],
-    /// The number of frames of the whole drive; `None` if frames are single views.
-    pub(in crate::formats) length: Option<u64>,
+    /// The drive that they are frames of; `None` if they are single views or stations.
+    pub(in crate::formats) drive: Option<&'a TrackRecord>,
     /// The inertial measurement unit with its readings, if there is one.
     pub(in crate::formats) unit: Option<(&'a ImuSpec, &'a [ImuReading])>,
 }
@@ -49,20 +50,21 @@ impl Motion<'_> {
         self.of_states(i).or_else(|| self.of_neighbours(i))
     }
 
-    /// The mean motion between the neighbours of a frame, if these exist. At the ends of a drive
-    /// the frame itself stands for the missing one.
+    /// The mean motion between the neighbours of a frame, if these exist. At the ends of a drive,
+    /// and of a flight line, the frame itself stands for the missing one.
     fn of_neighbours(&self, i: usize) -> Option<Twist> {
-        let length = self.length?;
+        let drive = self.drive?;
         let here = &self.frames[i];
-        let neighbour = |k: Option<usize>, index: Option<u64>| {
-            let Some(index) = index.filter(|&index| index < length) else {
-                return Some(here);
-            };
-            let frame = self.frames.get(k?)?;
-            (frame.index == index).then_some(frame)
+        let frame = |k: usize, index: u64| self.frames.get(k).filter(|f| f.index == index);
+        let before = match here.index.checked_sub(1) {
+            Some(index) if is_followed(drive, index) => frame(i.checked_sub(1)?, index)?,
+            _ => here,
         };
-        let before = neighbour(i.checked_sub(1), here.index.checked_sub(1))?;
-        let after = neighbour(Some(i + 1), Some(here.index + 1))?;
+        let after = if is_followed(drive, here.index) {
+            frame(i + 1, here.index + 1)?
+        } else {
+            here
+        };
         let duration_s = after.time_s - before.time_s;
         if duration_s <= 0.0 {
             return None;

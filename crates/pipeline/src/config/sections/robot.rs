@@ -117,7 +117,8 @@ section! {
         width_m: f64 = 100.0, Real(0.0, 5000.0), "a hectare";
         /// How far lines go on beyond the area at both ends.
         margin_m: f64 = 20.0, Real(0.0, 500.0), "our choice: the border is seen from all sides";
-        /// The greatest distance between neighbouring lines.
+        /// Distance between neighbouring lines. There are as many as cover the width, so that the
+        /// outermost may lie outside of the area.
         line_spacing_m: f64 = 20.0, Real(1.0, 1000.0), "CAMP3D; drones: 20-60 m";
         /// Whether a second set of lines crosses the first at right angles.
         crossed: bool = false, Flag, "CAMP3D crosses them";
