@@ -7,7 +7,8 @@ use nemoral_scene::glam::{DQuat, DVec3};
 use nemoral_scene::{RigidTransform, rotation_vector};
 
 use crate::common::{
-    Made, UNIT_VELOCITY_M_S, header, made, made_of, made_of_frames, pose, pose_at, run, write,
+    Drive, Made, UNIT_VELOCITY_M_S, header, made, made_of, made_of_drives, made_of_frames, pose,
+    pose_at, run, write,
 };
 use crate::mcap::{Cloud, Reader, messages};
 
@@ -132,6 +133,17 @@ fn velocities_are_central_differences_where_a_frame_has_its_neighbours() {
         few.iter().map(|t| t.2[0]).collect::<Vec<_>>(),
         [1e6, 1e6, 0.0]
     );
+    // Nothing is known of the turn from a flight line to the next: 2 has 3 alone, and 4 nothing.
+    let flight = Drive {
+        lines: vec![0, 2, 4],
+        ..Drive::of(0, &[0, 1, 2, 3, 4])
+    };
+    let lines = twists(&made_of_drives(FormatName::Mcap, &header(), &[flight]));
+    let (from, to) = (pose(2), pose(3));
+    let way_m = to.1.translation_m - from.1.translation_m;
+    let found_m = from.1.rotation * lines[2].0 * (to.0 - from.0);
+    assert!(found_m.distance(way_m) < 1e-8);
+    assert_eq!((lines[4].0, lines[4].2), (DVec3::ZERO, [1e6; 6]));
 }
 
 #[test]
