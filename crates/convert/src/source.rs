@@ -299,8 +299,8 @@ impl Source {
         Ok((first_ns, last_ns))
     }
 
-    /// The track of a sequence; `None` if nothing drives from frame to frame: they are single views,
-    /// or stations.
+    /// The track of a sequence; `None` if nothing drives from frame to frame: they are single
+    /// views, or stations.
     pub(crate) fn drive(&self, sequence: u32) -> Option<&TrackRecord> {
         let mut tracks = self.manifest().tracks.iter();
         let track = tracks.find(|track| track.sequence == sequence)?;

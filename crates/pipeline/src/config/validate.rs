@@ -453,7 +453,7 @@ impl Config {
                 }
                 Err(e) => out.add("robot.file.path", &format!(": {e}")),
             }
-        } else if self.frames > FRAMES_MAX {
+        } else if self.frames > FRAMES_MAX && matches!(r.path, RobotPath::File(_)) {
             let must = format!("be at most {FRAMES_MAX}: 0 is all places of the path");
             out.refuse("frames", self.frames, &must);
         }
@@ -464,7 +464,7 @@ impl Config {
                 out.refuse("robot.flight.height_m", flight.height_m, &must);
             }
             let frames = r.flight_lines(flight).frames();
-            if frames > FRAMES_MAX && self.frames <= FRAMES_MAX {
+            if frames > FRAMES_MAX {
                 let message = format!(
                     ": its lines have more than {FRAMES_MAX} frames: must have fewer, by a larger \
                      robot.spacing_s or robot.spacing_m"
