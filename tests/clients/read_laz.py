@@ -38,7 +38,9 @@ def main(dataset, out):
             worst = max(worst, abs(off).max())
         if "epsg" in site:
             assert las.header.parse_crs().to_epsg() == site["epsg"]
-        assert abs(las.gps_time - (frame["time_s"] + scan["t"])).max() < 1e-9
+        # What is fired together is a nanosecond apart.
+        fired_s = frame["time_s"] + scan["t"] + 1e-9 * scan["ring"]
+        assert abs(las.gps_time - fired_s).max() < 1e-9
         assert (las.return_number == scan["return_no"]).all()
         assert (las.number_of_returns == scan["n_returns"]).all()
         assert abs(np.asarray(las.intensity) / 65535 - scan["intensity"].clip(0, 1)).max() < 1e-5

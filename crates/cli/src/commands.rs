@@ -118,6 +118,20 @@ fn run_cloud(a: Cloud) -> Result<bool, Failure> {
         .out
         .extension()
         .is_some_and(|e| e.eq_ignore_ascii_case("laz"));
+    let is_ply = a
+        .out
+        .extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("ply"));
+    if !is_laz && !is_ply {
+        let message = format!(
+            "--out {}: must be a name that ends in .ply or .laz",
+            a.out.display()
+        );
+        return Err(Failure {
+            message,
+            is_request: true,
+        });
+    }
     if !is_laz && (a.tile.is_some() || a.ontology.is_some()) {
         let message = format!(
             "--out {}: --tile and --ontology are for LAZ; give it a name that ends in .laz",

@@ -9,7 +9,7 @@ use nemoral_dataset::{Cloud, CloudPoint, SiteSpec};
 use nemoral_files::PendingFile;
 use nemoral_scene::glam::DVec3;
 
-use crate::formats::laz::{Laz, LazPoint, LazWriter, crs_note, place_m};
+use crate::formats::laz::{Laz, LazPoint, LazWriter, STEP_M, crs_note, place_m};
 use crate::{Error, Table};
 
 /// The most tiles of a cloud, as each is an open file.
@@ -70,7 +70,9 @@ pub fn laz_cloud(
     let failed = |e: io::Error| Error::from(nemoral_files::Error::io(out)(e));
     cloud.for_each(|point: &CloudPoint| -> Result<(), Error> {
         let number = params.tile_m.map(|side| {
-            let tile = (place_m(site, point.world_m).truncate() / side).floor();
+            // As coordinates are in the file, so that none is on the border to the next tile.
+            let place_m = (place_m(site, point.world_m).truncate() / STEP_M).round() * STEP_M;
+            let tile = (place_m / side + 1e-9).floor();
             [tile.x as i64, tile.y as i64]
         });
         if !tiles.contains_key(&number) {

@@ -1,9 +1,12 @@
 //! The checks of a world before its first frame.
 
-use crate::config::{Camera, CameraOptics, Config, RobotPath};
+use nemoral_scene::glam::DVec3;
+
+use crate::config::{Camera, CameraOptics, Config, Lidar, RangeNoiseModel, RobotPath};
 use crate::imu::refuse_too_many;
 use crate::plan::Runner;
 use crate::recording::pose::scan_s;
+use crate::world::lidars::LidarRig;
 use crate::world::trajectory::RobotTrajectory;
 use crate::{Error, ForestPlan};
 
@@ -42,6 +45,7 @@ pub(crate) fn prove(
         .chain(trajectory.frames().and_then(|f| frames_note(config, f)))
         .chain(overlap_note(&trajectory, config.frames, scan_s(&lidars)))
         .chain(gaps_note(config, scan_s(&lidars)))
+        .chain(sight_notes(config, &lidars))
         .chain(stocking_note(config))
         .chain(
             config
@@ -89,6 +93,43 @@ fn gaps_note(config: &Config, scan_s: f64) -> Option<String> {
              flight lines are scanned; robot.spacing_s = {scan_s:.3} scans all of them"
         )
     })
+}
+
+/// What ground and vegetation reflect to lasers, about.
+const USUAL_REFLECTANCE: f64 = 0.4;
+
+/// Notes of LiDARs on a flight that do not see the ground below.
+fn sight_notes(config: &Config, lidars: &[LidarRig]) -> Vec<String> {
+    let RobotPath::Flight(flight) = &config.robot.path else {
+        return Vec::new();
+    };
+    let note = |((path, lidar), rig): ((String, &Lidar), &LidarRig)| {
+        let cone = rig.scanner.field_of_view();
+        let axis = rig.body_from_lidar.transform_vector(cone.axis);
+        if axis.angle_between(DVec3::NEG_Z) > cone.half_angle_rad {
+            return Some(format!(
+                "[{path}] does not see what is straight below; {path}.mount_pitch_deg = 90 points \
+                 down what looks ahead"
+            ));
+        }
+        let noise = &lidar.noise;
+        let by_signal_m = match noise.model {
+            RangeNoiseModel::SignalToNoise => {
+                let share = USUAL_REFLECTANCE / noise.reference_reflectance;
+                noise.reference_range_m * share.sqrt()
+            }
+            _ => f64::INFINITY,
+        };
+        let reach_m = by_signal_m.min(rig.scanner.params().max_range_m.into());
+        (flight.height_m > reach_m).then(|| {
+            format!(
+                "robot.flight.height_m = {}: [{path}] sees what reflects {:.0} % to {reach_m:.0} m",
+                flight.height_m,
+                100.0 * USUAL_REFLECTANCE
+            )
+        })
+    };
+    config.all_lidars().zip(lidars).filter_map(note).collect()
 }
 
 /// More basal area than woods have, m²/ha: dense ones have 60, old conifers of wet coasts 100.

@@ -116,7 +116,8 @@ impl Recorder {
         }
         files.extend(maps(&survey, &crowns, &frame)?);
         let lying_m3: f64 = survey.deadwood.iter().map(|d| d.volume_m3).sum();
-        let rounded = |number: f64| (number * 1e6).round() / 1e6;
+        // Without the zero, that of an empty sum would be negative.
+        let rounded = |number: f64| (number * 1e6).round() / 1e6 + 0.0;
         let about = json!({
             "generator": concat!("nemoral ", env!("CARGO_PKG_VERSION")),
             "seed": self.sequence().config.seed,

@@ -1,6 +1,7 @@
 //! A drone that surveys a forest along flight lines.
 
 use std::path::Path;
+use std::sync::Mutex;
 use std::sync::atomic::AtomicBool;
 
 use nemoral_dataset::{Dataset, OpenMode};
@@ -45,18 +46,22 @@ fn refused(settings: &[&str]) -> String {
     refused.expect_err("is refused").to_string()
 }
 
-struct Silent;
+/// What a run tells its user.
+#[derive(Default)]
+struct Notes(Mutex<Vec<String>>);
 
-impl Observer for Silent {
-    fn note(&self, _: &str) {}
+impl Observer for Notes {
+    fn note(&self, message: &str) {
+        self.0.lock().expect("no panic").push(message.to_owned());
+    }
 
     fn frame(&self, _: Done) {}
 }
 
-/// Makes the first frames of the flight.
-fn recorded(out: &Path, frames: u64) -> Result<Dataset, Error> {
+/// Makes the first frames of the flight. Also returns what is told.
+fn recorded(out: &Path, frames: u64, more: &[&str]) -> Result<(Dataset, String), Error> {
     let request = Request {
-        sequences: sequences(&[&FLIGHT[..], &["camera.flow=true"]].concat())?,
+        sequences: sequences(&[&FLIGHT[..], more].concat())?,
         frames: SequenceFrames::new(FrameSelection::first(frames), 1),
         out: out.to_owned(),
         mode: OpenMode::Fresh,
@@ -65,8 +70,43 @@ fn recorded(out: &Path, frames: u64) -> Result<Dataset, Error> {
         backend: Backend::Cpu,
         cache: grown(),
     };
-    generate(&request, &Silent, &AtomicBool::new(false))?;
-    Ok(Dataset::open(out)?)
+    let notes = Notes::default();
+    generate(&request, &notes, &AtomicBool::new(false))?;
+    let told = notes.0.into_inner().expect("no panic").join("\n");
+    Ok((Dataset::open(out)?, told))
+}
+
+#[test]
+fn what_a_flight_does_not_see_is_told() -> Result<(), Error> {
+    let dir = tempfile::tempdir().expect("a folder");
+    let told = |name: &str, more: &[&str]| {
+        let made = recorded(&dir.path().join(name), 1, more);
+        made.map(|(_, told)| told)
+    };
+    let blind = "camera.enabled=false";
+    let ahead = told("ahead", &[blind, "lidar.device=l1"])?;
+    assert!(
+        ahead.contains("[lidar] does not see what is straight below"),
+        "{ahead}"
+    );
+    let far = told("far", &[blind, "lidar.noise.reference_range_m=20"])?;
+    assert!(
+        far.contains("[lidar] sees what reflects 40 % to 28 m"),
+        "{far}"
+    );
+    // 4,000 pulses are 29 ms of every second.
+    let gaps = "3 % of the flight lines are scanned; robot.spacing_s = 0.029 scans all of them";
+    assert!(far.contains(gaps), "{far}");
+    let down = [
+        "lidar.device=l1",
+        "lidar.mount_pitch_deg=90",
+        "lidar.pulses=240000",
+    ];
+    let fine = told("fine", &[&[blind], &down[..]].concat())?;
+    for word in ["straight below", "reflects", "scanned"] {
+        assert!(!fine.contains(word), "{fine}");
+    }
+    Ok(())
 }
 
 #[test]
@@ -107,7 +147,7 @@ fn a_flight_surveys_its_area() -> Result<(), Error> {
 fn its_data_set_knows_the_lines() -> Result<(), Error> {
     let dir = tempfile::tempdir().expect("a folder");
     let out = dir.path().join("flight");
-    let dataset = recorded(&out, 7)?;
+    let (dataset, _) = recorded(&out, 7, &["camera.flow=true"])?;
     let track = &dataset.manifest().tracks[0];
     assert_eq!((track.length, &track.lines[..]), (20, &[0, 5, 10, 15][..]));
     let lines: Vec<_> = [0, 4, 5, 19].map(|k| track.line_of(k)).to_vec();

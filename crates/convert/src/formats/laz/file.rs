@@ -13,7 +13,7 @@ use nemoral_scene::glam::{DVec2, DVec3};
 use crate::Crs;
 
 /// Metres for a step of a coordinate.
-const STEP_M: f64 = 1e-4;
+pub(crate) const STEP_M: f64 = 1e-4;
 const HEADER_BYTES: u16 = 375;
 const VLR_HEADER_BYTES: usize = 54;
 /// Point format 6 without extra bytes.
@@ -200,7 +200,8 @@ fn record(p: &LazPoint<'_>, steps: DVec3) -> Vec<u8> {
     out.bytes(&[number | returns << 4, 0, p.class, p.lidar.saturating_add(1)]);
     out.bytes(&scan_angle(p.from_scanner_m, point.position_m.y).to_le_bytes());
     out.u16(p.source);
-    out.f64(p.time_s + point.time_ns as f64 * 1e-9);
+    // Readers know a pulse by its time alone, and some lasers fire together.
+    out.f64(p.time_s + (point.time_ns + i64::from(point.ring)) as f64 * 1e-9);
     out.bytes(&[p.recorded.class, point.semantic as u8]);
     out.u32(point.object.to_image_id())
         .bytes(&[point.ring])
