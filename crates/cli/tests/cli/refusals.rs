@@ -91,9 +91,9 @@ fn an_impossible_value() {
 fn everything_wrong_is_said_at_once() {
     let done = refused(
         "several",
-        b"frames = 0\n[chunks]\nsize = 50\n[trails]\nwidth_m = -1\n",
+        b"frames = -1\n[chunks]\nsize = 50\n[trails]\nwidth_m = -1\n",
     );
-    assert_says(&done, &["forest.toml:1:1", "frames = 0"]);
+    assert_says(&done, &["forest.toml:1:1", "frames = -1"]);
     assert_says(&done, &["forest.toml:3:1", "chunks.size", "size_m"]);
     assert_says(&done, &["forest.toml:5:1", "trails.width_m = -1"]);
 }
