@@ -108,7 +108,9 @@ fn points_are_in_the_world_and_nothing_that_is_known_is_lost() {
                 .dot(-DVec3::Z);
             assert!((angle_deg.abs().to_radians().cos() - down).abs() < 1e-4);
             assert_eq!(angle_deg < 0.0, p.point.position_m.y > 0.0);
-            let time = time_s + p.point.time_ns as f64 * 1e-9;
+            // What is fired together is a nanosecond apart.
+            let time_ns = p.point.time_ns + i64::from(p.point.ring);
+            let time = time_s + time_ns as f64 * 1e-9;
             assert!((f64_at(record, 22) - time).abs() < 1e-12);
             let byte = |name: &str| record[extra[name]];
             assert_eq!(byte("class"), p.class);
