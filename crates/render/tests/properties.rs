@@ -175,7 +175,7 @@ fn what_is_no_number_is_refused_or_stays_in_its_pixel() {
         sky_visibility: &nowhere,
         ..sound.view()
     };
-    let said = "sky_visibility.sky_view_factor(camera) = NaN: must be 0..=1";
+    let said = "sky_visibility.sky_view_factor(camera) = NaN: must be finite";
     assert_eq!(refused(&scene), said);
     type Spoil = fn(&mut Material);
     let spoilt: [(Spoil, &str); 4] = [
