@@ -179,11 +179,17 @@ fn what_is_no_number_is_refused_or_stays_in_its_pixel() {
     assert_eq!(refused(&scene), said);
     type Spoil = fn(&mut Material);
     let spoilt: [(Spoil, &str); 4] = [
-        (|m| m.roughness = f32::NAN, "roughness = NaN: must be 0..=1"),
-        (|m| m.roughness = 1.5, "roughness = 1.5: must be 0..=1"),
+        (
+            |m| m.roughness = f32::NAN,
+            "roughness = NaN: must be from 0 to 1",
+        ),
+        (
+            |m| m.roughness = 1.5,
+            "roughness = 1.5: must be from 0 to 1",
+        ),
         (
             |m| m.transmittance.y = f32::NAN,
-            "transmittance = NaN: must be 0..=1",
+            "transmittance = NaN: must be from 0 to 1",
         ),
         (
             |m| m.tile_m = 0.0,
