@@ -114,33 +114,24 @@ fn run_cloud(a: Cloud) -> Result<bool, Failure> {
         crop: a.crop,
         only: a.only_class,
     };
-    let is_laz = a
-        .out
-        .extension()
-        .is_some_and(|e| e.eq_ignore_ascii_case("laz"));
-    let is_ply = a
-        .out
-        .extension()
-        .is_some_and(|e| e.eq_ignore_ascii_case("ply"));
-    if !is_laz && !is_ply {
-        let message = format!(
-            "--out {}: must be a name that ends in .ply or .laz",
-            a.out.display()
-        );
-        return Err(Failure {
+    let refused = |why: &str| {
+        let message = format!("--out {}: {why}", a.out.display());
+        let is_request = true;
+        Err(Failure {
             message,
-            is_request: true,
-        });
+            is_request,
+        })
+    };
+    let ends_in = |ending: &str| {
+        let end = a.out.extension();
+        end.is_some_and(|e| e.eq_ignore_ascii_case(ending))
+    };
+    let is_laz = ends_in("laz");
+    if !is_laz && !ends_in("ply") {
+        return refused("must be a name that ends in .ply or .laz");
     }
     if !is_laz && (a.tile.is_some() || a.ontology.is_some()) {
-        let message = format!(
-            "--out {}: --tile and --ontology are for LAZ; give it a name that ends in .laz",
-            a.out.display()
-        );
-        return Err(Failure {
-            message,
-            is_request: true,
-        });
+        return refused("--tile and --ontology are for LAZ; give it a name that ends in .laz");
     }
     let cloud = nemoral_dataset::Cloud::open(&a.dir, params)?;
     if let Some(trees) = &a.trees {

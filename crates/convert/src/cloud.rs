@@ -70,9 +70,9 @@ pub fn laz_cloud(
     let failed = |e: io::Error| Error::from(nemoral_files::Error::io(out)(e));
     cloud.for_each(|point: &CloudPoint| -> Result<(), Error> {
         let number = params.tile_m.map(|side| {
-            // As coordinates are in the file, so that none is on the border to the next tile.
-            let place_m = (place_m(site, point.world_m).truncate() / STEP_M).round() * STEP_M;
-            let tile = (place_m / side + 1e-9).floor();
+            // In whole steps, as coordinates are in the file, so that none is in the next tile.
+            let steps = (place_m(site, point.world_m).truncate() / STEP_M).round();
+            let tile = (steps / (side / STEP_M).round()).floor();
             [tile.x as i64, tile.y as i64]
         });
         if !tiles.contains_key(&number) {

@@ -299,12 +299,10 @@ impl Source {
         Ok((first_ns, last_ns))
     }
 
-    /// The track of a sequence; `None` if nothing drives from frame to frame: they are single
-    /// views, or stations.
-    pub(crate) fn drive(&self, sequence: u32) -> Option<&TrackRecord> {
+    /// The poses of a sequence; `None` if there is no such sequence.
+    pub(crate) fn track(&self, sequence: u32) -> Option<&TrackRecord> {
         let mut tracks = self.manifest().tracks.iter();
-        let track = tracks.find(|track| track.sequence == sequence)?;
-        is_drive(track).then_some(track)
+        tracks.find(|track| track.sequence == sequence)
     }
 
     /// What the inertial measurement unit of a sequence measured along the whole drive, in the
@@ -331,19 +329,6 @@ impl Source {
     pub fn objects(&self, sequence: u32) -> Result<Vec<ObjectRecord>, Error> {
         Ok(self.dataset.objects(sequence)?)
     }
-}
-
-/// Whether a body drives along the poses of a track: they are neither single views nor stations.
-pub(crate) fn is_drive(track: &TrackRecord) -> bool {
-    track.balance.is_none() && !track.stands
-}
-
-/// Whether a body drives from a frame of a drive to the one after it, which may not exist here: it
-/// does not after the last one, nor from one flight line to the next.
-pub(crate) fn is_followed(track: &TrackRecord, frame: u64) -> bool {
-    frame
-        .checked_add(1)
-        .is_some_and(|next| next < track.length && track.line_of(frame) == track.line_of(next))
 }
 
 impl Sequence<'_> {

@@ -99,6 +99,20 @@ impl TrackRecord {
         let after = self.lines.partition_point(|first| *first <= frame);
         after.checked_sub(1).map(|line| line as u64)
     }
+
+    /// Whether the body moves from frame to frame: they are neither single views nor stations.
+    #[must_use]
+    pub fn is_drive(&self) -> bool {
+        self.balance.is_none() && !self.stands
+    }
+
+    /// Whether the body moves from a frame to the next one, which may not exist here: not after the
+    /// last one of a drive, nor from one flight line to the next.
+    #[must_use]
+    pub fn goes_on_after(&self, frame: u64) -> bool {
+        let next = frame.saturating_add(1);
+        self.is_drive() && next < self.length && self.line_of(frame) == self.line_of(next)
+    }
 }
 
 impl FrameRecord {

@@ -124,6 +124,7 @@ fn decode_box(line: &str) -> Option<ObjectBox> {
     };
     let object = ObjectId::from_u64(words[0].parse().ok()?)?;
     let visible_px = whole_number(7)?;
+    let turn = DQuat::from_xyzw(real(20)?, real(21)?, real(22)?, real(23)?);
     let parsed = ObjectBox {
         object,
         kind: *ObjectKind::ALL.iter().find(|k| k.name() == words[2])?,
@@ -137,7 +138,7 @@ fn decode_box(line: &str) -> Option<ObjectBox> {
         whole_px: whole_number(12).filter(|n| *n > 0)?,
         centre_m: DVec3::new(real(14)?, real(15)?, real(16)?),
         size_m: DVec3::new(real(17)?, real(18)?, real(19)?),
-        camera_from_box: DQuat::from_xyzw(real(20)?, real(21)?, real(22)?, real(23)?).normalize(),
+        camera_from_box: turn.normalize(),
     };
     let far = parsed
         .centre_m
@@ -145,8 +146,7 @@ fn decode_box(line: &str) -> Option<ObjectBox> {
         .max_element()
         .max(parsed.size_m.max_element());
     let is_box = parsed.size_m.min_element() >= 0.0 && far <= MAX_POSITION_M;
-    let turn: [f64; 4] = [real(20)?, real(21)?, real(22)?, real(23)?];
-    let is_turn = (turn.iter().map(|x| x * x).sum::<f64>() - 1.0).abs() < 1e-3;
+    let is_turn = (turn.length_squared() - 1.0).abs() < 1e-3;
     let derived = is_box
         && is_turn
         && whole_number(1)? == object.to_image_id()

@@ -115,9 +115,9 @@ impl Recorder {
             files.push(("plots.csv", text.into_bytes()));
         }
         files.extend(maps(&survey, &crowns, &frame)?);
-        let lying_m3: f64 = survey.deadwood.iter().map(|d| d.volume_m3).sum();
-        // Without the zero, that of an empty sum would be negative.
-        let rounded = |number: f64| (number * 1e6).round() / 1e6 + 0.0;
+        // The `sum` of nothing is -0.
+        let lying_m3 = (survey.deadwood.iter()).fold(0.0, |sum, piece| sum + piece.volume_m3);
+        let rounded = |number: f64| (number * 1e6).round() / 1e6;
         let about = json!({
             "generator": concat!("nemoral ", env!("CARGO_PKG_VERSION")),
             "seed": self.sequence().config.seed,

@@ -43,7 +43,7 @@ pub(super) fn put(
         let states = place("state_groundtruth_estimate0/data.csv");
         later(states, &texts.states, STATES_HEADER)?
     } else {
-        states_of(frames, source.drive(number))
+        states_of(frames, source.track(number))
     };
     let folder = format!("{number:02}/mav0/state_groundtruth_estimate0");
     files.put(format!("{folder}/data.csv"), states);
@@ -90,14 +90,13 @@ fn densities(path: PathBuf, sensor: &str) -> Result<[f64; 4], Error> {
     Ok(all)
 }
 
-/// The true states by the frames alone, of a drive if they are one:
-/// velocities are by differences of places, 0 where a neighbour is missing, and there is nothing
-/// that has biases.
-fn states_of(frames: &[FrameRef<'_>], drive: Option<&TrackRecord>) -> String {
+/// The true states by the frames alone: velocities are by differences of places, 0 where a
+/// neighbour is missing, and there is nothing that has biases.
+fn states_of(frames: &[FrameRef<'_>], track: Option<&TrackRecord>) -> String {
     let mut text = STATES_HEADER.to_owned();
     let motion = Motion {
         frames,
-        drive,
+        track,
         unit: None,
     };
     for (i, frame) in frames.iter().enumerate() {

@@ -27,7 +27,6 @@ use nemoral_dataset::{FrameRecord, Manifest, SequenceSpec, Split, TrackRecord};
 use nemoral_scene::{Flow, Image};
 use png::{BitDepth, ColorType};
 
-use crate::source::{is_drive, is_followed};
 use crate::{Error, Files, Format, FrameRef, Sequence, Sink, Source, pictures};
 use disparity::Depths;
 use rig::Rig;
@@ -87,21 +86,23 @@ impl Format for Kitti2015 {
         if manifest.frames.is_empty() {
             return Ok(());
         }
-        let drives = drives(manifest);
+        let tracks = tracks(manifest);
         let place = |f: &FrameRecord| (f.sequence, f.index);
         let mut neighbours = manifest.frames.windows(2);
-        if neighbours.any(|two| follows(&drives, place(&two[0]), place(&two[1]))) {
+        if neighbours.any(|two| follows(&tracks, place(&two[0]), place(&two[1]))) {
             return Ok(());
         }
-        Err(unsuitable(if drives.is_empty() {
-            "no frame follows another one, as they are stations or single views of [balance]; make \
+        Err(unsuitable(
+            if !tracks.values().any(|track| track.is_drive()) {
+                "no frame follows another one, as they are stations or single views of [balance]; make \
              the data set as a drive, without these"
                 .to_owned()
-        } else {
-            "no two frames of a drive follow one another here; make the data set of more frames, \
+            } else {
+                "no two frames of a drive follow one another here; make the data set of more frames, \
              or without gaps between those of --frames"
                 .to_owned()
-        }))
+            },
+        ))
     }
 
     fn notes(&self, manifest: &Manifest) -> Vec<String> {
@@ -138,21 +139,20 @@ impl Format for Kitti2015 {
     }
 }
 
-/// The tracks of sequences in which a body drives from frame to frame.
-fn drives(manifest: &Manifest) -> BTreeMap<u32, &TrackRecord> {
+/// The tracks of all sequences.
+fn tracks(manifest: &Manifest) -> BTreeMap<u32, &TrackRecord> {
     let tracks = manifest.tracks.iter();
-    let drives = tracks.filter(|track| is_drive(track));
-    drives.map(|track| (track.sequence, track)).collect()
+    tracks.map(|track| (track.sequence, track)).collect()
 }
 
 /// Whether a body drives from the first to the second of two frames, by sequence and index.
 fn follows(
-    drives: &BTreeMap<u32, &TrackRecord>,
+    tracks: &BTreeMap<u32, &TrackRecord>,
     (sequence, first): (u32, u64),
     second: (u32, u64),
 ) -> bool {
-    let drive = drives.get(&sequence);
-    drive.is_some_and(|track| is_followed(track, first)) && second == (sequence, first + 1)
+    let track = tracks.get(&sequence);
+    track.is_some_and(|track| track.goes_on_after(first)) && second == (sequence, first + 1)
 }
 
 /// Two frames that follow one another.
@@ -221,12 +221,12 @@ impl Pair<'_> {
 /// The pairs of all sequences, numbered from 0.
 fn pairs(source: &Source) -> Vec<Pair<'_>> {
     let mut pairs = Vec::new();
-    let drives = drives(source.manifest());
+    let tracks = tracks(source.manifest());
     let place = |f: &FrameRef<'_>| (f.sequence, f.index);
     for sequence in source.sequences() {
         let frames: Vec<_> = source.frames(sequence.number).collect();
         for two in frames.windows(2) {
-            if !follows(&drives, place(&two[0]), place(&two[1])) {
+            if !follows(&tracks, place(&two[0]), place(&two[1])) {
                 continue;
             }
             pairs.push(Pair {

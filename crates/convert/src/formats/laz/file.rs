@@ -201,7 +201,7 @@ fn record(p: &LazPoint<'_>, steps: DVec3) -> Vec<u8> {
     out.bytes(&scan_angle(p.from_scanner_m, point.position_m.y).to_le_bytes());
     out.u16(p.source);
     // Readers know a pulse by its time alone, and some lasers fire together.
-    out.f64(p.time_s + (point.time_ns + i64::from(point.ring)) as f64 * 1e-9);
+    out.f64(p.time_s + (point.time_ns as f64 + f64::from(point.ring)) * 1e-9);
     out.bytes(&[p.recorded.class, point.semantic as u8]);
     out.u32(point.object.to_image_id())
         .bytes(&[point.ring])

@@ -147,7 +147,7 @@ fn write_messages(
     let mut readings = imu::parts(&all, &times_ns);
     let motion = Motion {
         frames: &frames,
-        drive: source.drive(sequence.number),
+        track: source.track(sequence.number),
         unit: sequence.imu.map(|unit| (unit, &*all)),
     };
     let timings = (0..sequence.lidars.len()).map(|l| Timing::of(source, sequence, l));

@@ -7,7 +7,6 @@ use nemoral_scene::{RigidTransform, Twist, rotation_vector};
 use super::cdr::Cdr;
 use super::{BODY, MAP, time_ns};
 use crate::FrameRef;
-use crate::source::is_followed;
 
 /// The variance of a velocity that is not known.
 const UNKNOWN: f64 = 1e6;
@@ -37,8 +36,8 @@ pub(super) fn message(frame: &FrameRef<'_>, twist: Option<&Twist>) -> Vec<u8> {
 pub(in crate::formats) struct Motion<'a> {
     /// The frames that exist.
     pub(in crate::formats) frames: &'a [FrameRef<'a>],
-    /// The drive that they are frames of; `None` if they are single views or stations.
-    pub(in crate::formats) drive: Option<&'a TrackRecord>,
+    /// What is known of the poses of their sequence.
+    pub(in crate::formats) track: Option<&'a TrackRecord>,
     /// The inertial measurement unit with its readings, if there is one.
     pub(in crate::formats) unit: Option<(&'a ImuSpec, &'a [ImuReading])>,
 }
@@ -53,14 +52,14 @@ impl Motion<'_> {
     /// The mean motion between the neighbours of a frame, if these exist. At the ends of a drive,
     /// and of a flight line, the frame itself stands for the missing one.
     fn of_neighbours(&self, i: usize) -> Option<Twist> {
-        let drive = self.drive?;
+        let track = self.track?;
         let here = &self.frames[i];
         let frame = |k: usize, index: u64| self.frames.get(k).filter(|f| f.index == index);
         let before = match here.index.checked_sub(1) {
-            Some(index) if is_followed(drive, index) => frame(i.checked_sub(1)?, index)?,
+            Some(index) if track.goes_on_after(index) => frame(i.checked_sub(1)?, index)?,
             _ => here,
         };
-        let after = if is_followed(drive, here.index) {
+        let after = if track.goes_on_after(here.index) {
             frame(i + 1, here.index + 1)?
         } else {
             here
