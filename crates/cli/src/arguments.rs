@@ -172,6 +172,9 @@ pub(crate) struct Cloud {
     /// Leaves out mixed returns and false alarms.
     #[arg(long)]
     pub(crate) pure: bool,
+    /// Registers scans by poses_estimated.txt instead of the true poses.
+    #[arg(long)]
+    pub(crate) estimated_poses: bool,
     /// Which sequence, if there are several.
     #[arg(long, value_name = "K")]
     pub(crate) sequence: Option<u32>,

@@ -110,6 +110,7 @@ fn run_cloud(a: Cloud) -> Result<bool, Failure> {
     let params = CloudParams {
         voxel_m: a.voxel,
         pure: a.pure,
+        estimated_poses: a.estimated_poses,
         sequence: a.sequence,
         crop: a.crop,
         only: a.only_class,

@@ -322,6 +322,18 @@ impl Source {
         Ok(self.dataset.imu_texts(sequence)?)
     }
 
+    /// The body's pose in the world at each frame of the whole sequence, as a navigation system
+    /// estimates it; `None` if the sequence has none.
+    ///
+    /// # Errors
+    /// [`Error::Dataset`], naming the file.
+    pub fn estimated_world_from_body(
+        &self,
+        sequence: u32,
+    ) -> Result<Option<Vec<RigidTransform>>, Error> {
+        Ok(self.dataset.estimated_world_from_body(sequence)?)
+    }
+
     /// All objects of a sequence with an id.
     ///
     /// # Errors

@@ -77,6 +77,9 @@ pub struct Track {
     pub sequence: u32,
     /// Time and `world_from_body` of frame 0, 1, 2, ….
     pub poses: Vec<(f64, RigidTransform)>,
+    /// `world_from_body` of the same frames as a navigation system estimates them; none if there is
+    /// no such system.
+    pub estimated: Vec<RigidTransform>,
     /// How they were chosen, if they are not a drive.
     pub balance: Option<BalanceRecord>,
     /// Whether the body stands still at each of them, as a tripod does.

@@ -28,6 +28,8 @@ pub(crate) const SEQUENCES: &str = "sequences";
 /// The folder of KITTI's odometry benchmark for all sequences' poses.
 pub(crate) const ALL_POSES: &str = "poses";
 pub(crate) const POSES: &str = "poses.txt";
+/// What a navigation system estimates of the poses.
+pub(crate) const ESTIMATED_POSES: &str = "poses_estimated.txt";
 pub(crate) const CALIB: &str = "calib.txt";
 pub(crate) const TIMES: &str = "times.txt";
 /// The files of a sequence's inertial measurement unit, where the EuRoC MAV data set has them:
@@ -38,8 +40,16 @@ pub(crate) const IMU_FILES: [&str; 3] = [
     "state_groundtruth_estimate0/data.csv",
 ];
 /// The files of a sequence that belong to no frame, besides [`IMU_FILES`].
-pub(crate) const SEQUENCE_FILES: [&str; 7] =
-    [CALIB, CONFIG, DEADWOOD, INSTANCES, POSES, TIMES, TREES];
+pub(crate) const SEQUENCE_FILES: [&str; 8] = [
+    CALIB,
+    CONFIG,
+    DEADWOOD,
+    ESTIMATED_POSES,
+    INSTANCES,
+    POSES,
+    TIMES,
+    TREES,
+];
 
 /// The folders of one LiDAR, below the sequence's.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -229,6 +239,9 @@ pub(crate) fn common_files<'a>(
             (path(TREES), limits::TABLE_BYTES),
             (path(INSTANCES), limits::TABLE_BYTES),
         ]);
+        if sequence.has_estimated_poses {
+            files.push((path(ESTIMATED_POSES), poses));
+        }
         if sequence.has_deadwood {
             files.push((path(DEADWOOD), limits::TABLE_BYTES));
         }

@@ -70,6 +70,9 @@ pub fn merge_watched(
                 length: track.length,
                 world_from_frame0: track.world_from_frame0,
                 poses: part.read_text(&path(layout::POSES))?,
+                estimated: (part.has_estimated_poses(track.sequence))
+                    .then(|| part.read_text(&path(layout::ESTIMATED_POSES)))
+                    .transpose()?,
                 times: part.read_text(&path(layout::TIMES))?,
                 balance: track.balance.clone(),
                 stands: track.stands,
@@ -87,7 +90,7 @@ pub fn merge_watched(
                     field: format!("track of sequence {}", track.sequence),
                     found: format!("{} frames", drive.length),
                     asked: format!(
-                        "{} frames with other poses, times or inertial measurements",
+                        "{} frames with other poses, estimates, times or inertial measurements",
                         ours.length
                     ),
                 });

@@ -505,6 +505,45 @@ impl Dataset {
         Ok(rows.iter().map(kitti::from_rows).collect())
     }
 
+    /// `poses_estimated.txt`: the same transforms as a navigation system estimates them, to the
+    /// true reference camera at frame 0; `None` if the sequence has no such system.
+    ///
+    /// # Errors
+    /// [`Error::Io`] and [`Error::Malformed`].
+    pub fn estimated_poses(&self, sequence: u32) -> Result<Option<Vec<RigidTransform>>, Error> {
+        if !self.has_estimated_poses(sequence) {
+            return Ok(None);
+        }
+        let path = layout::sequence_file(sequence, layout::ESTIMATED_POSES);
+        let rows = self.load_text(&path, kitti::decode_poses)?;
+        Ok(Some(rows.iter().map(kitti::from_rows).collect()))
+    }
+
+    /// The body's pose in the world at each frame of the whole sequence, as a navigation system
+    /// estimates it ([`estimated_poses`](Self::estimated_poses)); `None` if the sequence has no such
+    /// system.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] if there is no such sequence here; [`Error::Io`] and
+    /// [`Error::Malformed`].
+    pub fn estimated_world_from_body(
+        &self,
+        sequence: u32,
+    ) -> Result<Option<Vec<RigidTransform>>, Error> {
+        let world_from_frame0 = self.track(sequence)?.world_from_frame0();
+        let spec = self.manifest.header.sequence(sequence);
+        let spec = spec.expect("a manifest's tracks are of sequences");
+        let reference_from_body = spec.body_from_reference().inverse();
+        let in_world = |pose| world_from_frame0 * pose * reference_from_body;
+        let poses = self.estimated_poses(sequence)?;
+        Ok(poses.map(|poses| poses.into_iter().map(in_world).collect()))
+    }
+
+    pub(crate) fn has_estimated_poses(&self, sequence: u32) -> bool {
+        let spec = self.manifest.header.sequence(sequence);
+        spec.is_some_and(|spec| spec.has_estimated_poses)
+    }
+
     /// `calib.txt`.
     ///
     /// # Errors

@@ -67,6 +67,9 @@ pub struct SequenceSpec {
     /// Whether it has a `deadwood.csv`; absent from `dataset.json` if it has none.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub has_deadwood: bool,
+    /// Whether it has a `poses_estimated.txt`; absent from `dataset.json` if it has none.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub has_estimated_poses: bool,
     /// How depth is stored.
     pub depth_format: DepthFormat,
     /// All cameras, the reference camera first.
@@ -103,6 +106,7 @@ impl SequenceSpec {
             site: None,
             chunk_size_m: 50.0,
             has_deadwood: false,
+            has_estimated_poses: false,
             depth_format: DepthFormat::default(),
             cameras: Vec::new(),
             lidars: Vec::new(),

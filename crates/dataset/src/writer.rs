@@ -263,10 +263,25 @@ impl Writer {
         };
         let relative = poses.iter().map(|p| kitti::relative(first, p).to_rows());
         let times: Vec<_> = track.poses.iter().map(|(t, _)| *t).collect();
+        let estimated = track.estimated.iter().map(|pose| *pose * mount);
+        // Relative to the true pose, so that the errors of frame 0 are there too.
+        let estimated: Vec<_> = estimated
+            .map(|pose| kitti::relative(first, &pose).to_rows())
+            .collect();
+        let asked = if spec.has_estimated_poses {
+            poses.len()
+        } else {
+            0
+        };
+        if estimated.len() != asked {
+            let allowed = format!("{asked} poses");
+            return Err(Error::invalid("track.estimated", estimated.len(), allowed));
+        }
         let drive = Drive {
             length: poses.len() as u64,
             world_from_frame0: first.to_rows(),
             poses: kitti::encode_poses(&relative.collect::<Vec<_>>()),
+            estimated: (spec.has_estimated_poses).then(|| kitti::encode_poses(&estimated)),
             times: kitti::encode_times(&times),
             balance: track.balance.clone(),
             stands: track.stands,
@@ -333,7 +348,9 @@ impl Writer {
             let record = FileRecord::put(&self.folder, layout::inner(path), text.as_bytes());
             record.map(|record| files.push(record))
         };
-        for (path, text) in common.into_iter().chain(of_deadwood) {
+        let estimated =
+            (drive.estimated.as_ref()).map(|text| (path(layout::ESTIMATED_POSES), text.clone()));
+        for (path, text) in common.into_iter().chain(of_deadwood).chain(estimated) {
             put(&path, &text)?;
         }
         for (name, text) in imu.into_iter().flat_map(ImuTexts::files) {
@@ -590,6 +607,7 @@ pub(crate) struct Drive {
     pub(crate) length: u64,
     pub(crate) world_from_frame0: kitti::Rows,
     pub(crate) poses: String,
+    pub(crate) estimated: Option<String>,
     pub(crate) times: String,
     pub(crate) balance: Option<BalanceRecord>,
     pub(crate) stands: bool,

@@ -1,6 +1,6 @@
 //! Draws the pulses that each device fires in a tenth of a second: azimuth by elevation with a line
 //! at each 10°, blue at the start and orange at the end. Of a whole turn the quarter straight ahead
-//! is shown. For a scanner that looks down it is the angle to straight down across the flight, left
+//! is shown, but all of what a motor turns. For a scanner that looks down it is the angle to straight down across the flight, left
 //! on the left, and time runs down, with a line at each 10 ms.
 //!
 //! `cargo run --release -p nemoral-lidar --example devices -- FOLDER` writes a PNG for each device.
@@ -57,7 +57,7 @@ fn draw(device: Device) -> Result<RgbImage, nemoral_lidar::ParamError> {
     let scanner = Scanner::new(device.params(), device.pattern())?;
     let looks_down = scanner.field_of_view().axis.z < -0.5;
     let [wide_deg, tall_deg] = device.sheet().field_of_view_deg;
-    let half_deg = if looks_down {
+    let half_deg = if looks_down || tall_deg == 180.0 {
         0.5 * wide_deg + MARGIN_DEG
     } else {
         (0.5 * wide_deg + MARGIN_DEG).min(WINDOW_DEG)

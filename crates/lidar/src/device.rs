@@ -3,8 +3,9 @@
 use std::f64::consts::PI;
 
 use crate::{
-    AirParams, Beam, HorizonLike, Mid40, Mid70, Panorama, PanoramaParams, PulseErrors, Returns,
-    ScanMirror, ScanMirrorParams, ScanPattern, ScannerParams, Spinning, Wavelength,
+    AirParams, Beam, HorizonLike, Mid40, Mid70, MotorParams, Motorised, Panorama, PanoramaParams,
+    PulseErrors, Returns, ScanMirror, ScanMirrorParams, ScanPattern, ScannerParams, Spinning,
+    Wavelength,
 };
 
 /// A real scanner that is or was on sale.
@@ -41,6 +42,9 @@ pub enum Device {
     /// DJI Zenmuse L1 for drones, non-repeating, with the pattern of the [`Avia`](crate::Avia),
     /// ahead: pitch it down.
     L1,
+    /// GeoSLAM ZEB Horizon, a handheld mapper: a VLP-16 on its side that a motor turns about the
+    /// handle's upright axis, half a turn a second. The angle is our choice.
+    ZebHorizon,
 }
 
 /// Sweeps of a terrestrial scanner's turn, and pulses of a sweep: steps of 0.077° both ways, 6
@@ -84,6 +88,7 @@ impl Device {
         Self::Terrestrial,
         Self::Vux1Uav,
         Self::L1,
+        Self::ZebHorizon,
     ];
 
     /// The name in configs, `snake_case`.
@@ -103,6 +108,7 @@ impl Device {
             Self::Terrestrial => "tls",
             Self::Vux1Uav => "vux1uav",
             Self::L1 => "l1",
+            Self::ZebHorizon => "zeb_horizon",
         }
     }
 
@@ -142,6 +148,10 @@ impl Device {
                 Box::new(Panorama::new(params).expect(known))
             }
             Self::Vux1Uav => Box::new(ScanMirror::new(ScanMirrorParams::default()).expect(known)),
+            Self::ZebHorizon => {
+                let head = Self::Vlp16.pattern();
+                Box::new(Motorised::new(head, MotorParams::default()).expect(known))
+            }
         }
     }
 
@@ -157,7 +167,7 @@ impl Device {
             Self::Mid70 => ([0.03, 0.28], [0.05, 260.0], 0.001, 4.0, 0.1),
             Self::Avia | Self::L1 => ([0.03, 0.28], [1.0, 450.0], 0.001, 4.0, 0.05),
             Self::HorizonLike => ([0.28, 0.03], [0.5, 260.0], 0.001, 4.0, 0.05),
-            Self::Vlp16 => ([0.172, 0.086], [0.4, 100.0], 0.002, 6.0, 0.0),
+            Self::Vlp16 | Self::ZebHorizon => ([0.172, 0.086], [0.4, 100.0], 0.002, 6.0, 0.0),
             Self::Hdl64e => ([0.115, 0.115], [0.9, 120.0], 0.002, 5.0, 0.0),
             Self::Os0 => ([0.35, 0.35], [0.3, 50.0], 0.001, 5.0, 0.0),
             Self::Os1x32 | Self::Os1x64 | Self::Os1x128 => {
@@ -250,6 +260,13 @@ impl Device {
                 source: "user manual: 3 cm, 100 m, 3.0 x 1.5 mrad, 2 mm steps; 50 m at 10 % and \
                     pulse length assumed",
                 ..OUSTER
+            },
+            Self::ZebHorizon => DeviceSheet {
+                title: "GeoSLAM ZEB Horizon",
+                field_of_view_deg: [360.0, 180.0],
+                source: "user guide: 100 m, 300,000 pulses a second; a VLP-16 on a motor, half a \
+                    turn a second; the angle is our choice; the rest as VLP-16",
+                ..Self::Vlp16.sheet()
             },
             Self::Hdl64e => DeviceSheet {
                 title: "Velodyne HDL-64E S2",

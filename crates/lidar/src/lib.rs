@@ -37,8 +37,8 @@
 //! A [`ScanPattern`] is an endless sequence of pulses. The paper's three are [`RepeatingLines`],
 //! the circular non-repeating [`Mid40`] and the rectangular non-repeating [`HorizonLike`]. There
 //! are also [`Mid70`], [`Avia`], [`Spinning`] heads by their beam tables, a terrestrial scanner's
-//! [`Panorama`], the [`ScanMirror`]s of airborne scanners and any [`CsvPattern`]; [`Device`] has
-//! the numbers of real scanners. A [`Scanner`] fires a stretch of a pattern, each pulse from where
+//! [`Panorama`], the [`ScanMirror`]s of airborne scanners and any [`CsvPattern`], each of which may
+//! be [`Motorised`]; [`Device`] has the numbers of real scanners. A [`Scanner`] fires a stretch of a pattern, each pulse from where
 //! the sensor is at that moment, and makes [`LidarPoint`](nemoral_scene::LidarPoint)s with their
 //! truth (class, object, range, incidence) of what comes back.
 //!
@@ -61,6 +61,7 @@ mod echo_detection;
 mod horizon;
 mod lines;
 mod mirror;
+mod motorised;
 mod panorama;
 mod params;
 mod pattern;
@@ -81,6 +82,7 @@ pub use device::{Device, DeviceSheet};
 pub use echo::Returns;
 pub use horizon::HorizonLike;
 pub use lines::{RepeatingLines, RepeatingLinesParams};
+pub use motorised::{MotorParams, Motorised};
 pub use nemoral_scene::{EchoObservation, ParamError};
 pub use panorama::{Panorama, PanoramaParams};
 pub use params::{ScannerParams, Wavelength};

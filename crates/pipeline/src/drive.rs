@@ -6,6 +6,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use nemoral_dataset::Track;
 use nemoral_scene::{ChunkCoord, DeadwoodRecord, ObjectRecord, TreeRecord};
+use nemoral_seed::Key;
+use nemoral_trajectory::Navigation;
 
 use crate::chunks::ChunkManager;
 use crate::config::{Config, RobotPath};
@@ -78,9 +80,17 @@ pub(crate) fn track(
             manager.evict(runner.store(), body.translation_m.truncate(), &[]);
         }
     }
+    let estimated = if config.navigation.enabled {
+        let navigation = Navigation::new(config.navigation.params(), Key::world(config.seed));
+        let navigation = navigation.map_err(|e| Error::request(format!("navigation.{e}")))?;
+        navigation.estimated(&poses)
+    } else {
+        Vec::new()
+    };
     Ok(Track {
         sequence,
         poses,
+        estimated,
         balance,
         stands: matches!(config.robot.path, RobotPath::Stations(_)),
         lines: (trajectory.trajectory.lines().into_iter())

@@ -109,6 +109,7 @@ pub(crate) fn sequence_spec(
         site: config.place(&sequence.inputs)?,
         chunk_size_m: config.chunks.size_m,
         has_deadwood: config.deadwood.has_objects(),
+        has_estimated_poses: config.navigation.enabled,
         depth_format: if config.output.depth_npy {
             DepthFormat::Npy
         } else {

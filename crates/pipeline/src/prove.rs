@@ -82,15 +82,19 @@ fn overlap_note(trajectory: &RobotTrajectory, frames: u64, scan_s: f64) -> Optio
     })
 }
 
-/// A note of flight lines of which parts are not scanned.
+/// A note of flight lines or lanes of which parts are not scanned.
 fn gaps_note(config: &Config, scan_s: f64) -> Option<String> {
     let step_s = config.robot.pace().step_s();
-    let is_flight = matches!(config.robot.path, RobotPath::Flight(_));
-    (is_flight && 0.0 < scan_s && scan_s < 0.999 * step_s).then(|| {
+    let lines = match config.robot.path {
+        RobotPath::Flight(_) => "flight lines",
+        RobotPath::Lanes(_) => "lanes",
+        _ => return None,
+    };
+    (0.0 < scan_s && scan_s < 0.999 * step_s).then(|| {
         let share = 100.0 * scan_s / step_s;
         format!(
             "a scan takes {scan_s:.3} s and frames are {step_s:.3} s apart: {share:.0} % of the \
-             flight lines are scanned; robot.spacing_s = {scan_s:.3} scans all of them"
+             {lines} are scanned; robot.spacing_s = {scan_s:.3} scans all of them"
         )
     })
 }

@@ -235,6 +235,7 @@ pub(crate) fn cloud(
     out: PathBuf,
     voxel_m: Option<f64>,
     pure: bool,
+    estimated_poses: bool,
     sequence: Option<u32>,
     only: Vec<String>,
     progress: Option<Py<PyAny>>,
@@ -242,6 +243,7 @@ pub(crate) fn cloud(
     let params = CloudParams {
         voxel_m,
         pure,
+        estimated_poses,
         sequence,
         only,
         ..CloudParams::default()

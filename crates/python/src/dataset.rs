@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use nemoral_scene::{ObjectRecord, Ontology, TreeRecord};
+use nemoral_scene::{ObjectRecord, Ontology, RigidTransform, TreeRecord};
 use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -117,11 +117,18 @@ impl Dataset {
     /// `poses.txt`: poses of the reference camera relative to frame 0.
     fn poses<'py>(&self, py: Python<'py>, sequence: u32) -> PyResult<Bound<'py, PyAny>> {
         let poses = work::brief(py, |_| Ok(self.dataset.poses(sequence)?))?;
-        let rows = poses.iter().flat_map(|pose| {
-            let [x, y, z] = pose.to_rows();
-            [x, y, z, [0.0, 0.0, 0.0, 1.0]]
-        });
-        Ok(arrays::rows(py, rows.collect())?.into_any())
+        matrices(py, &poses)
+    }
+
+    /// `poses_estimated.txt`: the same as a navigation system estimates them; `None` if there is
+    /// no such file.
+    fn estimated_poses<'py>(
+        &self,
+        py: Python<'py>,
+        sequence: u32,
+    ) -> PyResult<Option<Bound<'py, PyAny>>> {
+        let poses = work::brief(py, |_| Ok(self.dataset.estimated_poses(sequence)?))?;
+        poses.map(|poses| matrices(py, &poses)).transpose()
     }
 
     /// `times.txt`.
@@ -157,4 +164,13 @@ impl Dataset {
         spec.map(|s| &**s)
             .ok_or_else(|| PyIndexError::new_err(format!("sequence {number}: is not here")))
     }
+}
+
+/// Poses as rows of four numbers, four to a pose.
+fn matrices<'py>(py: Python<'py>, poses: &[RigidTransform]) -> PyResult<Bound<'py, PyAny>> {
+    let rows = poses.iter().flat_map(|pose| {
+        let [x, y, z] = pose.to_rows();
+        [x, y, z, [0.0, 0.0, 0.0, 1.0]]
+    });
+    Ok(arrays::rows(py, rows.collect())?.into_any())
 }

@@ -44,8 +44,9 @@
 //! #     lidars: vec![LidarData { name: "top", points: &[], sensor_chunk: ChunkCoord::new(0, 0) }],
 //! #     frame_key: [0; 32],
 //! # })?;
-//! # let (poses, lines) = (vec![(0.0, mount)], vec![]);
-//! # let track = Track { sequence: 0, poses, balance: None, stands: false, lines, imu: None };
+//! # let (poses, estimated, lines) = (vec![(0.0, mount)], vec![], vec![]);
+//! # let (balance, imu, stands) = (None, None, false);
+//! # let track = Track { sequence: 0, poses, estimated, balance, stands, lines, imu };
 //! # writer.write_sequence(&track, &WorldTables::default())?;
 //! # writer.finish()?;
 //! let made = nemoral_report::report(dataset, page)?;

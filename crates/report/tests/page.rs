@@ -82,6 +82,7 @@ fn write(out: &Path, frames: u64, of: u64) {
         poses,
         balance: None,
         stands: false,
+        estimated: Vec::new(),
         lines: Vec::new(),
         imu: None,
     };

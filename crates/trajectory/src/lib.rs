@@ -4,12 +4,16 @@
 //! A [`Trajectory`] is a [`Path`] that a [`Body`] follows at a [`Pace`]:
 //! - [`Path::ThereAndBack`]: along a line, a trail for example, to its end and back, and so on.
 //! - [`Path::Wander`]: a smooth curve about a straight line, which keeps clear of obstacles.
+//!   The line may also be a loop of [`Lanes`] over an area, as one walks a plot.
 //! - [`Path::Straight`]: a straight line, which does not avoid anything.
 //! - [`Path::FlightLines`]: parallel lines above an area, as drones fly surveys.
 //! - [`Path::Stations`]: a grid of level stations, as in terrestrial scanning.
 //! - [`Path::Recording`]: poses from a file of TUM's or KITTI's format ([`read_poses`]).
 //!
-//! Single views beside a path have places of their own ([`Beside`]).
+//! Who carries the sensors on foot sways by a [`Gait`].
+//!
+//! Single views beside a path have places of their own ([`Beside`]). What a navigation system would
+//! estimate of poses, with its errors, is [`Navigation`]'s.
 //!
 //! Nothing is simulated step by step: a pose is a pure function of a frame's number and of a time
 //! relative to it, so any frame can be made first. Frames are the moments at which sensors record.
@@ -29,7 +33,10 @@ mod beside;
 mod body;
 mod error;
 mod flight_lines;
+mod gait;
+mod lanes;
 mod line;
+mod navigation;
 mod pace;
 mod port;
 mod pose_file;
@@ -44,7 +51,10 @@ pub use beside::Beside;
 pub use body::{Body, PoseTrack};
 pub use error::Error;
 pub use flight_lines::{FlightLines, FlightLinesParams, Follow};
+pub use gait::Gait;
+pub use lanes::{Lanes, LanesParams};
 pub use line::{Heading, ThereAndBack};
+pub use navigation::{Navigation, NavigationParams};
 pub use pace::Pace;
 pub use port::{Obstacle, Obstacles, Polyline};
 pub use pose_file::{PoseFormat, read_poses};

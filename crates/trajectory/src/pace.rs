@@ -48,6 +48,20 @@ impl Pace {
         }
     }
 
+    /// The number of frames until the body has come so many metres, at least those on which it
+    /// speeds up; all that can be if there is no interval.
+    #[must_use]
+    pub fn frames_in_m(&self, travelled_m: f64) -> u64 {
+        let driving_m = if self.rest_s > 0.0 {
+            let late_m = sped_up::way_m(self.speed_m_s);
+            travelled_m.max(late_m) + late_m
+        } else {
+            travelled_m
+        };
+        let last_s = self.rest_s + driving_m / self.speed_m_s;
+        (last_s / self.step_s()).ceil() as u64
+    }
+
     /// The way that the body has come at a time, metres.
     #[must_use]
     pub fn travelled_m(&self, time_s: f64) -> f64 {
@@ -97,6 +111,9 @@ mod tests {
         };
         let at = |t: f64| pace.travelled_m(t);
         assert_eq!([at(0.0), at(-1.0), at(3.0)], [0.0; 3]);
+        let frames = pace.frames_in_m(100.0);
+        let last_m = at(pace.time_s(frames));
+        assert!((100.0..100.0 + 0.1 * 4.0).contains(&last_m), "{last_m}");
         let h = 1e-3;
         let speed = |t: f64| (at(t + h) - at(t - h)) / (2.0 * h);
         let pull = |t: f64| (at(t + h) - 2.0 * at(t) + at(t - h)) / (h * h);

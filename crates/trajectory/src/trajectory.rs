@@ -3,7 +3,7 @@
 use nemoral_scene::glam::{DQuat, DVec2, DVec3};
 use nemoral_scene::{ParamError, RigidTransform, Surface};
 
-use crate::{Body, FlightLines, Obstacles, Pace, Recording, Stations, ThereAndBack, Wander};
+use crate::{Body, FlightLines, Gait, Obstacles, Pace, Recording, Stations, ThereAndBack, Wander};
 
 /// The path of a body on the map.
 #[derive(Debug)]
@@ -38,6 +38,8 @@ pub struct Trajectory {
     pub pace: Pace,
     /// The footprint of the body.
     pub body: Body,
+    /// How it sways along a line, a wander or a straight line; not at all if it rolls.
+    pub gait: Option<Gait>,
 }
 
 /// The part of a pose that follows from the path alone, without the ground.
@@ -49,6 +51,8 @@ pub enum Stance {
         position_m: DVec2,
         /// Direction on the map, of any length.
         forward: DVec2,
+        /// How the body sways there, in its own axes ([`Gait::after`]).
+        sway: RigidTransform,
     },
     /// The body is level, with its origin on the ground, as on a tripod.
     Level {
@@ -78,7 +82,8 @@ impl Stance {
             Self::OnWheels {
                 position_m,
                 forward,
-            } => body.stand(position_m, forward, ground),
+                sway,
+            } => body.stand(position_m, forward, ground) * sway,
             Self::Level {
                 position_m,
                 forward,
@@ -95,10 +100,13 @@ impl Trajectory {
     /// Checks the values. Poses of a trajectory that does not pass may not be finite.
     ///
     /// # Errors
-    /// If pace, body, or the amplitude or clearance of a wander is out of range.
+    /// If pace, body, gait, or the amplitude or clearance of a wander is out of range.
     pub fn check(&self) -> Result<(), ParamError> {
         self.pace.check()?;
         self.body.check()?;
+        if let Some(gait) = &self.gait {
+            gait.check()?;
+        }
         match &self.path {
             Path::Wander(wander) => wander.check(),
             _ => Ok(()),
@@ -112,7 +120,8 @@ impl Trajectory {
             Path::Recording(recording) => Some(recording.count()),
             Path::Stations(stations) => Some(stations.count()),
             Path::FlightLines(lines) => Some(lines.count()),
-            _ => None,
+            Path::Wander(wander) => Some(self.pace.frames_in_m(wander.length_m()?)),
+            Path::ThereAndBack(_) | Path::Straight { .. } => None,
         }
     }
 
@@ -178,13 +187,18 @@ impl Trajectory {
                 if !recording.is_on_ground() {
                     return Ok(Stance::Free(pose));
                 }
-                let forward = pose.transform_vector(DVec3::X).truncate();
-                (pose.translation_m.truncate(), forward)
+                return Ok(Stance::OnWheels {
+                    position_m: pose.translation_m.truncate(),
+                    forward: pose.transform_vector(DVec3::X).truncate(),
+                    sway: RigidTransform::IDENTITY,
+                });
             }
         };
+        let sway = self.gait.map(|gait| gait.after(s));
         Ok(Stance::OnWheels {
             position_m,
             forward,
+            sway: sway.unwrap_or(RigidTransform::IDENTITY),
         })
     }
 
@@ -239,7 +253,46 @@ mod tests {
             path,
             pace: PACE,
             body: BODY,
+            gait: None,
         }
+    }
+
+    #[test]
+    fn a_walker_sways_and_keeps_to_the_path() {
+        let gait = Gait {
+            step_m: 0.6,
+            bob_m: 0.03,
+            sway_m: 0.02,
+            pitch_rad: 0.0,
+            roll_rad: 0.0,
+            hip_m: 1.0,
+        };
+        let straight = || Path::Straight {
+            start_m: DVec2::ZERO,
+            forward: DVec2::X,
+        };
+        let walked = Trajectory {
+            gait: Some(gait),
+            ..of(straight())
+        };
+        let flat = FlatSurface::default();
+        let pose = |offset_s| walked.pose(0, offset_s, &nothing, &flat).expect("never");
+        // A quarter of a step is 0.1 s.
+        assert!(
+            pose(0.1)
+                .translation_m
+                .distance(DVec3::new(0.15, 0.02 * 0.5_f64.sqrt(), 0.03))
+                < 1e-12
+        );
+        assert!(pose(0.8).translation_m.distance(DVec3::new(1.2, 0.0, 0.0)) < 1e-12);
+        let wrong = Trajectory {
+            gait: Some(Gait {
+                step_m: 0.0,
+                ..gait
+            }),
+            ..of(straight())
+        };
+        assert_eq!(wrong.check().expect_err("no step").field, "gait.step_m");
     }
 
     #[test]

@@ -7,8 +7,9 @@ use nemoral_scene::ParamError;
 use nemoral_scene::glam::DVec2;
 use nemoral_seed::{Domain, Draw, Key};
 
+use crate::lanes::GuidePlace;
 use crate::spline::{CubicBSpline, gauss_legendre};
-use crate::{Heading, Obstacle, Obstacles};
+use crate::{Heading, Lanes, Obstacle, Obstacles};
 
 /// The name is older than this crate; another one would change every wander.
 const WANDER: Domain = Domain::new("pipeline.wander");
@@ -27,7 +28,12 @@ const RAMP: f64 = 0.15;
 const STEEP: f64 = 40.0;
 const BENT: f64 = 60.0;
 
-/// A curve about a straight guide line, displaced sideways so that it keeps its clearance.
+/// The greatest amplitude about lanes, over their distance: turns between them are of a quarter of
+/// it.
+const LANES_AMPLITUDE: f64 = 0.2;
+
+/// A curve about a guide line, displaced sideways so that it keeps its clearance. The line is
+/// straight, or a loop of lanes.
 ///
 /// The line is cut into blocks of 72 m. Where blocks meet, the displacement is keyed; inside a
 /// block it is the best of all paths over a grid of choices, by dynamic programming over clearance
@@ -40,8 +46,7 @@ const BENT: f64 = 60.0;
 /// to a quarter where it winds between stems that stand closest.
 #[derive(Debug)]
 pub struct Wander {
-    start_m: DVec2,
-    forward: DVec2,
+    guide: Guide,
     amplitude_m: f64,
     clearance_m: f64,
     key: Key,
@@ -50,13 +55,34 @@ pub struct Wander {
     courses: Memory<Course>,
 }
 
+/// What a wander goes about.
+#[derive(Debug)]
+enum Guide {
+    Straight { start_m: DVec2, forward: DVec2 },
+    Lanes(Lanes),
+}
+
+impl Guide {
+    fn at(&self, along_m: f64) -> GuidePlace {
+        match self {
+            Self::Straight { start_m, forward } => GuidePlace {
+                position_m: *start_m + *forward * along_m,
+                forward: *forward,
+                curvature_per_m: 0.0,
+            },
+            Self::Lanes(lanes) => lanes.at(along_m),
+        }
+    }
+}
+
 /// What a drive needs again and again of the blocks around.
 type Memory<T> = Mutex<BTreeMap<i64, Arc<T>>>;
 
-/// The curve of a block.
+/// The curve of a block: displacements about a guide line, from so many metres on it.
 #[derive(Debug)]
 struct Course {
     curve: CubicBSpline<[f64; BLOCK + 3]>,
+    from_m: f64,
     /// How long the curve is up to each knot, metres.
     lengths_m: [f64; BLOCK + 1],
 }
@@ -72,24 +98,53 @@ impl Wander {
         clearance_m: f64,
         key: Key,
     ) -> Self {
-        let key = key.domain(WANDER);
+        let forward = forward.normalize_or(DVec2::X);
+        let guide = Guide::Straight { start_m, forward };
+        Self::about(guide, amplitude_m, clearance_m, key)
+    }
+
+    /// The same about a loop of lanes, which [ends](Self::length_m) near where it begins.
+    #[must_use]
+    pub fn along_lanes(lanes: Lanes, amplitude_m: f64, clearance_m: f64, key: Key) -> Self {
+        Self::about(Guide::Lanes(lanes), amplitude_m, clearance_m, key)
+    }
+
+    fn about(guide: Guide, amplitude_m: f64, clearance_m: f64, key: Key) -> Self {
         Self {
-            start_m,
-            forward: forward.normalize_or(DVec2::X),
+            guide,
             amplitude_m,
             clearance_m,
-            key,
+            key: key.domain(WANDER),
             blocks: Memory::default(),
             courses: Memory::default(),
+        }
+    }
+
+    /// The length of a loop of lanes, metres; `None` if the line is straight and has no end.
+    #[must_use]
+    pub fn length_m(&self) -> Option<f64> {
+        match &self.guide {
+            Guide::Straight { .. } => None,
+            Guide::Lanes(lanes) => Some(lanes.length_m()),
         }
     }
 
     /// Checks the values.
     ///
     /// # Errors
-    /// If amplitude or clearance is negative or not finite.
+    /// If amplitude or clearance is negative or not finite, or if the amplitude about lanes is more
+    /// than a fifth of their distance.
     pub fn check(&self) -> Result<(), ParamError> {
         ParamError::check_at_least_zero("wander.amplitude_m", self.amplitude_m)?;
+        if let Guide::Lanes(lanes) = &self.guide {
+            let most_m = LANES_AMPLITUDE * lanes.spacing_m();
+            ParamError::check(
+                self.amplitude_m <= most_m,
+                "wander.amplitude_m",
+                self.amplitude_m,
+                "at most a fifth of the distance of the lanes",
+            )?;
+        }
         ParamError::check_at_least_zero("wander.clearance_m", self.clearance_m)
     }
 
@@ -106,13 +161,15 @@ impl Wander {
         let course = remembered(&self.courses, block as i64, || {
             self.course(block as i64, obstacles)
         })?;
-        let x = course.knots_after(travelled_m - block * BLOCK_M);
+        let x = course.knots_after(&self.guide, travelled_m - block * BLOCK_M);
         let (offset, slope) = (course.curve.at(x), course.curve.slope(x) / KNOT_M);
-        let left = self.forward.perp();
-        let along_m = block * BLOCK_M + KNOT_M * x;
+        let on_line = self.guide.at(block * BLOCK_M + KNOT_M * x);
+        let (forward, left) = (on_line.forward, on_line.forward.perp());
+        // On the inner side of a turn the way is shorter.
+        let along = 1.0 - on_line.curvature_per_m * offset;
         Ok((
-            self.start_m + self.forward * along_m + left * offset,
-            (self.forward + left * slope).normalize_or(self.forward),
+            on_line.position_m + left * offset,
+            (forward * along + left * slope).normalize_or(forward),
         ))
     }
 
@@ -123,7 +180,8 @@ impl Wander {
         controls[0] = before[BLOCK - 1];
         controls[1..=BLOCK].copy_from_slice(&*within);
         controls[BLOCK + 1..].copy_from_slice(&after[..2]);
-        Ok(Course::new(CubicBSpline { controls }))
+        let from_m = block as f64 * BLOCK_M;
+        Ok(Course::new(&self.guide, from_m, CubicBSpline { controls }))
     }
 
     fn choice_m(&self, choice: usize) -> f64 {
@@ -151,12 +209,21 @@ impl Wander {
         obstacles: &O,
     ) -> Result<Surroundings, O::Error> {
         let along_m = knot as f64 * KNOT_M;
-        let on_line = self.start_m + self.forward * along_m;
+        let here = self.guide.at(along_m);
+        let on_line = here.position_m;
+        let seen = |away: DVec2| DVec2::new(away.dot(here.forward), here.forward.perp_dot(away));
         let reach = self.amplitude_m + self.clearance_m + KNOT_M + 2.0;
         let relative = |o: Obstacle| {
-            let away = o.position_m - on_line;
-            let along_and_left = DVec2::new(away.dot(self.forward), self.forward.perp_dot(away));
+            let along_and_left = seen(o.position_m - on_line);
             (along_and_left, o.radius_m)
+        };
+        // The line halfway to the knots beside this one, and its left.
+        let halfway = |side: f64| match &self.guide {
+            Guide::Straight { .. } => (DVec2::new(side * 0.5 * KNOT_M, 0.0), DVec2::Y),
+            Guide::Lanes(lanes) => {
+                let there = lanes.at(along_m + side * 0.5 * KNOT_M);
+                (seen(there.position_m - on_line), seen(there.forward.perp()))
+            }
         };
         Ok(Surroundings {
             obstacles: obstacles
@@ -165,6 +232,7 @@ impl Wander {
                 .map(relative)
                 .collect(),
             undisturbed_m: self.undisturbed_m(knot),
+            halfway: [halfway(-1.0), halfway(1.0)],
             clearance_m: self.clearance_m,
         })
     }
@@ -263,6 +331,9 @@ struct Surroundings {
     /// Places ahead of the knot on the guide line and to the left of it, and radii, metres.
     obstacles: Vec<(DVec2, f64)>,
     undisturbed_m: f64,
+    /// The guide line halfway to the knots before and after this one, and its left, as obstacles
+    /// are.
+    halfway: [(DVec2, DVec2); 2],
     clearance_m: f64,
 }
 
@@ -273,8 +344,9 @@ impl Surroundings {
     fn cost(&self, [before_m, here_m, ahead_m]: [f64; 3]) -> f64 {
         // The middle is on the B-spline, the ends are within a few centimetres of it.
         let middle = DVec2::new(0.0, (before_m + 4.0 * here_m + ahead_m) / 6.0);
-        let first = DVec2::new(-0.5 * KNOT_M, 0.5 * (before_m + here_m));
-        let last = DVec2::new(0.5 * KNOT_M, 0.5 * (here_m + ahead_m));
+        let [first, last] = self.halfway;
+        let first = first.0 + first.1 * (0.5 * (before_m + here_m));
+        let last = last.0 + last.1 * (0.5 * (here_m + ahead_m));
         let blocked = |&(place, radius_m): &(DVec2, f64)| {
             let away_m = to_segment(place, first, middle).min(to_segment(place, middle, last));
             let gap = away_m - radius_m;
@@ -302,16 +374,32 @@ fn to_segment(point: DVec2, a: DVec2, b: DVec2) -> f64 {
 }
 
 impl Course {
-    fn new(curve: CubicBSpline<[f64; BLOCK + 3]>) -> Self {
-        let mut lengths_m = [0.0; BLOCK + 1];
+    fn new(guide: &Guide, from_m: f64, curve: CubicBSpline<[f64; BLOCK + 3]>) -> Self {
+        let mut this = Self {
+            curve,
+            from_m,
+            lengths_m: [0.0; BLOCK + 1],
+        };
         for knot in 0..BLOCK {
-            lengths_m[knot + 1] = lengths_m[knot] + length_m(&curve, knot, 1.0);
+            this.lengths_m[knot + 1] = this.lengths_m[knot] + this.length_m(guide, knot, 1.0);
         }
-        Self { curve, lengths_m }
+        this
+    }
+
+    /// The length from a knot to `t` of the way to the next, metres.
+    fn length_m(&self, guide: &Guide, knot: usize, t: f64) -> f64 {
+        gauss_legendre(0.0, t, |t| self.speed_m(guide, knot as f64 + t))
+    }
+
+    /// The metres for each knot.
+    fn speed_m(&self, guide: &Guide, x: f64) -> f64 {
+        let curvature_per_m = guide.at(self.from_m + KNOT_M * x).curvature_per_m;
+        let along_m = KNOT_M * (1.0 - curvature_per_m * self.curve.at(x));
+        DVec2::new(along_m, self.curve.slope(x)).length()
     }
 
     /// The place, in knots from the block's first, after so many metres in the block.
-    fn knots_after(&self, travelled_m: f64) -> f64 {
+    fn knots_after(&self, guide: &Guide, travelled_m: f64) -> f64 {
         let longer_m = self.lengths_m[BLOCK] - BLOCK_M;
         let wanted_m = travelled_m + longer_m * plateau(travelled_m / BLOCK_M);
         let after = self.lengths_m[1..BLOCK].partition_point(|&length| length <= wanted_m);
@@ -320,20 +408,10 @@ impl Course {
         let mut t = rest_m / (self.lengths_m[after + 1] - self.lengths_m[after]);
         for _ in 0..6 {
             let x = after as f64 + t;
-            t -= (length_m(&self.curve, after, t) - rest_m) / speed_m(&self.curve, x);
+            t -= (self.length_m(guide, after, t) - rest_m) / self.speed_m(guide, x);
         }
         after as f64 + t
     }
-}
-
-/// The length of a curve from a knot to `t` of the way to the next, metres.
-fn length_m<C: AsRef<[f64]>>(curve: &CubicBSpline<C>, knot: usize, t: f64) -> f64 {
-    gauss_legendre(0.0, t, |t| speed_m(curve, knot as f64 + t))
-}
-
-/// The metres of a curve for each knot.
-fn speed_m<C: AsRef<[f64]>>(curve: &CubicBSpline<C>, x: f64) -> f64 {
-    DVec2::new(KNOT_M, curve.slope(x)).length()
 }
 
 /// From 0 to 1, even in the middle, with smooth ends.
@@ -461,5 +539,47 @@ mod tests {
             assert!((new_bend - bend).abs() < 0.02, "at {s}: {bend} {new_bend}");
             (speed, bend) = (new_speed, new_bend);
         }
+    }
+
+    fn walk() -> Wander {
+        let lanes = Lanes::new(crate::LanesParams {
+            middle_m: DVec2::new(5.0, -3.0),
+            forward: DVec2::new(1.0, 1.0),
+            length_m: 40.0,
+            width_m: 30.0,
+            spacing_m: 10.0,
+        });
+        Wander::along_lanes(lanes.expect("in range"), 2.0, 0.6, Key::world(9))
+    }
+
+    #[test]
+    fn lanes_are_walked_past_stems_at_an_even_speed() {
+        let (w, obstacles) = (walk(), stand(4.5));
+        assert_eq!(w.check(), Ok(()));
+        let length_m = w.length_m().expect("a loop");
+        let (step_m, mut worst) = (0.05, f64::INFINITY);
+        let mut speeds = (f64::INFINITY, 0.0_f64);
+        let at = |s: f64| w.at(s, &obstacles).expect("never");
+        for i in 0..(length_m / step_m) as u32 {
+            let s = f64::from(i) * step_m;
+            let [(p, d), (q, _)] = [s, s + step_m].map(at);
+            let speed = p.distance(q) / step_m;
+            speeds = (speeds.0.min(speed), speeds.1.max(speed));
+            assert!((q - p).normalize().dot(d) > 0.998, "at {s}");
+            for stem in obstacles(p, 5.0).expect("never") {
+                worst = worst.min(p.distance(stem.position_m) - stem.radius_m);
+            }
+        }
+        assert!(worst > 0.5, "passes a stem at {worst} m");
+        assert!(speeds.0 > 0.75 && speeds.1 < 1.35, "{speeds:?}");
+        // It ends where it began, but for the displacement there.
+        let (start, end) = (at(0.0).0, at(length_m).0);
+        assert!(start.distance(end) < 4.0, "{start} {end}");
+        let mut wide = walk();
+        wide.amplitude_m = 2.1;
+        assert_eq!(
+            wide.check().expect_err("too wide").field,
+            "wander.amplitude_m"
+        );
     }
 }

@@ -136,7 +136,7 @@ pub(crate) fn drive_from(config: &Config, place: &Place) -> Config {
     let mut drive = stand_at(config, place);
     if matches!(
         drive.robot.path,
-        RobotPath::File(_) | RobotPath::Stations(_) | RobotPath::Flight(_)
+        RobotPath::File(_) | RobotPath::Stations(_) | RobotPath::Lanes(_) | RobotPath::Flight(_)
     ) {
         drive.robot.path = RobotPath::Wander(PathWander::default());
     }

@@ -173,6 +173,7 @@ def cloud(
     *,
     voxel_m: float | None = None,
     pure: bool = False,
+    estimated_poses: bool = False,
     sequence: SupportsIndex | None = None,
     only: Iterable[str] = (),
     progress: Listen = None,
@@ -185,6 +186,7 @@ def cloud(
         out: the file, which must end in `.ply`.
         voxel_m: keep one point in each cube of this side, metres.
         pure: leave out mixed returns and false alarms.
+        estimated_poses: register scans by `poses_estimated.txt` instead of the true poses.
         sequence: which one, if there are several.
         only: names of classes and of fine semantics (:data:`nemoral.SEMANTICS`), of which points
             are kept; all if empty.
@@ -196,9 +198,10 @@ def cloud(
     side = None if voxel_m is None else arguments.real("voxel_m", voxel_m, 0.0, 1e9)
     number = None if sequence is None else arguments.whole("sequence", sequence, 0, 2**32 - 1)
     is_pure = arguments.flag("pure", pure)
+    is_estimated = arguments.flag("estimated_poses", estimated_poses)
     folder, file = arguments.path("path", path), arguments.path("out", out)
     with listening(progress) as listener:
-        return _native.cloud(folder, file, side, is_pure, number, names, listener)
+        return _native.cloud(folder, file, side, is_pure, is_estimated, number, names, listener)
 
 
 def convert(

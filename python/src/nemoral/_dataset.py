@@ -118,6 +118,12 @@ class Dataset:
         number = self._sequence(sequence)
         return self._native.poses(number).reshape(-1, 4, 4)
 
+    def estimated_poses(self, sequence: SupportsIndex = 0) -> Array | None:
+        """The same as :meth:`poses` as a navigation system estimates them, relative to the true
+        pose of frame 0: `poses_estimated.txt`; None if there is no such file."""
+        found = self._native.estimated_poses(self._sequence(sequence))
+        return None if found is None else found.reshape(-1, 4, 4)
+
     def times_s(self, sequence: SupportsIndex = 0) -> list[float]:
         """Seconds after the start, of each frame of a sequence: `times.txt`."""
         return self._native.times(self._sequence(sequence))

@@ -90,6 +90,7 @@ pub fn write_shard(out: &Path, depth: DepthFormat, frames: Range<u64>) {
         poses,
         balance: None,
         stands: false,
+        estimated: Vec::new(),
         lines: Vec::new(),
         imu: None,
     };

@@ -51,6 +51,7 @@ fn write(out: &Path) -> Result<(), Box<dyn Error>> {
         poses,
         balance: None,
         stands: false,
+        estimated: Vec::new(),
         lines,
         imu: None,
     };

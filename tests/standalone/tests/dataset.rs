@@ -80,6 +80,7 @@ fn write(out: &Path, frames: std::ops::Range<u64>) -> Result<(), Box<dyn Error>>
         poses,
         balance: None,
         stands: false,
+        estimated: Vec::new(),
         lines: vec![],
         imu: None,
     };

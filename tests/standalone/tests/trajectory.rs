@@ -44,6 +44,7 @@ impl Polyline for Bend {
 
 fn driven(path: Path) -> Trajectory {
     Trajectory {
+        gait: None,
         path,
         pace: PACE,
         body: BODY,

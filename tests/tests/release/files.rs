@@ -246,6 +246,7 @@ fn told(recorded: &Path, lie: Lie) -> Agreement {
                 poses,
                 balance: None,
                 stands: false,
+                estimated: Vec::new(),
                 lines: Vec::new(),
                 imu: None,
             },

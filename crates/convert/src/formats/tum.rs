@@ -3,6 +3,7 @@
 //! SS-NAME/rgb/12.500000.png    rgb.txt    colour
 //! SS-NAME/depth/12.500000.png  depth.txt  planar depth, 16 bits, 5000 = 1 m, 0 = none
 //! SS-NAME/groundtruth.txt      timestamp tx ty tz qx qy qz qw
+//! SS-NAME/estimated.txt        the same as a navigation system estimates it, if there is one
 //! SS-NAME/camera.txt           size, fx fy cx cy and the lens' coefficients, as OpenCV has them
 //! SS-imu/accelerometer.txt     timestamp ax ay az, m/s², of the inertial measurement unit
 //! ```
@@ -48,6 +49,17 @@ impl Format for Tum {
                 })?;
             }
             let frames: Vec<_> = source.frames(sequence.number).collect();
+            let truth: Vec<_> = (frames.iter())
+                .map(|frame| (stamp(frame), frame.world_from_body()))
+                .collect();
+            let estimated = source.estimated_world_from_body(sequence.number)?;
+            let estimated: Option<Vec<_>> = estimated.map(|poses| {
+                let of_frame = |frame: &FrameRef<'_>| {
+                    let pose = usize::try_from(frame.index).ok().and_then(|i| poses.get(i));
+                    pose.map(|pose| (stamp(frame), *pose))
+                };
+                frames.iter().filter_map(of_frame).collect()
+            });
             sink.step(&format!("sequence-{:02}", sequence.number), |files| {
                 for camera in sequence.cameras {
                     let folder = folder(&camera.name);
@@ -61,16 +73,24 @@ impl Format for Tum {
                         files.put(format!("{folder}/{what}.txt"), text);
                     }
                     files.put(format!("{folder}/camera.txt"), intrinsics(camera));
-                    let poses = trajectory(&frames, &camera.body_from_camera);
-                    files.put(format!("{folder}/groundtruth.txt"), poses);
                 }
-                for lidar in sequence.lidars {
-                    let poses = trajectory(&frames, &lidar.body_from_lidar);
-                    files.put(format!("{}/groundtruth.txt", folder(&lidar.name)), poses);
+                let cameras = sequence
+                    .cameras
+                    .iter()
+                    .map(|c| (&c.name, c.body_from_camera));
+                let lidars = sequence.lidars.iter().map(|l| (&l.name, l.body_from_lidar));
+                for (name, mount) in cameras.chain(lidars) {
+                    let folder = folder(name);
+                    let poses = trajectory(&truth, &mount);
+                    files.put(format!("{folder}/groundtruth.txt"), poses);
+                    if let Some(estimated) = &estimated {
+                        let poses = trajectory(estimated, &mount);
+                        files.put(format!("{folder}/estimated.txt"), poses);
+                    }
                 }
                 if let Some(unit) = sequence.imu {
                     let folder = folder(UNIT);
-                    let poses = trajectory(&frames, &unit.body_from_imu);
+                    let poses = trajectory(&truth, &unit.body_from_imu);
                     files.put(format!("{folder}/groundtruth.txt"), poses);
                     let readings = source.imu(sequence.number)?;
                     files.put(
@@ -123,12 +143,12 @@ fn accelerations(readings: &[ImuReading]) -> String {
     text
 }
 
-fn trajectory(frames: &[FrameRef<'_>], body_from_sensor: &RigidTransform) -> String {
+fn trajectory(bodies: &[(String, RigidTransform)], body_from_sensor: &RigidTransform) -> String {
     let mut text = "# timestamp tx ty tz qx qy qz qw\n".to_owned();
-    for frame in frames {
-        let pose = frame.world_from_body() * *body_from_sensor;
+    for (stamp, world_from_body) in bodies {
+        let pose = *world_from_body * *body_from_sensor;
         let numbers = (pose.translation_m.to_array().into_iter()).chain(pose.rotation.to_array());
-        text += &format!("{} {}", stamp(frame), line(numbers));
+        text += &format!("{stamp} {}", line(numbers));
     }
     text
 }

@@ -340,6 +340,9 @@ fn write_drive(
         poses: (0..5).map(pose).collect(),
         balance: drive.balance.clone(),
         stands: drive.stands,
+        estimated: (0..if spec.has_estimated_poses { 5 } else { 0 })
+            .map(estimated)
+            .collect(),
         lines: drive.lines.clone(),
         imu: spec.imu.as_ref().map(imu_texts),
     };
@@ -350,6 +353,13 @@ fn write_drive(
         deadwood: &[],
     };
     writer.write_sequence(&track, &world).expect("tables");
+}
+
+/// What a navigation system makes of a frame's pose, if there is one: 10 cm too high.
+pub(crate) fn estimated(index: u64) -> RigidTransform {
+    let mut pose = pose(index).1;
+    pose.translation_m.z += 0.1;
+    pose
 }
 
 /// The true velocity of the unit of [`imu_texts`], m/s.

@@ -243,6 +243,7 @@ fn a_point_that_no_file_can_hold_is_refused() {
         poses: vec![(time_s, world_from_body)],
         balance: None,
         stands: false,
+        estimated: Vec::new(),
         lines: Vec::new(),
         imu: None,
     };

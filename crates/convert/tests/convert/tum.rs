@@ -5,7 +5,7 @@ use nemoral_dataset::ImuSpec;
 use nemoral_scene::RigidTransform;
 use nemoral_scene::glam::{DQuat, DVec3};
 
-use crate::common::{header, made, made_of, numbers, png, pose, text};
+use crate::common::{estimated, header, made, made_of, numbers, png, pose, text};
 
 #[test]
 fn lists_name_files_and_poses_and_depth_are_those_of_the_data_set() {
@@ -59,6 +59,28 @@ fn lists_name_files_and_poses_and_depth_are_those_of_the_data_set() {
                     }
                 }
             }
+        }
+    }
+}
+
+#[test]
+fn what_a_navigation_system_estimates_lies_beside_the_truth() {
+    let mut header = header();
+    header.sequences[0].has_estimated_poses = true;
+    let made = made_of(FormatName::Tum, &header);
+    let sequence = &header.sequences[0];
+    let cameras = (sequence.cameras.iter()).map(|c| (&c.name, c.body_from_camera));
+    let lidars = (sequence.lidars.iter()).map(|l| (&l.name, l.body_from_lidar));
+    for (name, mount) in cameras.chain(lidars) {
+        let folder = made.out.join(format!("00-{name}"));
+        let truth = numbers(&text(folder.join("groundtruth.txt")));
+        let rows = numbers(&text(folder.join("estimated.txt")));
+        assert_eq!(rows.len(), truth.len());
+        for ((row, truth), frame) in rows.iter().zip(truth).zip([1, 2, 4]) {
+            assert_eq!(row[0], truth[0]);
+            let expected = (estimated(frame) * mount).translation_m;
+            assert!(DVec3::from_slice(&row[1..4]).distance(expected) < 1e-9);
+            assert!((row[3] - truth[3] - 0.1).abs() < 1e-9);
         }
     }
 }

@@ -7,10 +7,10 @@ use std::collections::HashSet;
 use std::path::Path;
 
 use nemoral_scene::glam::{DVec2, DVec3};
-use nemoral_scene::{Ontology, PointFlags, Semantic, TreeRecord};
+use nemoral_scene::{Ontology, PointFlags, RigidTransform, Semantic, TreeRecord};
 
 use crate::formats::tables;
-use crate::{Dataset, Error, PlyPoint, SequenceSpec, SiteSpec, Watch};
+use crate::{Dataset, Error, FrameRecord, PlyPoint, SequenceSpec, SiteSpec, Watch, layout};
 
 pub use crop::Crop;
 pub use ply::cloud;
@@ -23,6 +23,9 @@ pub struct CloudParams {
     pub voxel_m: Option<f64>,
     /// Whether mixed returns and false alarms are left out.
     pub pure: bool,
+    /// Whether scans are registered by the poses that the robot's navigation system estimates,
+    /// with their errors, instead of the true ones.
+    pub estimated_poses: bool,
     /// Which sequence; may be `None` if there is only one.
     pub sequence: Option<u32>,
     /// The part of the world that is kept; `None` keeps all.
@@ -43,13 +46,16 @@ pub struct Cloud {
     number: u32,
     params: CloudParams,
     only: Only,
+    /// The body's pose in the world at each frame of the sequence, if it is the estimated one.
+    estimated: Option<Vec<RigidTransform>>,
     watch: Watch,
 }
 
 /// A point of a cloud.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CloudPoint {
-    /// The measured position in the world, by the scanner's true pose.
+    /// The measured position in the world, by the scanner's pose: the true one, or the estimated one
+    /// ([`CloudParams::estimated_poses`]).
     pub world_m: DVec3,
     /// The surface's normal in the world.
     pub normal: DVec3,
@@ -75,8 +81,9 @@ impl Cloud {
     ///
     /// # Errors
     /// If there is no such sequence, or there are several and none is named, if it has no
-    /// LiDAR, if its scans were written raw (not deskewed) or without PLY, if `voxel_m` is
-    /// out of range, or if `only` has a name that is no class.
+    /// LiDAR, if its scans were written raw (not deskewed) or without PLY, if estimated poses are
+    /// asked for and it has none, if `voxel_m` is out of range, or if `only` has a name that is no
+    /// class.
     pub fn open(dir: &Path, params: CloudParams) -> Result<Self, Error> {
         if let Some(side) = params.voxel_m.filter(|v| !VOXEL_M.contains(v)) {
             let allowed = format!("{} to {} m", VOXEL_M.start(), VOXEL_M.end());
@@ -94,11 +101,15 @@ impl Cloud {
             return Err(Error::invalid("sequence", found, allowed));
         };
         let only = Only::new(&params.only, &dataset.manifest().header.ontology)?;
+        let estimated = (params.estimated_poses)
+            .then(|| estimated(&dataset, number))
+            .transpose()?;
         let this = Self {
             dataset,
             number,
             params,
             only,
+            estimated,
             watch: Watch::default(),
         };
         if this.spec().lidars.is_empty() {
@@ -176,8 +187,9 @@ impl Cloud {
         let frames = frames.iter().filter(|f| f.sequence == self.number);
         let total = frames.clone().count();
         for (frame, record) in frames.enumerate() {
+            let world_from_body = self.world_from_body(record)?;
             for (i, lidar) in self.spec().lidars.iter().enumerate() {
-                let world_from_lidar = record.world_from_body() * lidar.body_from_lidar;
+                let world_from_lidar = world_from_body * lidar.body_from_lidar;
                 for recorded in self.dataset.read_ply(record, i)? {
                     let point = &recorded.point;
                     let position_m = point.position_m.as_dvec3();
@@ -209,6 +221,25 @@ impl Cloud {
             return Err(self.nothing_there().into());
         }
         Ok(count)
+    }
+
+    /// The pose by which a frame's scans are registered.
+    fn world_from_body(&self, frame: &FrameRecord) -> Result<RigidTransform, Error> {
+        let Some(estimated) = &self.estimated else {
+            return Ok(frame.world_from_body());
+        };
+        let at = usize::try_from(frame.index).ok();
+        at.and_then(|i| estimated.get(i)).copied().ok_or_else(|| {
+            let allowed = format!(
+                "a frame with a line there, of which there are {}",
+                estimated.len()
+            );
+            Error::invalid(
+                layout::ESTIMATED_POSES,
+                format!("frame {}", frame.index),
+                allowed,
+            )
+        })
     }
 
     /// The error of a crop without points, which says where there are any.
@@ -266,6 +297,15 @@ impl Cloud {
         nemoral_files::write(out, text.as_bytes())?;
         Ok(trees.len())
     }
+}
+
+/// The body's pose in the world at each frame of a sequence, as its navigation system estimates it.
+fn estimated(dataset: &Dataset, sequence: u32) -> Result<Vec<RigidTransform>, Error> {
+    dataset.estimated_world_from_body(sequence)?.ok_or_else(|| {
+        let allowed = "false for a data set without poses_estimated.txt \
+                       (navigation.enabled = true)";
+        Error::invalid("estimated_poses", true, allowed)
+    })
 }
 
 /// The classes and fine semantics that are kept.

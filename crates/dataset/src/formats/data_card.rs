@@ -146,7 +146,7 @@ within 2 chunks, at most 32,750) in the upper 16 |
 `t` in seconds after the frame's time (that of `times.txt` and `poses.txt`), normal, flags |
 | `sequences/NN/poses.txt` | line k: frame k of the whole drive, {posed}, \
 relative to frame 0 (KITTI); `poses/NN.txt` is a copy |
-| `sequences/NN/calib.txt` | P0 to P3 (the first camera's; P3 is `right`'s if there is one) and \
+{estimated}| `sequences/NN/calib.txt` | P0 to P3 (the first camera's; P3 is `right`'s if there is one) and \
 Tr, LiDAR to first camera (KITTI); P_NAME and Tr_NAME of further cameras: \
 pixels from the first camera's frame, first LiDAR to camera; Tr_NAME of further LiDARs: LiDAR to \
 first camera; D2, D_NAME (OpenCV's k1 k2 p1 p2 k3) or F2, \
@@ -167,6 +167,12 @@ the pictures of a further camera
 called `right` are in `image_3`. Truth images hold what is
 exactly at the pixel's centre; nothing in them is blended.
 {placed}{rolling}{balanced}",
+        estimated = if h.sequences.iter().any(|s| s.has_estimated_poses) {
+            "| `sequences/NN/poses_estimated.txt` | the same as a navigation system estimates it, \
+             with its errors, relative to the true pose of frame 0 (KITTI) |\n"
+        } else {
+            ""
+        },
         imu = if h.sequences.iter().any(|s| s.imu.is_some()) {
             "| `sequences/NN/imu0/data.csv` | angular rates and specific forces, with the errors \
              that `imu0/sensor.yaml` describes; nanoseconds of `times.txt` (EuRoC) |\n\

@@ -160,6 +160,7 @@ pub(crate) fn track(frames: usize) -> Track {
         poses: (0..frames).map(pose).collect(),
         balance: None,
         stands: false,
+        estimated: Vec::new(),
         lines: Vec::new(),
         imu: None,
     }

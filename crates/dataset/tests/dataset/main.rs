@@ -16,6 +16,7 @@ mod common;
 mod faults;
 mod hostile;
 mod imu;
+mod navigation;
 mod properties;
 mod resume;
 mod round_trip;

@@ -149,6 +149,7 @@ impl Config {
         }
         let fixed = match &self.robot.path {
             RobotPath::Stations(_) => Some(("robot.stations", "stations in a grid")),
+            RobotPath::Lanes(_) => Some(("robot.lanes", "lanes")),
             RobotPath::Flight(_) => Some(("robot.flight", "flight lines")),
             RobotPath::File(_) => Some(("robot.file", "the poses of a file")),
             _ => None,

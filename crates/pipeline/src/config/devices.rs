@@ -5,7 +5,7 @@ use toml::{Table, Value};
 
 use super::{
     Lidar, LidarAvia, LidarBeam, LidarErrors, LidarHorizon, LidarMid40, LidarMid70, LidarMirror,
-    LidarPanorama, LidarPattern, LidarSpinning, Noise, RangeNoiseModel, SpinningHead,
+    LidarMotor, LidarPanorama, LidarPattern, LidarSpinning, Noise, RangeNoiseModel, SpinningHead,
 };
 
 /// The keys that a device sets in a LiDAR's table, over the preset and under everything that a user
@@ -61,7 +61,7 @@ fn lidar(device: Device) -> Lidar {
             Device::Mid40 => LidarPattern::Mid40(LidarMid40::default()),
             Device::Mid70 => LidarPattern::Mid70(LidarMid70::default()),
             Device::Avia | Device::L1 => LidarPattern::Avia(LidarAvia::default()),
-            Device::Vlp16 => head(SpinningHead::Vlp16),
+            Device::Vlp16 | Device::ZebHorizon => head(SpinningHead::Vlp16),
             Device::Hdl64e => head(SpinningHead::Hdl64e),
             Device::Os0 => ouster(128, 90.0),
             Device::Os1x32 => ouster(32, 45.0),
@@ -75,6 +75,13 @@ fn lidar(device: Device) -> Lidar {
             Device::Vux1Uav => LidarPattern::Mirror(LidarMirror::default()),
             Device::HorizonLike => LidarPattern::Horizon(LidarHorizon::default()),
             device => unreachable!("{} has no pattern here", device.name()),
+        },
+        motor: match device {
+            Device::ZebHorizon => LidarMotor {
+                turns_hz: 0.5,
+                ..LidarMotor::default()
+            },
+            _ => LidarMotor::default(),
         },
         beam: LidarBeam {
             horizontal_deg: round(beam.horizontal_fwhm_rad.to_degrees()),

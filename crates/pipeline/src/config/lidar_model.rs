@@ -3,9 +3,10 @@
 use std::f64::consts::TAU;
 
 use nemoral_lidar::{
-    AirLayer, AirParams, Avia, Beam, CsvPattern, HorizonLike, Mid40, Mid70, MirrorMotion, Panorama,
-    PanoramaParams, PulseErrors, RepeatingLines, RepeatingLinesParams, Returns, ScanMirror,
-    ScanMirrorParams, ScanPattern, ScannerParams, Spinning, Wavelength,
+    AirLayer, AirParams, Avia, Beam, CsvPattern, HorizonLike, Mid40, Mid70, MirrorMotion,
+    MotorParams, Motorised, Panorama, PanoramaParams, PulseErrors, RepeatingLines,
+    RepeatingLinesParams, Returns, ScanMirror, ScanMirrorParams, ScanPattern, ScannerParams,
+    Spinning, Wavelength,
 };
 use nemoral_lidar_noise::{
     IncidenceLawParams, LaconteDevice, LaconteForm, LinearSigmaParams, RangeEquationParams,
@@ -44,6 +45,26 @@ impl Lidar {
 
     /// The directions and times of the pulses. `path` is where the table is.
     pub(crate) fn scan_pattern(
+        &self,
+        path: &str,
+        inputs: &InputFiles,
+    ) -> Result<Box<dyn ScanPattern>, Error> {
+        let pattern = self.unmoved_pattern(path, inputs)?;
+        let params = MotorParams {
+            turns_hz: self.motor.turns_hz,
+            tilt_rad: self.motor.tilt_deg.to_radians(),
+        };
+        if params.turns_hz == 0.0 {
+            return Ok(pattern);
+        }
+        let motorised = Motorised::new(pattern, params);
+        Ok(Box::new(
+            motorised.map_err(|e| refused_at(&format!("{path}.motor"), e))?,
+        ))
+    }
+
+    /// The same without its motor.
+    fn unmoved_pattern(
         &self,
         path: &str,
         inputs: &InputFiles,

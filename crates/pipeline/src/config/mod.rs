@@ -14,6 +14,7 @@ mod light_model;
 mod load;
 mod models;
 mod mount;
+mod navigation_model;
 mod pages;
 mod path_model;
 mod presets;

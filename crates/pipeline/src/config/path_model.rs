@@ -1,9 +1,11 @@
 //! Turns the robot's table into the pace and the parameters of its path.
 
 use nemoral_scene::glam::DVec2;
-use nemoral_trajectory::{FlightLinesParams, Follow, Pace, PoseFormat, Recording, read_poses};
+use nemoral_trajectory::{
+    FlightLinesParams, Follow, Gait, Lanes, LanesParams, Pace, PoseFormat, Recording, read_poses,
+};
 
-use super::{FlightFollow, PathFile, PathFlight, PathFormat, Robot, RobotPath};
+use super::{FlightFollow, PathFile, PathFlight, PathFormat, PathLanes, Robot, RobotPath};
 use crate::{Error, InputFile, InputFiles};
 
 impl Robot {
@@ -24,6 +26,19 @@ impl Robot {
             speed_m_s: self.speed_m_s,
             rest_s: self.rest_s,
         }
+    }
+
+    /// The sway of who walks; `None` if the robot rolls.
+    pub(crate) fn gait(&self) -> Option<Gait> {
+        let gait = &self.gait;
+        (gait.step_m > 0.0).then(|| Gait {
+            step_m: gait.step_m,
+            bob_m: gait.bob_m,
+            sway_m: gait.sway_m,
+            pitch_rad: gait.pitch_deg.to_radians(),
+            roll_rad: gait.roll_deg.to_radians(),
+            hip_m: gait.hip_m,
+        })
     }
 
     /// The flight that a table asks for.
@@ -48,6 +63,21 @@ impl Robot {
         }
     }
 
+    /// The lanes that a table asks for.
+    ///
+    /// # Errors
+    /// If there are too many of them.
+    pub(crate) fn lanes(&self, lanes: &PathLanes) -> Result<Lanes, Error> {
+        let lanes = Lanes::new(LanesParams {
+            middle_m: self.start_m(),
+            forward: self.forward(),
+            length_m: lanes.length_m,
+            width_m: lanes.width_m,
+            spacing_m: lanes.spacing_m,
+        });
+        lanes.map_err(|e| Error::request(format!("robot.lanes.{e}")))
+    }
+
     /// The poses of a file.
     pub(crate) fn recording(
         &self,
@@ -68,11 +98,15 @@ impl Robot {
     /// The number of places of a path that ends; `None` for one that does not.
     ///
     /// # Errors
-    /// If a file is not poses.
+    /// If a file is not poses, or lanes are too many.
     pub(super) fn places(&self, inputs: &InputFiles) -> Result<Option<u64>, Error> {
         Ok(match &self.path {
             RobotPath::Stations(grid) => Some(u64::from(grid.columns) * u64::from(grid.rows)),
             RobotPath::Flight(flight) => Some(self.flight_lines(flight).frames()),
+            RobotPath::Lanes(lanes) => {
+                let length_m = self.lanes(lanes)?.length_m();
+                Some(self.pace().frames_in_m(length_m))
+            }
             RobotPath::File(file) => Some(self.recording(file, inputs)?.count()),
             RobotPath::Trail(_) | RobotPath::Wander(_) | RobotPath::Straight(_) => None,
         })

@@ -75,9 +75,11 @@ fn suggested(files: &SiteFiles, usual: &Config) -> Result<Source, Error> {
         let lines = table([("path", text(path)?)]);
         site.insert("trails".into(), Value::Table(lines));
     }
-    // Stations and flight lines are around their start, and a drive leads through the plot.
+    // Stations, lanes and flight lines are around their start, and a drive leads through the plot.
     let start = match usual.robot.path {
-        RobotPath::Stations(_) | RobotPath::Flight(_) => 0.5 * (low + high) - origin,
+        RobotPath::Stations(_) | RobotPath::Lanes(_) | RobotPath::Flight(_) => {
+            0.5 * (low + high) - origin
+        }
         _ => low - origin,
     };
     let ahead = high - low;

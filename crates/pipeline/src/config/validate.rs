@@ -68,6 +68,7 @@ impl Config {
         self.robot_problems(inputs, &mut out);
         out.0.extend(self.balance_problems());
         out.0.extend(self.imu_problems());
+        out.0.extend(self.navigation_problems());
         out.0.extend(self.model_problems(inputs));
         out.0.extend(site::problems(self, inputs));
         out.0
@@ -447,8 +448,8 @@ impl Config {
         } else if self.frames == 0 {
             match r.places(inputs) {
                 Ok(_) => {
-                    let must = "be at least 1, but with [robot.stations], [robot.flight] or the \
-                                poses of [robot.file], of which 0 is all";
+                    let must = "be at least 1, but with [robot.stations], [robot.lanes], \
+                                [robot.flight] or the poses of [robot.file], of which 0 is all";
                     out.refuse("frames", 0, must);
                 }
                 Err(e) => out.add("robot.file.path", &format!(": {e}")),
@@ -474,6 +475,23 @@ impl Config {
             if r.rest_s > 0.0 {
                 let must = "be 0 with [robot.flight]: a drone is in motion on its lines";
                 out.refuse("robot.rest_s", r.rest_s, must);
+            }
+        }
+        if let RobotPath::Lanes(lanes) = &r.path {
+            let most_m = 0.2 * lanes.spacing_m;
+            if lanes.amplitude_m > most_m {
+                let must = format!("be at most {most_m}: a fifth of robot.lanes.spacing_m");
+                out.refuse("robot.lanes.amplitude_m", lanes.amplitude_m, &must);
+            }
+            let too_many = r
+                .places(inputs)
+                .is_ok_and(|frames| frames > Some(FRAMES_MAX));
+            if too_many && r.pace().step_s() > 0.0 {
+                let message = format!(
+                    ": they have more than {FRAMES_MAX} frames: must have fewer, by a larger \
+                     robot.spacing_s or robot.spacing_m"
+                );
+                out.add("robot.lanes", &message);
             }
         }
         let start_m = DVec2::new(r.start_x_m, r.start_y_m);

@@ -78,6 +78,12 @@ impl TrajectoryRecipe {
                 }
             }
             RobotPath::Wander(path) => wander(path.amplitude_m),
+            RobotPath::Lanes(path) => Path::Wander(Wander::along_lanes(
+                r.lanes(path)?,
+                path.amplitude_m,
+                r.clearance_m,
+                world,
+            )),
             RobotPath::Straight(_) => Path::Straight { start_m, forward },
             RobotPath::Stations(grid) => Path::Stations(Stations {
                 middle_m: start_m,
@@ -107,6 +113,7 @@ impl TrajectoryRecipe {
                     wheelbase_m: r.wheelbase_m,
                     track_m: r.track_m,
                 },
+                gait: r.gait(),
             },
             note,
             has_water: ground.has_beds(),

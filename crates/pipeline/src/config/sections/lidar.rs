@@ -49,6 +49,8 @@ section! {
         /// The LiDAR's pattern.
         #[serde(flatten)]
         pattern: LidarPattern;
+        /// The motor that turns the LiDAR.
+        motor: LidarMotor;
         /// The LiDAR's beam.
         beam: LidarBeam;
         /// The weather's air, as the LiDAR sees it.

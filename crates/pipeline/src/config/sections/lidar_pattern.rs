@@ -147,3 +147,14 @@ section! {
         path: InputPath = InputPath::default(), File(DATA), "none";
     }
 }
+
+section! {
+    /// A motor that turns the scanner, as on handheld and backpack mappers, about the upright axis
+    /// of the LiDAR's mount, counterclockwise from above. Points are in the frame of the mount.
+    LidarMotor at "lidar.motor" {
+        /// Turns per second; 0 for no motor.
+        turns_hz: f64 = 0.0, Real(0.0, 100.0), "no motor; ZEB Horizon: 0.5";
+        /// Angle from that axis to the scanner's own upright axis; 90 lays it on its side.
+        tilt_deg: f64 = 90.0, Real(0.0, 180.0), "our choice: it sees in all directions";
+    }
+}

@@ -13,6 +13,7 @@ mod lidar_pattern;
 mod light;
 mod litter;
 mod models;
+mod navigation;
 mod placement;
 mod robot;
 mod site;
@@ -44,6 +45,7 @@ pub use lidar_pattern::*;
 pub use light::*;
 pub use litter::*;
 pub use models::*;
+pub use navigation::*;
 pub use placement::*;
 pub use robot::*;
 pub use site::*;
@@ -67,7 +69,8 @@ section! {
         /// How many sequences the data set has, each a drive through a world of its own. Sequence 0
         /// has the seed above, and the others' seeds are drawn from it.
         sequences: u32 = 1, Whole(1, 10_000), "one world";
-        /// How many frames each sequence has; 0 for all places of stations, flight lines or a file.
+        /// How many frames each sequence has; 0 for all places of stations, lanes, flight lines or a
+        /// file.
         frames: u64 = 10, Whole(0, 10_000_000), "enough to look at, made in a minute";
     }
     plus {
@@ -123,6 +126,8 @@ section! {
         robot: Robot;
         /// Inertial measurement unit.
         imu: Imu;
+        /// Navigation system.
+        navigation: Navigation;
         /// Balance.
         balance: Balance;
         /// Files.
@@ -252,19 +257,23 @@ pub const SECTIONS: &[SectionSpec] = &[
     LidarPanorama::SPEC,
     LidarMirror::SPEC,
     LidarTable::SPEC,
+    LidarMotor::SPEC,
     LidarBeam::SPEC,
     LidarAir::SPEC,
     LidarErrors::SPEC,
     Noise::SPEC,
     FURTHER_LIDARS,
     Robot::SPEC,
+    RobotGait::SPEC,
     PathTrail::SPEC,
     PathWander::SPEC,
+    PathLanes::SPEC,
     PathStraight::SPEC,
     PathStations::SPEC,
     PathFlight::SPEC,
     PathFile::SPEC,
     Imu::SPEC,
+    Navigation::SPEC,
     Balance::SPEC,
     TARGETS,
     Output::SPEC,

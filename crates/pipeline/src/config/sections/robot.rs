@@ -23,7 +23,8 @@ section! {
         start_x_m: f64 = 0.0, Real(-1e8, 1e8), "the origin";
         /// Start of the path, metres north.
         start_y_m: f64 = 0.0, Real(-1e8, 1e8), "the origin";
-        /// Heading of `straight`, of a wander and of the first flight line, clockwise from north.
+        /// Heading of `straight`, of a wander, and of the first lane or flight line, clockwise from
+        /// north.
         heading_deg: f64 = 45.0, Real(-360.0, 360.0), "north-east";
         /// Distance between axles, over which the body's pitch follows the ground.
         wheelbase_m: f64 = 0.8, Real(0.1, 10.0), "a small tracked robot";
@@ -36,6 +37,8 @@ section! {
         /// The path.
         #[serde(flatten)]
         path: RobotPath;
+        /// How who carries the sensors on foot sways.
+        gait: RobotGait;
     }
 }
 
@@ -48,6 +51,8 @@ pub enum RobotPath {
     Trail(PathTrail),
     /// A smooth wander through the forest.
     Wander(PathWander),
+    /// Lanes through the forest, up and down an area.
+    Lanes(PathLanes),
     /// A straight line.
     Straight(PathStraight),
     /// A grid of fixed stations.
@@ -61,6 +66,7 @@ pub enum RobotPath {
 encode_variants! { RobotPath
     Trail: "trail";
     Wander: "wander";
+    Lanes: "lanes";
     Straight: "straight";
     Stations: "stations";
     Flight: "flight";
@@ -74,10 +80,46 @@ impl Default for RobotPath {
 }
 
 section! {
+    /// The sway of who carries the sensors on foot along a trail, a wander or a straight line: up
+    /// and down and a pitch once a step, from side to side and a roll once in two steps.
+    RobotGait at "robot.gait" {
+        /// Length of a step; 0 for a robot that rolls.
+        step_m: f64 = 0.0, Real(0.0, 3.0), "wheels or tracks; walkers with a scanner: 0.65";
+        /// Amplitude of up and down.
+        bob_m: f64 = 0.025, Real(0.0, 1.0), "our choice: 2 to 3 cm";
+        /// Amplitude of side to side.
+        sway_m: f64 = 0.025, Real(0.0, 1.0), "our choice: 2 to 3 cm";
+        /// Amplitude of the pitch.
+        pitch_deg: f64 = 2.5, Real(0.0, 45.0), "our choice: 2 to 3 degrees";
+        /// Amplitude of the roll.
+        roll_deg: f64 = 2.5, Real(0.0, 45.0), "our choice: 2 to 3 degrees";
+        /// Height of the point about which the body pitches and rolls.
+        hip_m: f64 = 1.0, Real(0.0, 10.0), "a walker's hips";
+    }
+}
+
+section! {
     /// A smooth wander that avoids stems and rocks.
     PathWander at "robot.wander", one of "the robot's path" {
         /// The greatest deviation from the line of its heading.
         amplitude_m: f64 = 8.0, Real(0.0, 30.0), "a few trees wide";
+    }
+}
+
+section! {
+    /// Lanes up and down an area and back to where they began, as one walks a plot with a handheld
+    /// or backpack scanner, past stems and rocks. The middle of the area is the start, its length is
+    /// along the heading.
+    PathLanes at "robot.lanes", one of "the robot's path" {
+        /// Length of the area, along the lanes.
+        length_m: f64 = 30.0, Real(1.0, 1000.0), "a plot of 30 m";
+        /// Width of the area, across the lanes. There are as many as cover it, and one more where
+        /// they would be odd, so that the last leads back.
+        width_m: f64 = 30.0, Real(1.0, 1000.0), "a plot of 30 m";
+        /// Distance between neighbouring lanes.
+        spacing_m: f64 = 10.0, Real(1.0, 100.0), "usual with handheld scanners";
+        /// The greatest deviation from a lane; at most a fifth of their distance.
+        amplitude_m: f64 = 1.5, Real(0.0, 20.0), "past a tree";
     }
 }
 

@@ -254,6 +254,7 @@ fn straight_on((place_m, forward): Heading, distance_m: f64) -> Stance {
     Stance::OnWheels {
         position_m: place_m + forward * distance_m,
         forward,
+        sway: RigidTransform::IDENTITY,
     }
 }
 
@@ -292,6 +293,7 @@ impl RobotTrajectory {
             Stance::OnWheels {
                 position_m,
                 forward,
+                ..
             }
             | Stance::Level {
                 position_m,

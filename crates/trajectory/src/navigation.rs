@@ -1,0 +1,183 @@
+//! What a navigation system estimates of a body's poses.
+
+use nemoral_scene::glam::{DQuat, DVec3};
+use nemoral_scene::{ParamError, RigidTransform};
+use nemoral_seed::{Domain, Draw, Key};
+
+const WANDERING: Domain = Domain::new("trajectory.navigation.wandering");
+const DRIFT: Domain = Domain::new("trajectory.navigation.drift");
+
+/// The errors of a navigation system, with which it estimates poses; all 0 are none.
+///
+/// - *Wandering* errors stay within bounds and change slowly, as those of satellites and inertial
+///   sensors do: first-order Gauss-Markov processes (Gelb 1974, "Applied Optimal Estimation",
+///   section 2.2), whose correlation over a time t is exp(-t / `correlation_s`).
+/// - *Drift* grows with the way, as that of odometry and of simultaneous localisation and mapping
+///   does: random walks, which are 0 again where a loop is closed (Brownian bridges). What a
+///   heading's drift does to later places is part of `drift_m`.
+/// - *Misalignment* is constant: how the sensors' mounts are known to the body.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct NavigationParams {
+    /// Standard deviation of the wandering of the place, east and north each, metres.
+    pub horizontal_m: f64,
+    /// That of the height, metres.
+    pub vertical_m: f64,
+    /// That of roll and pitch, each, radians.
+    pub roll_pitch_rad: f64,
+    /// That of the heading, radians.
+    pub heading_rad: f64,
+    /// The time constant of wandering, seconds, above 0.
+    pub correlation_s: f64,
+    /// Drift of the place along each axis, metres after a metre; `k` times as much after `k²` m.
+    pub drift_m: f64,
+    /// Drift of the heading, radians after a metre; `k` times as much after `k²` m.
+    pub heading_drift_rad: f64,
+    /// The length of a loop, after which a place is recognised and drift is 0, metres; 0 if none
+    /// ever is.
+    pub loop_m: f64,
+    /// A constant error of the place, in the body's axes, metres: a wrong lever arm.
+    pub lever_m: DVec3,
+    /// A constant error of the attitude, in the body's axes: roll, pitch and yaw, radians; the
+    /// boresight angles.
+    pub boresight_rad: [f64; 3],
+}
+
+impl NavigationParams {
+    fn check(&self) -> Result<(), ParamError> {
+        for (field, value) in [
+            ("horizontal_m", self.horizontal_m),
+            ("vertical_m", self.vertical_m),
+            ("roll_pitch_rad", self.roll_pitch_rad),
+            ("heading_rad", self.heading_rad),
+            ("drift_m", self.drift_m),
+            ("heading_drift_rad", self.heading_drift_rad),
+            ("loop_m", self.loop_m),
+        ] {
+            ParamError::check_at_least_zero(field, value)?;
+        }
+        ParamError::check_positive("correlation_s", self.correlation_s)?;
+        let constant = self.lever_m.to_array().into_iter();
+        for value in constant.chain(self.boresight_rad) {
+            let field = "lever_m, boresight_rad";
+            ParamError::check(value.is_finite(), field, value, "finite numbers")?;
+        }
+        Ok(())
+    }
+}
+
+/// Estimates poses, with errors.
+#[derive(Clone, Debug)]
+pub struct Navigation {
+    params: NavigationParams,
+    wandering: Key,
+    drift: Key,
+}
+
+impl Navigation {
+    /// A navigation system whose errors are those of `key`.
+    ///
+    /// # Errors
+    /// If a deviation is below 0 or not finite, or `correlation_s` is not above 0.
+    pub fn new(params: NavigationParams, key: Key) -> Result<Self, ParamError> {
+        params.check()?;
+        Ok(Self {
+            params,
+            wandering: key.domain(WANDERING),
+            drift: key.domain(DRIFT),
+        })
+    }
+
+    /// The poses that it estimates of a body that is at `world_from_body` at these times, seconds,
+    /// in their order. The first ones do not depend on later ones. The way from one to the next is
+    /// straight.
+    #[must_use]
+    pub fn estimated(&self, world_from_body: &[(f64, RigidTransform)]) -> Vec<RigidTransform> {
+        let mut wandering = [0.0; 6];
+        let mut drift = Drift::default();
+        let mut before = None;
+        let estimate = |(number, &(time_s, pose)): (usize, &(f64, RigidTransform))| {
+            let (passed_s, travelled_m) = match before.replace((time_s, pose)) {
+                // The first errors are as independent as those after a long time.
+                None => (f64::INFINITY, 0.0),
+                Some((time_before_s, pose_before)) => (
+                    (time_s - time_before_s).max(0.0),
+                    pose.translation_m.distance(pose_before.translation_m),
+                ),
+            };
+            let correlation = libm::exp(-passed_s / self.params.correlation_s);
+            let new = libm::sqrt(1.0 - correlation * correlation);
+            let mut rng = self.wandering.item(number as u64).rng();
+            for error in &mut wandering {
+                *error = correlation * *error + new * rng.normal();
+            }
+            let mut rng = self.drift.item(number as u64).rng();
+            let steps = std::array::from_fn(|_| rng.normal());
+            drift.go_on(travelled_m, self.params.loop_m, steps);
+            self.with_errors(pose, wandering, drift.errors)
+        };
+        world_from_body.iter().enumerate().map(estimate).collect()
+    }
+
+    /// A pose with errors in units of their deviations: east, north, up, roll, pitch, heading of
+    /// wandering; east, north, up, heading of drift.
+    fn with_errors(
+        &self,
+        pose: RigidTransform,
+        wandering: [f64; 6],
+        drift: [f64; 4],
+    ) -> RigidTransform {
+        let p = &self.params;
+        let [east, north, up, roll, pitch, heading] = wandering;
+        let of_place = DVec3::new(
+            p.horizontal_m * east + p.drift_m * drift[0],
+            p.horizontal_m * north + p.drift_m * drift[1],
+            p.vertical_m * up + p.drift_m * drift[2],
+        );
+        let [roll, pitch] = [roll, pitch].map(|angle| p.roll_pitch_rad * angle);
+        let heading = p.heading_rad * heading + p.heading_drift_rad * drift[3];
+        let [bore_roll, bore_pitch, bore_yaw] = p.boresight_rad;
+        let turned =
+            |roll, pitch, yaw| RigidTransform::from_xyz_rpy(DVec3::ZERO, roll, pitch, yaw).rotation;
+        let rotation = DQuat::from_rotation_z(heading)
+            * pose.rotation
+            * turned(roll, pitch, 0.0)
+            * turned(bore_roll, bore_pitch, bore_yaw);
+        RigidTransform {
+            rotation: rotation.normalize(),
+            translation_m: pose.transform_point(p.lever_m) + of_place,
+        }
+    }
+}
+
+/// Random walks with the way, of deviation 1 after a metre.
+#[derive(Clone, Copy, Debug, Default)]
+struct Drift {
+    /// The way since the last loop was closed, metres.
+    since_m: f64,
+    errors: [f64; 4],
+}
+
+impl Drift {
+    /// Goes on by some metres; `loop_m` is 0 if no loop is ever closed.
+    fn go_on(&mut self, travelled_m: f64, loop_m: f64, steps: [f64; 4]) {
+        if loop_m == 0.0 {
+            let deviation = libm::sqrt(travelled_m);
+            for (error, step) in self.errors.iter_mut().zip(steps) {
+                *error += deviation * step;
+            }
+            return;
+        }
+        let mut to_m = self.since_m + travelled_m;
+        if to_m >= loop_m {
+            to_m %= loop_m;
+            *self = Self::default();
+        }
+        // A Brownian bridge, given where it is and that it ends at 0.
+        let left = (loop_m - to_m) / (loop_m - self.since_m);
+        let deviation = libm::sqrt((to_m - self.since_m) * left);
+        for (error, step) in self.errors.iter_mut().zip(steps) {
+            *error = left * *error + deviation * step;
+        }
+        self.since_m = to_m;
+    }
+}
