@@ -28,6 +28,7 @@ def test_reading_gives_what_was_recorded(forest: nemoral.Forest, written: Path) 
         assert frame.time_s == live.time_s and frame.classes == live.classes
         assert np.array_equal(frame.camera.intrinsics, live.camera.intrinsics)
     assert dataset.poses().shape == (2, 4, 4) and len(dataset.times_s()) == 2
+    assert dataset.estimated_poses() is None
     assert dataset.config()["camera"]["width_px"] == 96
     assert dataset.sequences[0].seed == 7 and dataset.header["backend"] == "cpu"
     assert len(dataset.trees()["dbh_m"]) > 0 and dataset.frame(1).index == 1
@@ -35,6 +36,21 @@ def test_reading_gives_what_was_recorded(forest: nemoral.Forest, written: Path) 
         dataset.frame(2)
     with pytest.raises(IndexError):
         dataset[2]
+
+
+def test_estimated_poses_lie_beside_true_ones(cache: Path, tmp_path: Path) -> None:
+    wrong = {"navigation.enabled": True, "navigation.horizontal_m": 0.5}
+    out = tmp_path / "out"
+    nemoral.generate("demo", 7, out=out, cache=cache, **SMALL, **wrong)
+    dataset = nemoral.Dataset(out)
+    truth, estimated = dataset.poses(), dataset.estimated_poses()
+    assert estimated is not None and estimated.shape == truth.shape
+    off = np.linalg.norm((estimated - truth)[:, :3, 3], axis=1)
+    assert (off > 0).all() and (off < 4).all()
+    clouds = [tmp_path / "true.ply", tmp_path / "estimated.ply"]
+    for cloud, estimate in zip(clouds, [False, True]):
+        assert nemoral.cloud(out, cloud, estimated_poses=estimate) > 100
+    assert clouds[0].read_bytes() != clouds[1].read_bytes()
 
 
 def test_functions_are_the_commands(written: Path, cache: Path, tmp_path: Path) -> None:

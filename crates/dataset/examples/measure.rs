@@ -213,6 +213,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             poses,
             balance: None,
             stands: false,
+            estimated: Vec::new(),
             lines: Vec::new(),
             imu: None,
         },

@@ -11,7 +11,7 @@ use crate::{ParamError, Pulse, ScanPattern};
 /// How a motor turns a scanner.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MotorParams {
-    /// Turns per second, counterclockwise from above, 0.001 to 100.
+    /// Turns per second, counterclockwise from above, above 0, at most 100.
     pub turns_hz: f64,
     /// The angle from the motor's axis to the scanner's own z axis, which leans to the right at the
     /// start, radians, 0 to π.
@@ -54,7 +54,8 @@ impl Motorised {
     /// If a parameter is out of its range.
     pub fn new(pattern: Box<dyn ScanPattern>, params: MotorParams) -> Result<Self, ParamError> {
         let (turns, tilt) = (params.turns_hz, params.tilt_rad);
-        ParamError::check_range("turns_hz", turns, 1e-3..=100.0, "0.001 to 100")?;
+        let is_turning = turns > 0.0 && turns <= 100.0;
+        ParamError::check(is_turning, "turns_hz", turns, "above 0, at most 100")?;
         ParamError::check_range("tilt_rad", tilt, 0.0..=PI, "0 to π")?;
         let (sin, cos) = libm::sincos(tilt);
         let tilted = DMat3::from_cols(

@@ -53,7 +53,7 @@ fn a_handheld_mapper_sees_in_all_directions() {
     };
     let mapper = Device::ZebHorizon;
     assert_eq!(seen(&*mapper.pattern(), 1.0), 36 * 18);
-    assert!(seen(&*Device::Vlp16.pattern(), 1.0) < 36 * 18 / 3);
+    assert!(seen(&*Device::Vlp16.pattern(), 1.0) < 36 * 18 / 2);
     // A tenth of a second is a slice of it.
     assert_eq!(
         mapper.params().pulses_per_scan,
@@ -66,7 +66,7 @@ proptest! {
     #[test]
     fn no_pulse_leaves_the_cone(
         is_avia in any::<bool>(),
-        turns_hz in 0.001_f64..100.0,
+        turns_hz in 1e-6_f64..100.0,
         tilt_rad in 0.0_f64..PI,
         first in 0_u64..1_000_000_000,
     ) {

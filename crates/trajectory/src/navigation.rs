@@ -89,19 +89,20 @@ impl Navigation {
 
     /// The poses that it estimates of a body that is at `world_from_body` at these times, seconds,
     /// in their order. The first ones do not depend on later ones. The way from one to the next is
-    /// straight.
+    /// straight, and is measured on the map.
     #[must_use]
     pub fn estimated(&self, world_from_body: &[(f64, RigidTransform)]) -> Vec<RigidTransform> {
         let mut wandering = [0.0; 6];
         let mut drift = Drift::default();
         let mut before = None;
+        let map = |pose: RigidTransform| pose.translation_m.truncate();
         let estimate = |(number, &(time_s, pose)): (usize, &(f64, RigidTransform))| {
             let (passed_s, travelled_m) = match before.replace((time_s, pose)) {
                 // The first errors are as independent as those after a long time.
                 None => (f64::INFINITY, 0.0),
                 Some((time_before_s, pose_before)) => (
                     (time_s - time_before_s).max(0.0),
-                    pose.translation_m.distance(pose_before.translation_m),
+                    map(pose).distance(map(pose_before)),
                 ),
             };
             let correlation = libm::exp(-passed_s / self.params.correlation_s);

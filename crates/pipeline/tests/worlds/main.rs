@@ -17,4 +17,5 @@ mod meadows;
 mod seasons;
 mod splits;
 mod surface_roots;
+mod walk;
 mod water;

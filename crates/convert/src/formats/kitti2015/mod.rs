@@ -94,13 +94,13 @@ impl Format for Kitti2015 {
         }
         Err(unsuitable(
             if !tracks.values().any(|track| track.is_drive()) {
-                "no frame follows another one, as they are stations or single views of [balance]; make \
-             the data set as a drive, without these"
-                .to_owned()
+                "no frame follows another one, as they are stations or single views of [balance]; \
+                 make the data set as a drive, without these"
+                    .to_owned()
             } else {
-                "no two frames of a drive follow one another here; make the data set of more frames, \
-             or without gaps between those of --frames"
-                .to_owned()
+                "no two frames of a drive follow one another here; make the data set of more \
+                 frames, or without gaps between those of --frames"
+                    .to_owned()
             },
         ))
     }

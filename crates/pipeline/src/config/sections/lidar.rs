@@ -1,6 +1,6 @@
 //! Keys of the LiDAR.
 
-use super::LidarPattern;
+use super::{LidarMotor, LidarPattern};
 use crate::config::choices::{CUSTOM_DEVICE, DEVICES};
 use crate::config::schema::Allowed::{Flag, OneOf, Real, RealAbove, Whole};
 use crate::config::schema::{SectionSpec, section};

@@ -1,0 +1,138 @@
+//! A walker who carries a handheld scanner in lanes over a plot, and what navigation makes of it.
+
+use std::sync::atomic::AtomicBool;
+
+use nemoral_dataset::{Cloud, CloudParams, CloudPoint, Dataset, OpenMode};
+use nemoral_pipeline::config::{Layers, Sequences};
+use nemoral_pipeline::{
+    Backend, Done, Error, FrameSelection, Observer, Recorder, Request, SequenceFrames, generate,
+};
+use nemoral_realism::grown;
+use nemoral_scene::glam::DVec3;
+
+/// A loop of two lanes, by a drifting scanner with 2 cm and 0.1 degrees of other errors.
+const WALK: [&str; 17] = [
+    "frames=0",
+    "chunks.visible_radius_m=40",
+    "chunks.delete_radius_m=100",
+    "camera.enabled=false",
+    "lidar.device=zeb_horizon",
+    "lidar.pulses=3000",
+    "lidar.mount_z_m=1.2",
+    "robot.speed_m_s=0.8",
+    "robot.spacing_s=0.5",
+    "robot.heading_deg=0",
+    "robot.lanes.length_m=12",
+    "robot.lanes.width_m=8",
+    "robot.lanes.spacing_m=8",
+    "robot.gait.step_m=0.65",
+    "navigation.enabled=true",
+    "navigation.drift_m=0.05",
+    "navigation.loop_m=1000",
+];
+
+fn sequences(settings: &[&str]) -> Result<Sequences, Error> {
+    let layers = Layers {
+        preset: Some("demo".to_owned()),
+        settings: settings.iter().map(|&s| s.to_owned()).collect(),
+        ..Layers::default()
+    };
+    layers.sequences()
+}
+
+fn refused(settings: &[&str]) -> String {
+    let refused = sequences(&[&WALK[..], settings].concat()).and_then(|all| all.get(0));
+    refused.expect_err("is refused").to_string()
+}
+
+struct Silent;
+
+impl Observer for Silent {
+    fn note(&self, _: &str) {}
+
+    fn frame(&self, _: Done) {}
+}
+
+fn points(dataset: &Dataset, estimated_poses: bool) -> Result<Vec<CloudPoint>, Error> {
+    let params = CloudParams {
+        estimated_poses,
+        ..CloudParams::default()
+    };
+    let mut points = Vec::new();
+    Cloud::open(dataset.root(), params)?.for_each(|point| {
+        points.push(*point);
+        Ok::<_, nemoral_dataset::Error>(())
+    })?;
+    Ok(points)
+}
+
+#[test]
+fn a_walk_is_a_loop_that_sways_and_drifts() -> Result<(), Error> {
+    let dir = tempfile::tempdir().expect("a folder");
+    let out = dir.path().join("walk");
+    let request = Request {
+        sequences: sequences(&WALK)?,
+        frames: SequenceFrames::new(FrameSelection::first(3), 1),
+        out: out.clone(),
+        mode: OpenMode::Fresh,
+        is_shard: false,
+        threads: 2,
+        backend: Backend::Cpu,
+        cache: grown(),
+    };
+    generate(&request, &Silent, &AtomicBool::new(false))?;
+    let dataset = Dataset::open(&out)?;
+    let report = nemoral_dataset::check(&out)?;
+    assert!(report.passed(), "{report}");
+
+    // Two lanes and two turns of 8 m, at 0.4 m a frame; the turns are half circles, but smoother.
+    let estimated = dataset.estimated_world_from_body(0)?.expect("navigation");
+    let frames = estimated.len() as f64;
+    assert!((120.0..136.0).contains(&frames), "{frames}");
+
+    // What is measured is registered by them, with errors of some centimetres.
+    let (truth, walked) = (points(&dataset, false)?, points(&dataset, true)?);
+    assert!(truth.len() > 3000, "{}", truth.len());
+    let off = |(a, b): (&CloudPoint, &CloudPoint)| a.world_m.distance(b.world_m);
+    let most_m = truth.iter().zip(&walked).map(off).fold(0.0, f64::max);
+    assert!((0.005..0.5).contains(&most_m), "{most_m}");
+
+    // Who walks goes up and down: by 2.5 cm at the hips, which a steady robot does not.
+    let heights = |settings: &[&str]| -> Result<Vec<f64>, Error> {
+        let sequence = sequences(&[&WALK[..], settings].concat())?.get(0)?;
+        let recorder = Recorder::new(sequence, Backend::Cpu, grown(), 2)?;
+        let height = |frame: u64| {
+            let pose = recorder.pose(frame)?.world_from_body();
+            Ok(pose.transform_point(DVec3::Z).z)
+        };
+        (0..40).map(height).collect()
+    };
+    let (sways, rolls) = (heights(&[])?, heights(&["robot.gait.step_m=0"])?);
+    let bobs: Vec<f64> = sways.iter().zip(&rolls).map(|(a, b)| a - b).collect();
+    let most_m = bobs.iter().copied().fold(0.0, f64::max);
+    assert!((0.023..0.026).contains(&most_m), "{most_m}");
+    assert!(bobs.iter().any(|bob| *bob < -0.02));
+    Ok(())
+}
+
+#[test]
+fn walks_that_cannot_be_are_refused() {
+    let wide = refused(&["robot.lanes.amplitude_m=1.7"]);
+    assert!(wide.contains("robot.lanes.amplitude_m = 1.7"), "{wide}");
+    assert!(wide.contains("must be at most 1.6"), "{wide}");
+    let fast = refused(&["lidar.motor.turns_hz=200"]);
+    assert!(fast.contains("lidar.motor.turns_hz"), "{fast}");
+    let drawn = refused(&["robot.wander.amplitude_m=3", "balance.targets.deadwood=0.2"]);
+    assert!(drawn.contains("robot.wander"), "{drawn}");
+    let many = refused(&["robot.spacing_s=0.000001"]);
+    assert!(many.contains("more than 10000000 frames"), "{many}");
+}
+
+/// Frames that are chosen are no way that could drift.
+#[test]
+fn chosen_frames_have_no_navigation() {
+    let settings = ["navigation.enabled=true", "balance.targets.deadwood=0.2"];
+    let refused = sequences(&settings).and_then(|all| all.get(0)).map(|_| ());
+    let message = refused.expect_err("is refused").to_string();
+    assert!(message.contains("navigation.enabled = true"), "{message}");
+}
