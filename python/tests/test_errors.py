@@ -235,7 +235,7 @@ WRONG: dict[str, Callable[[nemoral.Forest], object]] = {
     "parts": lambda f: nemoral.merge("abc", "out"),
     "parts none": lambda f: nemoral.merge([], "out"),
     "voxel_m": lambda f: nemoral.cloud("x", voxel_m=-1),
-    "estimated_poses": lambda f: nemoral.cloud("x", estimated_poses="yes"),  # type: ignore[arg-type]
+    "estimated": lambda f: nemoral.cloud("x", estimated_poses="y"),  # type: ignore[arg-type]
     "format": lambda f: nemoral.convert("x", "y", "kity"),
     "dataset": lambda f: nemoral.Dataset(3),  # type: ignore[arg-type]
     "vertices": lambda f: nemoral.RayScene().add_mesh([[0, 0]], [[0, 1, 2]]),

@@ -509,19 +509,29 @@ impl Dataset {
     /// true reference camera at frame 0; `None` if the sequence has no such system.
     ///
     /// # Errors
-    /// [`Error::Io`] and [`Error::Malformed`].
+    /// [`Error::Invalid`] if there is no such sequence here; [`Error::Io`] and
+    /// [`Error::Malformed`].
     pub fn estimated_poses(&self, sequence: u32) -> Result<Option<Vec<RigidTransform>>, Error> {
         if !self.has_estimated_poses(sequence) {
             return Ok(None);
         }
         let path = layout::sequence_file(sequence, layout::ESTIMATED_POSES);
         let rows = self.load_text(&path, kitti::decode_poses)?;
+        // Nothing else says where these poses are.
+        if let Some(line) = rows.iter().position(|rows| !kitti::is_pose(rows)) {
+            let message = format!("line {}: must be a rotation and a place", line + 1);
+            return Err(Error::malformed(self.root().join(&path), message));
+        }
+        let length = self.track(sequence)?.length;
+        if rows.len() as u64 != length {
+            let message = format!("has {} lines, the sequence {length} frames", rows.len());
+            return Err(Error::malformed(self.root().join(&path), message));
+        }
         Ok(Some(rows.iter().map(kitti::from_rows).collect()))
     }
 
     /// The body's pose in the world at each frame of the whole sequence, as a navigation system
-    /// estimates it ([`estimated_poses`](Self::estimated_poses)); `None` if the sequence has no such
-    /// system.
+    /// estimates it ([`estimated_poses`](Self::estimated_poses)); `None` if the sequence has none.
     ///
     /// # Errors
     /// [`Error::Invalid`] if there is no such sequence here; [`Error::Io`] and

@@ -1,7 +1,8 @@
 //! Draws the pulses that each device fires in a tenth of a second: azimuth by elevation with a line
 //! at each 10°, blue at the start and orange at the end. Of a whole turn the quarter straight ahead
-//! is shown, but all of what a motor turns. For a scanner that looks down it is the angle to straight down across the flight, left
-//! on the left, and time runs down, with a line at each 10 ms.
+//! is shown, but all of what a motor turns. For a scanner that looks down it is the angle to
+//! straight down across the flight, left on the left, and time runs down, with a line at each
+//! 10 ms.
 //!
 //! `cargo run --release -p nemoral-lidar --example devices -- FOLDER` writes a PNG for each device.
 

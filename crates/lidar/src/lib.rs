@@ -38,9 +38,10 @@
 //! the circular non-repeating [`Mid40`] and the rectangular non-repeating [`HorizonLike`]. There
 //! are also [`Mid70`], [`Avia`], [`Spinning`] heads by their beam tables, a terrestrial scanner's
 //! [`Panorama`], the [`ScanMirror`]s of airborne scanners and any [`CsvPattern`], each of which may
-//! be [`Motorised`]; [`Device`] has the numbers of real scanners. A [`Scanner`] fires a stretch of a pattern, each pulse from where
-//! the sensor is at that moment, and makes [`LidarPoint`](nemoral_scene::LidarPoint)s with their
-//! truth (class, object, range, incidence) of what comes back.
+//! be [`Motorised`]; [`Device`] has the numbers of real scanners. A [`Scanner`] fires a stretch of
+//! a pattern, each pulse from where the sensor is at that moment, and makes
+//! [`LidarPoint`](nemoral_scene::LidarPoint)s with their truth (class, object, range, incidence) of
+//! what comes back.
 //!
 //! A pulse is a line to the nearest opaque texel, or a [`Beam`] of sub-rays whose hits are grouped
 //! into several [echoes](Returns), mixed pixels among them. A surface is Lambertian; that of a

@@ -5,15 +5,15 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use nemoral_dataset::Track;
-use nemoral_scene::{ChunkCoord, DeadwoodRecord, ObjectRecord, TreeRecord};
+use nemoral_scene::{ChunkCoord, DeadwoodRecord, ObjectRecord, RigidTransform, TreeRecord};
 use nemoral_seed::Key;
-use nemoral_trajectory::Navigation;
+use nemoral_trajectory::{Navigation, OnTheWay, Path};
 
 use crate::chunks::ChunkManager;
 use crate::config::{Config, RobotPath};
 use crate::plan::{At, Runner};
 use crate::recording::scene::visible_chunks;
-use crate::world::trajectory::Surroundings;
+use crate::world::trajectory::{RobotTrajectory, Surroundings};
 use crate::{Error, ForestPlan};
 
 /// The number of poses that a thread computes at a time. Frames that are chosen need the geometry
@@ -81,9 +81,7 @@ pub(crate) fn track(
         }
     }
     let estimated = if config.navigation.enabled {
-        let navigation = Navigation::new(config.navigation.params(), Key::world(config.seed));
-        let navigation = navigation.map_err(|e| Error::request(format!("navigation.{e}")))?;
-        navigation.estimated(&poses)
+        estimated(config, &trajectory, &poses)?
     } else {
         Vec::new()
     };
@@ -98,6 +96,27 @@ pub(crate) fn track(
             .collect(),
         imu: None,
     })
+}
+
+/// What the navigation system makes of poses.
+fn estimated(
+    config: &Config,
+    trajectory: &RobotTrajectory,
+    poses: &[(f64, RigidTransform)],
+) -> Result<Vec<RigidTransform>, Error> {
+    let mut params = config.navigation.params();
+    if let (true, Path::Wander(wander)) = (params.loop_m == 0.0, &trajectory.trajectory.path) {
+        params.loop_m = wander.length_m().unwrap_or(0.0);
+    }
+    let navigation = Navigation::new(params, Key::world(config.seed));
+    let navigation = navigation.map_err(|e| Error::request(format!("navigation.{e}")))?;
+    let mut truth = OnTheWay::straight(poses);
+    for place in &mut truth {
+        if let Some(travelled_m) = trajectory.trajectory.travelled_m(place.time_s) {
+            place.travelled_m = travelled_m;
+        }
+    }
+    Ok(navigation.estimated(&truth))
 }
 
 /// The inventory of a world.

@@ -200,8 +200,8 @@ impl Recorder {
         let config = &self.sequence().config;
         if let Some((path, why)) = config.motion_is_unknown() {
             return Err(Error::request(format!(
-                "{path}: has no motion to measure: {why}; a drive along a trail, a wander, a \
-                 straight line or a file's poses has"
+                "{path}: has no motion to measure: {why}; a drive along a trail, a wander, lanes, \
+                 a straight line or a file's poses has"
             )));
         }
         prove(config, self.forest(), &self.runner())

@@ -11,7 +11,7 @@ use nemoral_scene::{ParamError, RigidTransform};
 /// Sines for each are a simplification; walkers' bodies move by 2 to 3 cm and some degrees.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gait {
-    /// Length of a step, metres, above 0.
+    /// Length of a step, metres, at least 0.1.
     pub step_m: f64,
     /// Amplitude of up and down, metres.
     pub bob_m: f64,
@@ -29,9 +29,15 @@ impl Gait {
     /// Checks the values.
     ///
     /// # Errors
-    /// If the step is not above 0, or another value is negative or not finite.
+    /// If the step is shorter than 0.1 m, or another value is negative or not finite.
     pub fn check(&self) -> Result<(), ParamError> {
-        ParamError::check_positive("gait.step_m", self.step_m)?;
+        let is_step = self.step_m.is_finite() && self.step_m >= 0.1;
+        ParamError::check(
+            is_step,
+            "gait.step_m",
+            self.step_m,
+            "finite and at least 0.1",
+        )?;
         for (field, value) in [
             ("gait.bob_m", self.bob_m),
             ("gait.sway_m", self.sway_m),

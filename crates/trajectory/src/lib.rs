@@ -54,7 +54,7 @@ pub use flight_lines::{FlightLines, FlightLinesParams, Follow};
 pub use gait::Gait;
 pub use lanes::{Lanes, LanesParams};
 pub use line::{Heading, ThereAndBack};
-pub use navigation::{Navigation, NavigationParams};
+pub use navigation::{Navigation, NavigationParams, OnTheWay};
 pub use pace::Pace;
 pub use port::{Obstacle, Obstacles, Polyline};
 pub use pose_file::{PoseFormat, read_poses};

@@ -66,6 +66,32 @@ impl ThereAndBack {
         self.line.length_m() + 2.0 * self.braking_m + self.turning_m
     }
 
+    /// The way that the body has driven after `s_m` metres at full speed; negative values are
+    /// before the start. It stands still where it turns.
+    #[must_use]
+    pub fn driven_m(&self, s_m: f64) -> f64 {
+        let half_lap_m = self.half_lap_m();
+        let from_first_m = |s_m: f64| {
+            let half_laps = (s_m / half_lap_m).floor();
+            half_laps * self.line.length_m() + self.along_m(s_m - half_laps * half_lap_m)
+        };
+        from_first_m(self.start_m + s_m) - from_first_m(self.start_m)
+    }
+
+    /// The way on the line within half a lap, by that at full speed.
+    fn along_m(&self, way_m: f64) -> f64 {
+        let length = self.line.length_m();
+        let brakes = length + 2.0 * self.braking_m - way_m;
+        let full = 2.0 * self.braking_m;
+        if way_m < full {
+            full * sped_up::share(way_m / full)
+        } else if brakes < full {
+            length - full * sped_up::share((brakes / full).max(0.0))
+        } else {
+            way_m - self.braking_m
+        }
+    }
+
     /// The position and direction after `s_m` metres from the start; negative values are before the
     /// start.
     #[must_use]
@@ -74,16 +100,9 @@ impl ThereAndBack {
         let lap = (self.start_m + s_m).rem_euclid(2.0 * half_lap);
         let returns = lap >= half_lap;
         let way = if returns { lap - half_lap } else { lap };
-        let brakes = length + 2.0 * self.braking_m - way;
-        let full = 2.0 * self.braking_m;
-        let driven = if way < full {
-            full * sped_up::share(way / full)
-        } else if brakes < full {
-            length - full * sped_up::share((brakes / full).max(0.0))
-        } else {
-            way - self.braking_m
-        };
-        let turn = (-brakes / self.turning_m).clamp(0.0, 1.0);
+        let driven = self.along_m(way);
+        let stands = way - (length + 2.0 * self.braking_m);
+        let turn = (stands / self.turning_m).clamp(0.0, 1.0);
         // As even as accelerations are.
         let turned = turn * turn * turn * (10.0 + turn * (6.0 * turn - 15.0));
         let s = if returns { length - driven } else { driven };
@@ -142,6 +161,16 @@ mod tests {
             assert!((heading.x - forward).abs() < 1e-12, "at {s} m");
         }
         assert!(path.at(18.25).1.x.abs() < 1e-12, "half of the turn");
+        for (s, way) in [
+            (0.0, 0.0),
+            (10.0, 10.0),
+            (18.0, 15.0),
+            (22.25, 15.75),
+            (lap, 40.0),
+        ] {
+            assert!((path.driven_m(s) - way).abs() < 1e-12, "at {s} m");
+        }
+        assert!((path.driven_m(-1.0) + 1.0).abs() < 1e-12);
         // Speeds and accelerations are those of a vehicle.
         let (h, speed_m_s) = (0.01, 5.0);
         let path = ThereAndBack::new(Arc::new(East(200.0)), 60.0, speed_m_s).expect("long enough");

@@ -65,6 +65,37 @@ impl NavigationParams {
     }
 }
 
+/// The true pose of a body on its way.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OnTheWay {
+    /// Seconds; they never decrease.
+    pub time_s: f64,
+    /// The way that it has come, metres, from any start; it never decreases.
+    pub travelled_m: f64,
+    /// Its pose in the world.
+    pub world_from_body: RigidTransform,
+}
+
+impl OnTheWay {
+    /// Poses at times, the way from one to the next of which is straight.
+    #[must_use]
+    pub fn straight(poses: &[(f64, RigidTransform)]) -> Vec<Self> {
+        let (mut travelled_m, mut before_m) = (0.0, None);
+        let on_the_way = |&(time_s, world_from_body): &(f64, RigidTransform)| {
+            let at_m = world_from_body.translation_m;
+            travelled_m += before_m
+                .replace(at_m)
+                .map_or(0.0, |before| at_m.distance(before));
+            Self {
+                time_s,
+                travelled_m,
+                world_from_body,
+            }
+        };
+        poses.iter().map(on_the_way).collect()
+    }
+}
+
 /// Estimates poses, with errors.
 #[derive(Clone, Debug)]
 pub struct Navigation {
@@ -87,22 +118,20 @@ impl Navigation {
         })
     }
 
-    /// The poses that it estimates of a body that is at `world_from_body` at these times, seconds,
-    /// in their order. The first ones do not depend on later ones. The way from one to the next is
-    /// straight, and is measured on the map.
+    /// The poses that it estimates of a body with these true ones, in their order. The first ones
+    /// do not depend on later ones.
     #[must_use]
-    pub fn estimated(&self, world_from_body: &[(f64, RigidTransform)]) -> Vec<RigidTransform> {
+    pub fn estimated<'a>(&self, truth: &'a [OnTheWay]) -> Vec<RigidTransform> {
         let mut wandering = [0.0; 6];
         let mut drift = Drift::default();
-        let mut before = None;
-        let map = |pose: RigidTransform| pose.translation_m.truncate();
-        let estimate = |(number, &(time_s, pose)): (usize, &(f64, RigidTransform))| {
-            let (passed_s, travelled_m) = match before.replace((time_s, pose)) {
+        let mut before: Option<&'a OnTheWay> = None;
+        let estimate = |(number, now): (usize, &'a OnTheWay)| {
+            let (passed_s, travelled_m) = match before.replace(now) {
                 // The first errors are as independent as those after a long time.
                 None => (f64::INFINITY, 0.0),
-                Some((time_before_s, pose_before)) => (
-                    (time_s - time_before_s).max(0.0),
-                    map(pose).distance(map(pose_before)),
+                Some(before) => (
+                    (now.time_s - before.time_s).max(0.0),
+                    (now.travelled_m - before.travelled_m).max(0.0),
                 ),
             };
             let correlation = libm::exp(-passed_s / self.params.correlation_s);
@@ -114,9 +143,9 @@ impl Navigation {
             let mut rng = self.drift.item(number as u64).rng();
             let steps = std::array::from_fn(|_| rng.normal());
             drift.go_on(travelled_m, self.params.loop_m, steps);
-            self.with_errors(pose, wandering, drift.errors)
+            self.with_errors(now.world_from_body, wandering, drift.errors)
         };
-        world_from_body.iter().enumerate().map(estimate).collect()
+        truth.iter().enumerate().map(estimate).collect()
     }
 
     /// A pose with errors in units of their deviations: east, north, up, roll, pitch, heading of

@@ -157,6 +157,17 @@ impl Trajectory {
         }
     }
 
+    /// The way that the body has come at a time, metres; `None` if the path is one of places.
+    #[must_use]
+    pub fn travelled_m(&self, time_s: f64) -> Option<f64> {
+        let at_full_speed_m = self.pace.travelled_m(time_s);
+        match &self.path {
+            Path::ThereAndBack(line) => Some(line.driven_m(at_full_speed_m)),
+            Path::Wander(_) | Path::Straight { .. } => Some(at_full_speed_m),
+            Path::FlightLines(_) | Path::Stations(_) | Path::Recording(_) => None,
+        }
+    }
+
     /// The body's stance `offset_s` after a frame's time.
     ///
     /// # Errors
@@ -170,7 +181,8 @@ impl Trajectory {
         offset_s: f64,
         obstacles: &O,
     ) -> Result<Stance, O::Error> {
-        let s = self.pace.travelled_m(self.time_s(frame) + offset_s);
+        let time_s = self.time_s(frame) + offset_s;
+        let s = self.pace.travelled_m(time_s);
         let (position_m, forward) = match &self.path {
             Path::ThereAndBack(line) => line.at(s),
             Path::Wander(wander) => wander.at(s, obstacles)?,
@@ -194,7 +206,7 @@ impl Trajectory {
                 });
             }
         };
-        let sway = self.gait.map(|gait| gait.after(s));
+        let sway = (self.gait.zip(self.travelled_m(time_s))).map(|(gait, way_m)| gait.after(way_m));
         Ok(Stance::OnWheels {
             position_m,
             forward,

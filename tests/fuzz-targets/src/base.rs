@@ -84,13 +84,13 @@ pub fn write_shard(out: &Path, depth: DepthFormat, frames: Range<u64>) {
         objects: &objects,
         deadwood: &[],
     };
-    let poses = (0..FRAMES).map(|k| (0.5 * k as f64, pose())).collect();
+    let poses: Vec<_> = (0..FRAMES).map(|k| (0.5 * k as f64, pose())).collect();
     let track = Track {
         sequence: 0,
         poses,
         balance: None,
         stands: false,
-        estimated: Vec::new(),
+        estimated: vec![pose(); FRAMES as usize],
         lines: Vec::new(),
         imu: None,
     };
@@ -122,6 +122,7 @@ fn header(depth_format: DepthFormat) -> DatasetHeader {
     };
     let sequence = SequenceSpec {
         depth_format,
+        has_estimated_poses: true,
         cameras: vec![CameraSpec {
             name: "front".to_owned(),
             intrinsics: Intrinsics::from_fov(SIZE.0, SIZE.1, 1.2).expect("valid"),

@@ -75,7 +75,7 @@ const VALUES: [&str; 28] = [
 ];
 
 /// Names under which an instruction may put something into a folder.
-const NAMES: [&str; 12] = [
+const NAMES: [&str; 13] = [
     ".nemoral/header.json",
     ".nemoral/lock",
     ".nemoral/frames/00-000000.json",
@@ -88,6 +88,7 @@ const NAMES: [&str; 12] = [
     "notes.txt",
     "dataset.json",
     "sequences",
+    "sequences/00/poses_estimated.txt",
 ];
 
 /// Targets of links, relative to a data set's folder.

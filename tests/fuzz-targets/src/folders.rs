@@ -106,6 +106,7 @@ fn look(root: &Path, scratch: &Scratch, tasks: Tasks) {
         for t in &dataset.manifest().tracks {
             let _ = (dataset.poses(t.sequence), dataset.times(t.sequence));
             let _ = dataset.calibration(t.sequence);
+            let _ = dataset.estimated_world_from_body(t.sequence);
         }
     }
     let report = check(root).map(|report| report.to_string());
@@ -117,6 +118,7 @@ fn look(root: &Path, scratch: &Scratch, tasks: Tasks) {
         let params = CloudParams {
             voxel_m: tasks.has(2).then_some(0.05),
             pure: tasks.has(3),
+            estimated_poses: tasks.has(4),
             ..CloudParams::default()
         };
         let _ = cloud(root, &scratch.path().join("cloud.ply"), params);

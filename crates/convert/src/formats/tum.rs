@@ -79,7 +79,12 @@ impl Format for Tum {
                     .iter()
                     .map(|c| (&c.name, c.body_from_camera));
                 let lidars = sequence.lidars.iter().map(|l| (&l.name, l.body_from_lidar));
-                for (name, mount) in cameras.chain(lidars) {
+                let unit_name = UNIT.to_owned();
+                let unit = sequence
+                    .imu
+                    .as_ref()
+                    .map(|unit| (&unit_name, unit.body_from_imu));
+                for (name, mount) in cameras.chain(lidars).chain(unit) {
                     let folder = folder(name);
                     let poses = trajectory(&truth, &mount);
                     files.put(format!("{folder}/groundtruth.txt"), poses);
@@ -88,15 +93,10 @@ impl Format for Tum {
                         files.put(format!("{folder}/estimated.txt"), poses);
                     }
                 }
-                if let Some(unit) = sequence.imu {
-                    let folder = folder(UNIT);
-                    let poses = trajectory(&truth, &unit.body_from_imu);
-                    files.put(format!("{folder}/groundtruth.txt"), poses);
+                if sequence.imu.is_some() {
                     let readings = source.imu(sequence.number)?;
-                    files.put(
-                        format!("{folder}/{ACCELEROMETER}"),
-                        accelerations(&readings),
-                    );
+                    let path = format!("{}/{ACCELEROMETER}", folder(UNIT));
+                    files.put(path, accelerations(&readings));
                 }
                 Ok(String::new())
             })?;

@@ -67,11 +67,19 @@ fn lists_name_files_and_poses_and_depth_are_those_of_the_data_set() {
 fn what_a_navigation_system_estimates_lies_beside_the_truth() {
     let mut header = header();
     header.sequences[0].has_estimated_poses = true;
+    let mount = RigidTransform::from_xyz_rpy(DVec3::new(0.1, 0.2, 0.3), 0.4, 0.0, 0.0);
+    header.sequences[0].imu = Some(ImuSpec {
+        body_from_imu: mount,
+        rate_hz: 10.0,
+        angular_rate_noise_rad_s: 0.5,
+        specific_force_noise_m_s2: 0.25,
+    });
     let made = made_of(FormatName::Tum, &header);
     let sequence = &header.sequences[0];
     let cameras = (sequence.cameras.iter()).map(|c| (&c.name, c.body_from_camera));
     let lidars = (sequence.lidars.iter()).map(|l| (&l.name, l.body_from_lidar));
-    for (name, mount) in cameras.chain(lidars) {
+    let unit = "imu".to_owned();
+    for (name, mount) in cameras.chain(lidars).chain([(&unit, mount)]) {
         let folder = made.out.join(format!("00-{name}"));
         let truth = numbers(&text(folder.join("groundtruth.txt")));
         let rows = numbers(&text(folder.join("estimated.txt")));

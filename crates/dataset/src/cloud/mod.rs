@@ -10,7 +10,7 @@ use nemoral_scene::glam::{DVec2, DVec3};
 use nemoral_scene::{Ontology, PointFlags, RigidTransform, Semantic, TreeRecord};
 
 use crate::formats::tables;
-use crate::{Dataset, Error, FrameRecord, PlyPoint, SequenceSpec, SiteSpec, Watch, layout};
+use crate::{Dataset, Error, FrameRecord, PlyPoint, SequenceSpec, SiteSpec, Watch};
 
 pub use crop::Crop;
 pub use ply::cloud;
@@ -54,7 +54,7 @@ pub struct Cloud {
 /// A point of a cloud.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CloudPoint {
-    /// The measured position in the world, by the scanner's pose: the true one, or the estimated one
+    /// The measured position in the world, by the scanner's true pose, or by the estimated one
     /// ([`CloudParams::estimated_poses`]).
     pub world_m: DVec3,
     /// The surface's normal in the world.
@@ -187,7 +187,7 @@ impl Cloud {
         let frames = frames.iter().filter(|f| f.sequence == self.number);
         let total = frames.clone().count();
         for (frame, record) in frames.enumerate() {
-            let world_from_body = self.world_from_body(record)?;
+            let world_from_body = self.world_from_body(record);
             for (i, lidar) in self.spec().lidars.iter().enumerate() {
                 let world_from_lidar = world_from_body * lidar.body_from_lidar;
                 for recorded in self.dataset.read_ply(record, i)? {
@@ -224,22 +224,12 @@ impl Cloud {
     }
 
     /// The pose by which a frame's scans are registered.
-    fn world_from_body(&self, frame: &FrameRecord) -> Result<RigidTransform, Error> {
-        let Some(estimated) = &self.estimated else {
-            return Ok(frame.world_from_body());
-        };
+    fn world_from_body(&self, frame: &FrameRecord) -> RigidTransform {
         let at = usize::try_from(frame.index).ok();
-        at.and_then(|i| estimated.get(i)).copied().ok_or_else(|| {
-            let allowed = format!(
-                "a frame with a line there, of which there are {}",
-                estimated.len()
-            );
-            Error::invalid(
-                layout::ESTIMATED_POSES,
-                format!("frame {}", frame.index),
-                allowed,
-            )
-        })
+        let estimated = (self.estimated.as_ref()).and_then(|poses| poses.get(at?));
+        estimated
+            .copied()
+            .unwrap_or_else(|| frame.world_from_body())
     }
 
     /// The error of a crop without points, which says where there are any.

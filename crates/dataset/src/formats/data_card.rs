@@ -146,7 +146,8 @@ within 2 chunks, at most 32,750) in the upper 16 |
 `t` in seconds after the frame's time (that of `times.txt` and `poses.txt`), normal, flags |
 | `sequences/NN/poses.txt` | line k: frame k of the whole drive, {posed}, \
 relative to frame 0 (KITTI); `poses/NN.txt` is a copy |
-{estimated}| `sequences/NN/calib.txt` | P0 to P3 (the first camera's; P3 is `right`'s if there is one) and \
+{estimated}\
+| `sequences/NN/calib.txt` | P0 to P3 (the first camera's; P3 is `right`'s if there is one) and \
 Tr, LiDAR to first camera (KITTI); P_NAME and Tr_NAME of further cameras: \
 pixels from the first camera's frame, first LiDAR to camera; Tr_NAME of further LiDARs: LiDAR to \
 first camera; D2, D_NAME (OpenCV's k1 k2 p1 p2 k3) or F2, \

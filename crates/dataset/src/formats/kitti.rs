@@ -6,7 +6,7 @@ use std::path::Path;
 use nemoral_scene::glam::{DMat3, DQuat, DVec3};
 use nemoral_scene::{Distortion, Intrinsics, RigidTransform};
 
-use crate::header::RIGHT;
+use crate::header::{RIGHT, is_place};
 use crate::{Error, SequenceSpec};
 
 /// A 3 × 4 matrix, row-major.
@@ -129,6 +129,16 @@ fn push_rows(out: &mut String, rows: &Rows) {
         write!(out, "{space}{:e}", value + 0.0).expect("a string takes it");
     }
     out.push('\n');
+}
+
+/// Whether a matrix is a rotation, but for rounding, and a place within bounds.
+pub(crate) fn is_pose(rows: &Rows) -> bool {
+    let axes = rows.map(|[x, y, z, _]| DVec3::new(x, y, z));
+    let [x, y, z] = axes;
+    let unit = |axis: DVec3| (axis.length_squared() - 1.0).abs() < 1e-6;
+    axes.into_iter().all(unit)
+        && x.cross(y).distance(z) < 1e-6
+        && is_place(DVec3::from(rows.map(|row| row[3])))
 }
 
 /// `poses.txt`: one matrix on each line.

@@ -138,21 +138,33 @@ fn parts_have_the_same_estimates_and_so_has_the_whole() -> Result<(), Error> {
 }
 
 #[test]
-fn a_line_too_few_is_found() -> Result<(), Error> {
+fn files_that_are_no_poses_of_the_frames_are_refused() -> Result<(), Error> {
     let dir = tempfile::tempdir().expect("a folder");
     write(dir.path(), &header(), &[0, 1, 2], &estimates())?;
     let path = dir.path().join(FILE);
     let text = fs::read_to_string(&path).expect("text");
     let end = text.trim_end().rfind('\n').expect("lines") + 1;
-    fs::write(&path, &text[..end]).expect("a shorter file");
-    reseal(dir.path(), FILE);
-    let report = check(dir.path())?.to_string();
-    assert!(
-        report.contains("has 2 lines, the sequence 3 frames"),
-        "{report}"
-    );
-    let error = points(dir.path(), true).expect_err("a frame without a line");
-    assert!(error.to_string().contains("poses_estimated.txt"), "{error}");
+    let first = text.split(' ').next().expect("a number");
+    let zeros = "0 0 0 0 0 0 0 0 0 0 0 0\n";
+    for (hostile, told) in [
+        (text[..end].to_owned(), "has 2 lines, the sequence 3 frames"),
+        (text.replacen(first, "NaN", 1), "line 1: must be a rotation"),
+        (
+            format!("{}{zeros}", &text[..end]),
+            "line 3: must be a rotation",
+        ),
+        (text.replacen(first, "-1", 1), "line 1: must be a rotation"),
+    ] {
+        fs::write(&path, hostile).expect("another file");
+        reseal(dir.path(), FILE);
+        let report = check(dir.path())?.to_string();
+        assert!(report.contains(told), "{report}");
+        let error = points(dir.path(), true).expect_err("no poses").to_string();
+        assert!(
+            error.contains("poses_estimated.txt") && error.contains(told),
+            "{error}"
+        );
+    }
     Ok(())
 }
 

@@ -81,7 +81,7 @@ impl Config {
         if let Some((key, why)) = self.motion_is_unknown() {
             let message = format!(
                 "imu.enabled = true: must be false with [{key}]: {why}; a drive along a trail, a \
-                 wander, a straight line or a file's poses has a motion to measure"
+                 wander, lanes, a straight line or a file's poses has a motion to measure"
             );
             out.push(("imu.enabled".to_owned(), message));
         }

@@ -494,6 +494,22 @@ impl Config {
                 out.add("robot.lanes", &message);
             }
         }
+        let step_m = r.gait.step_m;
+        if step_m > 0.0 {
+            let placed = match &r.path {
+                RobotPath::Stations(_) => Some("robot.stations"),
+                RobotPath::Flight(_) => Some("robot.flight"),
+                RobotPath::File(_) => Some("robot.file"),
+                _ if self.balance.is_on() => Some("balance.targets"),
+                _ => None,
+            };
+            if let Some(key) = placed {
+                let must = format!("be 0 with [{key}], along which nobody walks");
+                out.refuse("robot.gait.step_m", step_m, &must);
+            } else if step_m < 0.1 {
+                out.refuse("robot.gait.step_m", step_m, "be 0 or at least 0.1");
+            }
+        }
         let start_m = DVec2::new(r.start_x_m, r.start_y_m);
         let start = ChunkCoord::containing(start_m, self.chunks.size_m);
         let has_ids = |dx, dy| ObjectId::new(start.offset(dx, dy), 1).is_some();

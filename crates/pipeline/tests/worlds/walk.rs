@@ -11,7 +11,7 @@ use nemoral_realism::grown;
 use nemoral_scene::glam::DVec3;
 
 /// A loop of two lanes, by a drifting scanner with 2 cm and 0.1 degrees of other errors.
-const WALK: [&str; 17] = [
+const WALK: [&str; 18] = [
     "frames=0",
     "chunks.visible_radius_m=40",
     "chunks.delete_radius_m=100",
@@ -28,7 +28,8 @@ const WALK: [&str; 17] = [
     "robot.gait.step_m=0.65",
     "navigation.enabled=true",
     "navigation.drift_m=0.05",
-    "navigation.loop_m=1000",
+    "navigation.horizontal_m=0",
+    "navigation.vertical_m=0",
 ];
 
 fn sequences(settings: &[&str]) -> Result<Sequences, Error> {
@@ -89,6 +90,19 @@ fn a_walk_is_a_loop_that_sways_and_drifts() -> Result<(), Error> {
     let estimated = dataset.estimated_world_from_body(0)?.expect("navigation");
     let frames = estimated.len() as f64;
     assert!((120.0..136.0).contains(&frames), "{frames}");
+    // Drift is 0 where the walk begins, and nearly so where the loop is closed again.
+    let sequence = sequences(&WALK)?.get(0)?;
+    let recorder = Recorder::new(sequence, Backend::Cpu, grown(), 2)?;
+    let off_m = |frame: usize| -> Result<f64, Error> {
+        let truth = recorder.pose(frame as u64)?.world_from_body();
+        Ok(truth.translation_m.distance(estimated[frame].translation_m))
+    };
+    let (last, half) = (estimated.len() - 1, estimated.len() / 2);
+    let [start_m, middle_m, end_m] = [off_m(0)?, off_m(half)?, off_m(last)?];
+    assert!(
+        start_m < 1e-9 && middle_m > 0.05 && end_m < 0.1,
+        "{middle_m} {end_m}"
+    );
 
     // What is measured is registered by them, with errors of some centimetres.
     let (truth, walked) = (points(&dataset, false)?, points(&dataset, true)?);
@@ -122,8 +136,17 @@ fn walks_that_cannot_be_are_refused() {
     assert!(wide.contains("must be at most 1.6"), "{wide}");
     let fast = refused(&["lidar.motor.turns_hz=200"]);
     assert!(fast.contains("lidar.motor.turns_hz"), "{fast}");
-    let drawn = refused(&["robot.wander.amplitude_m=3", "balance.targets.deadwood=0.2"]);
-    assert!(drawn.contains("robot.wander"), "{drawn}");
+    let chosen = refused(&["navigation.enabled=false", "balance.targets.deadwood=0.2"]);
+    assert!(chosen.contains("[robot.lanes] asks for lanes"), "{chosen}");
+    let short = refused(&["robot.gait.step_m=0.01"]);
+    assert!(short.contains("must be 0 or at least 0.1"), "{short}");
+    let layers = ["robot.stations.columns=1", "robot.gait.step_m=0.6"];
+    let placed = sequences(&layers).and_then(|all| all.get(0)).map(|_| ());
+    let placed = placed.expect_err("nobody walks").to_string();
+    assert!(
+        placed.contains("must be 0 with [robot.stations]"),
+        "{placed}"
+    );
     let many = refused(&["robot.spacing_s=0.000001"]);
     assert!(many.contains("more than 10000000 frames"), "{many}");
 }

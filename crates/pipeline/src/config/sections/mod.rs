@@ -69,8 +69,7 @@ section! {
         /// How many sequences the data set has, each a drive through a world of its own. Sequence 0
         /// has the seed above, and the others' seeds are drawn from it.
         sequences: u32 = 1, Whole(1, 10_000), "one world";
-        /// How many frames each sequence has; 0 for all places of stations, lanes, flight lines or a
-        /// file.
+        /// How many frames each sequence has; 0 for all of stations, lanes, flight lines or a file.
         frames: u64 = 10, Whole(0, 10_000_000), "enough to look at, made in a minute";
     }
     plus {

@@ -27,8 +27,9 @@ section! {
         drift_m: f64 = 0.0, Real(0.0, 1.0), "satellites; backpacks and handhelds: 0.005 to 0.02";
         /// Drift of the heading, degrees after a metre; it grows with the root of the way.
         heading_drift_deg: f64 = 0.0, Real(0.0, 10.0), "satellites; handhelds: 0.02 to 0.1";
-        /// Length of a loop, after which a place is recognised and drift is 0; 0 if none is.
-        loop_m: f64 = 0.0, Real(0.0, 1e6), "an open way";
+        /// Length of a loop, after which a place is recognised and drift is 0; 0 for the loop of
+        /// `[robot.lanes]`, and for none on other paths.
+        loop_m: f64 = 0.0, Real(0.0, 1e6), "lanes end where they begin";
         /// Error of the lever arm: forward, left, up.
         lever_m: [f64; 3] = [0.0; 3], Triple(-10.0, 10.0), "well measured";
         /// Boresight angles, by which the sensors' mounts are known wrongly: roll, pitch, yaw.

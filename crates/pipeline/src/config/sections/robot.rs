@@ -80,10 +80,10 @@ impl Default for RobotPath {
 }
 
 section! {
-    /// The sway of who carries the sensors on foot along a trail, a wander or a straight line: up
-    /// and down and a pitch once a step, from side to side and a roll once in two steps.
+    /// The sway of who carries the sensors on foot along a trail, a wander, lanes or a straight
+    /// line: up and down and a pitch once a step, from side to side and a roll once in two steps.
     RobotGait at "robot.gait" {
-        /// Length of a step; 0 for a robot that rolls.
+        /// Length of a step, at least 0.1; 0 for a robot that rolls.
         step_m: f64 = 0.0, Real(0.0, 3.0), "wheels or tracks; walkers with a scanner: 0.65";
         /// Amplitude of up and down.
         bob_m: f64 = 0.025, Real(0.0, 1.0), "our choice: 2 to 3 cm";
@@ -108,8 +108,8 @@ section! {
 
 section! {
     /// Lanes up and down an area and back to where they began, as one walks a plot with a handheld
-    /// or backpack scanner, past stems and rocks. The middle of the area is the start, its length is
-    /// along the heading.
+    /// or backpack scanner, past stems and rocks. The middle of the area is the start, its length
+    /// is along the heading.
     PathLanes at "robot.lanes", one of "the robot's path" {
         /// Length of the area, along the lanes.
         length_m: f64 = 30.0, Real(1.0, 1000.0), "a plot of 30 m";
@@ -117,7 +117,7 @@ section! {
         /// they would be odd, so that the last leads back.
         width_m: f64 = 30.0, Real(1.0, 1000.0), "a plot of 30 m";
         /// Distance between neighbouring lanes.
-        spacing_m: f64 = 10.0, Real(1.0, 100.0), "usual with handheld scanners";
+        spacing_m: f64 = 10.0, Real(4.0, 100.0), "usual with handheld scanners";
         /// The greatest deviation from a lane; at most a fifth of their distance.
         amplitude_m: f64 = 1.5, Real(0.0, 20.0), "past a tree";
     }
