@@ -140,6 +140,7 @@ fn textures_tile_without_a_seam() {
 
 /// The mean of a mixture lies between its parts.
 #[test]
+#[ignore = "half a minute: .ci/full runs it"]
 fn albedos_are_those_of_the_literature() {
     let ranges: [(&str, [f32; 3], [f32; 3]); 21] = [
         ("maritime_pine.stem", [0.08, 0.06, 0.04], [0.16, 0.11, 0.08]),

@@ -76,6 +76,7 @@ fn set(name: &str, value: f64) -> Values {
 }
 
 #[test]
+#[ignore = "half a minute: .ci/full runs it"]
 fn the_config_of_what_is_seen_makes_the_same_picture() {
     // Edges are smoothed and the sensor is noisy, as in whole data sets.
     let forest = forest(&["camera.edge_samples=4", "camera.noise.enabled=true"]);
@@ -217,6 +218,7 @@ fn who_moves_does_not_wait_for_a_whole_picture() {
 }
 
 #[test]
+#[ignore = "half a minute: .ci/full runs it"]
 fn nobody_stands_in_a_stem() {
     let forest = forest(&["placement.trees=200", "terrain.max_height_m=3"]);
     let glance = glance(&forest);

@@ -307,6 +307,7 @@ impl Frame {
 }
 
 #[test]
+#[ignore = "half a minute: .ci/full runs it"]
 fn a_preset_is_the_same_for_both_renderers() {
     // A quarter of what is in view otherwise.
     let near = [

@@ -100,6 +100,7 @@ fn noise(picture: &Image<[u8; 3]>) -> Image<[u8; 3]> {
 }
 
 #[test]
+#[ignore = "half a minute: .ci/full runs it"]
 fn pictures_of_no_forest_are_noticed() {
     let slope = |v: &Image<f64>| amplitude_slope(&spectrum(v));
     leaves(

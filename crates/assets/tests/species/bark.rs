@@ -57,6 +57,7 @@ fn alike(detail: &[f32], width: usize, [right, up]: [usize; 2]) -> f64 {
 /// sideways or upwards by an eighth to a half of the picture, its detail does not correlate with
 /// itself.
 #[test]
+#[ignore = "half a minute: .ci/full runs it"]
 fn recipes_have_no_period_of_their_own() {
     let mut count = 0;
     for species in Species::all() {

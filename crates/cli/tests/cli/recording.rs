@@ -340,6 +340,7 @@ fn a_data_set_is_made_again_from_itself_alone() {
 }
 
 #[test]
+#[ignore = "half a minute: .ci/full runs it"]
 fn a_plot_is_recorded_from_its_stem_map() {
     let here = folder("plot");
     fs::create_dir_all(&here).expect("a writable folder");
@@ -387,6 +388,7 @@ fn a_plot_is_recorded_from_its_stem_map() {
 }
 
 #[test]
+#[ignore = "half a minute: .ci/full runs it"]
 fn an_inertial_unit_is_written_once() {
     let out = folder("imu").join("unit");
     let imu = |settings: &[&str]| {

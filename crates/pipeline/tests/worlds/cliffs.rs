@@ -4,6 +4,7 @@ use nemoral_realism::World;
 use nemoral_scene::{ChunkCoord, ObjectKind, Semantic};
 
 #[test]
+#[ignore = "half a minute: .ci/full runs it"]
 fn cliffs_are_bare_rock_on_which_nothing_stands() {
     let steep = [
         "assets.individuals=1",

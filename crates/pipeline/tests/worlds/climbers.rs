@@ -90,6 +90,7 @@ fn as_many_trees_are_climbed_as_asked() {
 }
 
 #[test]
+#[ignore = "half a minute: .ci/full runs it"]
 fn resin_and_moss_are_the_trees_and_plants_are_their_own() {
     let world = world(
         "maritime-pine",
@@ -120,6 +121,7 @@ fn points(instance: &Instance) -> Vec<Vec3> {
 }
 
 #[test]
+#[ignore = "half a minute: .ci/full runs it"]
 fn lianas_hold_on_to_their_tree() {
     let world = world(
         "oak-mixed",

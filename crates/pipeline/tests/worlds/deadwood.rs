@@ -191,6 +191,7 @@ fn logs_keep_clear_of_trails_and_trees() {
 }
 
 #[test]
+#[ignore = "half a minute: .ci/full runs it"]
 fn a_thrown_tree_has_its_plate_and_its_pit() {
     let runner = OAKS.runner(2);
     let mut all = 0;

@@ -42,6 +42,7 @@ fn is_of_edge(tree: &SceneObject, assets: &WorldAssets) -> bool {
 }
 
 #[test]
+#[ignore = "half a minute: .ci/full runs it"]
 fn trees_at_meadows_face_the_open() {
     let world = world(&["placement.meadows.edge_trees=1"]);
     let (runner, assets) = (world.runner(2), assets(&world));

@@ -48,6 +48,7 @@ impl Strips {
 }
 
 #[test]
+#[ignore = "half a minute: .ci/full runs it"]
 fn a_wood_ends_in_a_mantle_and_its_meadow_is_grass() {
     let world = world("meadow-edge", &[]);
     let runner = world.runner(2);

@@ -61,6 +61,7 @@ fn leaves(points: &[LidarPoint]) -> f64 {
 }
 
 #[test]
+#[ignore = "half a minute: .ci/full runs it"]
 fn winter_takes_leaves_and_moves_nothing() {
     let [summer, autumn, winter] = [0, 303, 20].map(world);
     let of_summer = grown(&summer);
@@ -111,6 +112,7 @@ fn wet_weather_changes_materials_alone() {
 
 /// Snow lies on the mesh of the ground, as deep as it should, and chunks meet without a gap.
 #[test]
+#[ignore = "half a minute: .ci/full runs it"]
 fn snow_raises_the_ground_and_hides_litter() {
     let world = |depth: &str| {
         let settings = [
