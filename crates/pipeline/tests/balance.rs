@@ -453,6 +453,7 @@ fn what_is_out_of_reach_is_noted() {
 }
 
 #[test]
+#[ignore = "half a minute: .ci/full runs it"]
 fn a_robot_with_a_lidar_alone_looks_by_its_pulses() {
     let config = load(&["camera.enabled=false", "balance.targets.rocks=0.02"]);
     let forest = ForestPlan::new(&config).expect("a plan");

@@ -40,6 +40,7 @@ fn colour_does_not_depend_on_distance() {
 /// The light that passes a leaf's vein or twig depends on how dark it is relative to the texture's
 /// mean, which is that of the opaque texels.
 #[test]
+#[ignore = "half a minute: .ci/full runs it"]
 fn the_mean_is_of_what_is_opaque() {
     for m in LIBRARY.materials.materials() {
         let seen = mean_colour(m, &opaque(m), 0.0);

@@ -56,6 +56,7 @@ impl Found {
 }
 
 #[test]
+#[ignore = "half a minute: .ci/full runs it"]
 fn as_many_trees_are_climbed_as_asked() {
     let world = world(
         "oak-mixed",

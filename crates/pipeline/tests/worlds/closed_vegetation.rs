@@ -40,6 +40,7 @@ fn each(world: &World, mut f: impl FnMut(&Patch, f64, Option<TrailSurfaceKind>))
 const CHUNKS_M2: f64 = 9.0 * 2500.0;
 
 #[test]
+#[ignore = "half a minute: .ci/full runs it"]
 fn a_glade_is_under_grass_and_its_trails_too() {
     let world = world("glade", &[]);
     let (mut wide, mut on_trail, mut trail_cells) = (0, 0, 0);
@@ -78,6 +79,7 @@ fn a_glade_is_under_grass_and_its_trails_too() {
 }
 
 #[test]
+#[ignore = "half a minute: .ci/full runs it"]
 fn where_deer_are_there_are_fewer_brambles_and_young_trees() {
     let world = world("rank-clearing", &["undergrowth.ground.browsing=1"]);
     let runner = world.runner(2);

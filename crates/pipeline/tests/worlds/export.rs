@@ -162,6 +162,7 @@ fn heights_are_the_grounds(recorder: &Recorder) {
 }
 
 #[test]
+#[ignore = "half a minute: .ci/full runs it"]
 fn a_tree_is_as_thick_as_asked() {
     let scene = tree_scene("scots_pine", Some(0.3), true, 5).expect("a pine");
     let tree = &scene.trees[0];
