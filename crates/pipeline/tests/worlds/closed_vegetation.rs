@@ -155,6 +155,7 @@ fn there_is_less_in_the_dark_and_nothing_without_being_asked_for() {
 }
 
 #[test]
+#[ignore = "half a minute: .ci/full runs it"]
 fn the_paper_medium_preset_stays_within_its_instances() {
     let world = world("medium", &["trails.spawn_probability=0.012"]);
     let scene = world.runner(2).get(world.forest.scene, 0).expect("a scene");
