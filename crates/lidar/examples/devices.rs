@@ -58,7 +58,8 @@ fn draw(device: Device) -> Result<RgbImage, nemoral_lidar::ParamError> {
     let scanner = Scanner::new(device.params(), device.pattern())?;
     let looks_down = scanner.field_of_view().axis.z < -0.5;
     let [wide_deg, tall_deg] = device.sheet().field_of_view_deg;
-    let half_deg = if looks_down || tall_deg == 180.0 {
+    let sees_all = tall_deg >= 180.0;
+    let half_deg = if looks_down || sees_all {
         0.5 * wide_deg + MARGIN_DEG
     } else {
         (0.5 * wide_deg + MARGIN_DEG).min(WINDOW_DEG)

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use nemoral_dataset::Track;
 use nemoral_scene::{ChunkCoord, DeadwoodRecord, ObjectRecord, RigidTransform, TreeRecord};
 use nemoral_seed::Key;
-use nemoral_trajectory::{Navigation, OnTheWay, Path};
+use nemoral_trajectory::{Navigation, TrackPoint};
 
 use crate::chunks::ChunkManager;
 use crate::config::{Config, RobotPath};
@@ -105,12 +105,12 @@ fn estimated(
     poses: &[(f64, RigidTransform)],
 ) -> Result<Vec<RigidTransform>, Error> {
     let mut params = config.navigation.params();
-    if let (true, Path::Wander(wander)) = (params.loop_m == 0.0, &trajectory.trajectory.path) {
-        params.loop_m = wander.length_m().unwrap_or(0.0);
+    if params.loop_m == 0.0 {
+        params.loop_m = trajectory.trajectory.loop_m().unwrap_or(0.0);
     }
     let navigation = Navigation::new(params, Key::world(config.seed));
     let navigation = navigation.map_err(|e| Error::request(format!("navigation.{e}")))?;
-    let mut truth = OnTheWay::straight(poses);
+    let mut truth = TrackPoint::along(poses);
     for place in &mut truth {
         if let Some(travelled_m) = trajectory.trajectory.travelled_m(place.time_s) {
             place.travelled_m = travelled_m;

@@ -165,9 +165,11 @@ impl Lanes {
         self.length_m
     }
 
-    /// Distance between neighbouring lanes, metres.
-    pub(crate) fn spacing_m(&self) -> f64 {
-        self.spacing_m
+    /// How far from the lanes a wander about them may go, metres: a fifth of their distance, as
+    /// turns between them have a radius of a quarter of it.
+    #[must_use]
+    pub fn most_amplitude_m(&self) -> f64 {
+        0.2 * self.spacing_m
     }
 
     /// The place after so many metres; whole loops do not count.

@@ -10,7 +10,7 @@
 //! - [`Path::Stations`]: a grid of level stations, as in terrestrial scanning.
 //! - [`Path::Recording`]: poses from a file of TUM's or KITTI's format ([`read_poses`]).
 //!
-//! Who carries the sensors on foot sways by a [`Gait`].
+//! A walker who carries the sensors sways by a [`Gait`].
 //!
 //! Single views beside a path have places of their own ([`Beside`]). What a navigation system would
 //! estimate of poses, with its errors, is [`Navigation`]'s.
@@ -54,7 +54,7 @@ pub use flight_lines::{FlightLines, FlightLinesParams, Follow};
 pub use gait::Gait;
 pub use lanes::{Lanes, LanesParams};
 pub use line::{Heading, ThereAndBack};
-pub use navigation::{Navigation, NavigationParams, OnTheWay};
+pub use navigation::{Navigation, NavigationParams, TrackPoint};
 pub use pace::Pace;
 pub use port::{Obstacle, Obstacles, Polyline};
 pub use pose_file::{PoseFormat, read_poses};

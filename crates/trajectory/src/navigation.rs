@@ -56,18 +56,21 @@ impl NavigationParams {
             ParamError::check_at_least_zero(field, value)?;
         }
         ParamError::check_positive("correlation_s", self.correlation_s)?;
-        let constant = self.lever_m.to_array().into_iter();
-        for value in constant.chain(self.boresight_rad) {
-            let field = "lever_m, boresight_rad";
-            ParamError::check(value.is_finite(), field, value, "finite numbers")?;
-        }
-        Ok(())
+        let lever_m = self.lever_m;
+        ParamError::check(lever_m.is_finite(), "lever_m", lever_m, "finite")?;
+        let boresight_rad = DVec3::from(self.boresight_rad);
+        ParamError::check(
+            boresight_rad.is_finite(),
+            "boresight_rad",
+            boresight_rad,
+            "finite",
+        )
     }
 }
 
-/// The true pose of a body on its way.
+/// The true pose of a body at a time, and the way that it has come.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct OnTheWay {
+pub struct TrackPoint {
     /// Seconds; they never decrease.
     pub time_s: f64,
     /// The way that it has come, metres, from any start; it never decreases.
@@ -76,12 +79,12 @@ pub struct OnTheWay {
     pub world_from_body: RigidTransform,
 }
 
-impl OnTheWay {
-    /// Poses at times, the way from one to the next of which is straight.
+impl TrackPoint {
+    /// Poses at times, with straight ways from each to the next.
     #[must_use]
-    pub fn straight(poses: &[(f64, RigidTransform)]) -> Vec<Self> {
+    pub fn along(poses: &[(f64, RigidTransform)]) -> Vec<Self> {
         let (mut travelled_m, mut before_m) = (0.0, None);
-        let on_the_way = |&(time_s, world_from_body): &(f64, RigidTransform)| {
+        let point = |&(time_s, world_from_body): &(f64, RigidTransform)| {
             let at_m = world_from_body.translation_m;
             travelled_m += before_m
                 .replace(at_m)
@@ -92,7 +95,7 @@ impl OnTheWay {
                 world_from_body,
             }
         };
-        poses.iter().map(on_the_way).collect()
+        poses.iter().map(point).collect()
     }
 }
 
@@ -121,11 +124,11 @@ impl Navigation {
     /// The poses that it estimates of a body with these true ones, in their order. The first ones
     /// do not depend on later ones.
     #[must_use]
-    pub fn estimated<'a>(&self, truth: &'a [OnTheWay]) -> Vec<RigidTransform> {
+    pub fn estimated<'a>(&self, truth: &'a [TrackPoint]) -> Vec<RigidTransform> {
         let mut wandering = [0.0; 6];
         let mut drift = Drift::default();
-        let mut before: Option<&'a OnTheWay> = None;
-        let estimate = |(number, now): (usize, &'a OnTheWay)| {
+        let mut before: Option<&'a TrackPoint> = None;
+        let estimate = |(number, now): (usize, &'a TrackPoint)| {
             let (passed_s, travelled_m) = match before.replace(now) {
                 // The first errors are as independent as those after a long time.
                 None => (f64::INFINITY, 0.0),

@@ -120,8 +120,17 @@ impl Trajectory {
             Path::Recording(recording) => Some(recording.count()),
             Path::Stations(stations) => Some(stations.count()),
             Path::FlightLines(lines) => Some(lines.count()),
-            Path::Wander(wander) => Some(self.pace.frames_in_m(wander.length_m()?)),
+            Path::Wander(_) => Some(self.pace.frames_in_m(self.loop_m()?)),
             Path::ThereAndBack(_) | Path::Straight { .. } => None,
+        }
+    }
+
+    /// The length of the loop that the path is, metres; `None` if it is none.
+    #[must_use]
+    pub fn loop_m(&self) -> Option<f64> {
+        match &self.path {
+            Path::Wander(wander) => wander.length_m(),
+            _ => None,
         }
     }
 

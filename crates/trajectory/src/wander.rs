@@ -28,10 +28,6 @@ const RAMP: f64 = 0.15;
 const STEEP: f64 = 40.0;
 const BENT: f64 = 60.0;
 
-/// The greatest amplitude about lanes, over their distance: turns between them are of a quarter of
-/// it.
-const LANES_AMPLITUDE: f64 = 0.2;
-
 /// A curve about a guide line, displaced sideways so that it keeps its clearance. The line is
 /// straight, or a loop of lanes.
 ///
@@ -137,9 +133,8 @@ impl Wander {
     pub fn check(&self) -> Result<(), ParamError> {
         ParamError::check_at_least_zero("wander.amplitude_m", self.amplitude_m)?;
         if let Guide::Lanes(lanes) = &self.guide {
-            let most_m = LANES_AMPLITUDE * lanes.spacing_m();
             ParamError::check(
-                self.amplitude_m <= most_m,
+                self.amplitude_m <= lanes.most_amplitude_m(),
                 "wander.amplitude_m",
                 self.amplitude_m,
                 "at most a fifth of the distance of the lanes",
@@ -217,7 +212,8 @@ impl Wander {
             let along_and_left = seen(o.position_m - on_line);
             (along_and_left, o.radius_m)
         };
-        // The line halfway to the knots beside this one, and its left.
+        // The line halfway to the knots beside this one, and its left. Of a straight line they are
+        // known without rounding.
         let halfway = |side: f64| match &self.guide {
             Guide::Straight { .. } => (DVec2::new(side * 0.5 * KNOT_M, 0.0), DVec2::Y),
             Guide::Lanes(lanes) => {

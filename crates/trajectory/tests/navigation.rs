@@ -5,7 +5,7 @@ use proptest::prelude::*;
 use nemoral_scene::RigidTransform;
 use nemoral_scene::glam::DVec3;
 use nemoral_seed::Key;
-use nemoral_trajectory::{Navigation, NavigationParams, OnTheWay};
+use nemoral_trajectory::{Navigation, NavigationParams, TrackPoint};
 
 const NONE: NavigationParams = NavigationParams {
     horizontal_m: 0.0,
@@ -37,7 +37,7 @@ fn estimated(
     poses: &[(f64, RigidTransform)],
 ) -> Vec<RigidTransform> {
     let navigation = Navigation::new(params, Key::world(seed)).expect("in range");
-    navigation.estimated(&OnTheWay::straight(poses))
+    navigation.estimated(&TrackPoint::along(poses))
 }
 
 /// The errors of place, metres, and of attitude about the world's axes, radians.

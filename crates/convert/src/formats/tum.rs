@@ -53,12 +53,10 @@ impl Format for Tum {
                 .map(|frame| (stamp(frame), frame.world_from_body()))
                 .collect();
             let estimated = source.estimated_world_from_body(sequence.number)?;
+            // The file has a pose for each frame of the sequence, made or not.
             let estimated: Option<Vec<_>> = estimated.map(|poses| {
-                let of_frame = |frame: &FrameRef<'_>| {
-                    let pose = usize::try_from(frame.index).ok().and_then(|i| poses.get(i));
-                    pose.map(|pose| (stamp(frame), *pose))
-                };
-                frames.iter().filter_map(of_frame).collect()
+                let of_frame = |frame: &FrameRef<'_>| (stamp(frame), poses[frame.index as usize]);
+                frames.iter().map(of_frame).collect()
             });
             sink.step(&format!("sequence-{:02}", sequence.number), |files| {
                 for camera in sequence.cameras {
@@ -74,16 +72,11 @@ impl Format for Tum {
                     }
                     files.put(format!("{folder}/camera.txt"), intrinsics(camera));
                 }
-                let cameras = sequence
-                    .cameras
-                    .iter()
-                    .map(|c| (&c.name, c.body_from_camera));
-                let lidars = sequence.lidars.iter().map(|l| (&l.name, l.body_from_lidar));
-                let unit_name = UNIT.to_owned();
-                let unit = sequence
-                    .imu
-                    .as_ref()
-                    .map(|unit| (&unit_name, unit.body_from_imu));
+                let cameras = sequence.cameras.iter();
+                let cameras = cameras.map(|c| (c.name.as_str(), c.body_from_camera));
+                let lidars = sequence.lidars.iter();
+                let lidars = lidars.map(|l| (l.name.as_str(), l.body_from_lidar));
+                let unit = sequence.imu.map(|unit| (UNIT, unit.body_from_imu));
                 for (name, mount) in cameras.chain(lidars).chain(unit) {
                     let folder = folder(name);
                     let poses = trajectory(&truth, &mount);

@@ -63,23 +63,28 @@ fn lists_name_files_and_poses_and_depth_are_those_of_the_data_set() {
     }
 }
 
+fn unit() -> ImuSpec {
+    ImuSpec {
+        body_from_imu: RigidTransform::from_xyz_rpy(DVec3::new(0.1, 0.2, 0.3), 0.4, 0.0, 0.0),
+        rate_hz: 10.0,
+        angular_rate_noise_rad_s: 0.5,
+        specific_force_noise_m_s2: 0.25,
+    }
+}
+
 #[test]
 fn what_a_navigation_system_estimates_lies_beside_the_truth() {
     let mut header = header();
     header.sequences[0].has_estimated_poses = true;
-    let mount = RigidTransform::from_xyz_rpy(DVec3::new(0.1, 0.2, 0.3), 0.4, 0.0, 0.0);
-    header.sequences[0].imu = Some(ImuSpec {
-        body_from_imu: mount,
-        rate_hz: 10.0,
-        angular_rate_noise_rad_s: 0.5,
-        specific_force_noise_m_s2: 0.25,
-    });
+    let unit = unit();
+    let mount = unit.body_from_imu;
+    header.sequences[0].imu = Some(unit);
     let made = made_of(FormatName::Tum, &header);
     let sequence = &header.sequences[0];
     let cameras = (sequence.cameras.iter()).map(|c| (&c.name, c.body_from_camera));
     let lidars = (sequence.lidars.iter()).map(|l| (&l.name, l.body_from_lidar));
-    let unit = "imu".to_owned();
-    for (name, mount) in cameras.chain(lidars).chain([(&unit, mount)]) {
+    let unit_name = "imu".to_owned();
+    for (name, mount) in cameras.chain(lidars).chain([(&unit_name, mount)]) {
         let folder = made.out.join(format!("00-{name}"));
         let truth = numbers(&text(folder.join("groundtruth.txt")));
         let rows = numbers(&text(folder.join("estimated.txt")));
@@ -96,13 +101,9 @@ fn what_a_navigation_system_estimates_lies_beside_the_truth() {
 #[test]
 fn an_inertial_unit_has_its_accelerations_and_poses() {
     let mut header = header();
-    let mount = RigidTransform::from_xyz_rpy(DVec3::new(0.1, 0.2, 0.3), 0.4, 0.0, 0.0);
-    header.sequences[0].imu = Some(ImuSpec {
-        body_from_imu: mount,
-        rate_hz: 10.0,
-        angular_rate_noise_rad_s: 0.5,
-        specific_force_noise_m_s2: 0.25,
-    });
+    let unit = unit();
+    let mount = unit.body_from_imu;
+    header.sequences[0].imu = Some(unit);
     let made = made_of(FormatName::Tum, &header);
     let folder = made.out.join("00-imu");
     let written = text(folder.join("accelerometer.txt"));

@@ -225,11 +225,11 @@ impl Cloud {
 
     /// The pose by which a frame's scans are registered.
     fn world_from_body(&self, frame: &FrameRecord) -> RigidTransform {
-        let at = usize::try_from(frame.index).ok();
-        let estimated = (self.estimated.as_ref()).and_then(|poses| poses.get(at?));
-        estimated
-            .copied()
-            .unwrap_or_else(|| frame.world_from_body())
+        match &self.estimated {
+            // One for each frame of the sequence, and a manifest lists none beyond its end.
+            Some(poses) => poses[frame.index as usize],
+            None => frame.world_from_body(),
+        }
     }
 
     /// The error of a crop without points, which says where there are any.

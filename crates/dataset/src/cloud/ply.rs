@@ -14,10 +14,9 @@ use crate::formats::ply;
 /// drives.
 ///
 /// Positions are the measured ones, registered by the true poses unless the estimated ones are
-/// asked for. Every point has its class, its
-/// object (`chunk_x`, `chunk_y`, `item` as in `trees.csv` and `instances.csv`), frame, LiDAR,
-/// return, true range, normal and its class's colour. Returns how many points were written. The
-/// file appears when it is whole.
+/// asked for. Every point has its class, its object (`chunk_x`, `chunk_y`, `item` as in
+/// `trees.csv` and `instances.csv`), frame, LiDAR, return, true range, normal and its class's
+/// colour. Returns how many points were written. The file appears when it is whole.
 ///
 /// # Errors
 /// As [`Cloud::open`], [`Cloud::check_name`] with `ply`, and [`Cloud::for_each`], and if the file

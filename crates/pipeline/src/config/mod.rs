@@ -18,6 +18,7 @@ mod navigation_model;
 mod pages;
 mod path_model;
 mod presets;
+mod robot_problems;
 mod schema;
 mod sections;
 mod sensors;

@@ -20,24 +20,21 @@ pub(crate) const OBJECTS_OF_A_CHUNK_MAX: f64 = ObjectId::LABEL_ITEM_MAX as f64;
 /// The number of chunks along each axis that instance images can distinguish.
 const CHUNKS_OF_A_VIEW_MAX: f64 = 16.0;
 
-/// The most frames of a sequence.
-const FRAMES_MAX: u64 = 10_000_000;
-
 /// The greatest number of lamps, each of which takes 21 bytes a pixel and a shadow ray.
 const LAMPS_MAX: usize = 16;
 
 /// The impossible combinations found so far: the key and the message.
 #[derive(Default)]
-struct Problems(Vec<(String, String)>);
+pub(super) struct Problems(Vec<(String, String)>);
 
 impl Problems {
     /// Adds an error about the table or key at `path`, with which the message starts.
-    fn add(&mut self, path: &str, message: &str) {
+    pub(super) fn add(&mut self, path: &str, message: &str) {
         self.0.push((path.to_owned(), format!("{path}{message}")));
     }
 
     /// Adds an error about the value of a key: `key = value: must …`.
-    fn refuse(&mut self, key: &str, value: impl std::fmt::Display, must: &str) {
+    pub(super) fn refuse(&mut self, key: &str, value: impl std::fmt::Display, must: &str) {
         self.add(key, &format!(" = {value}: must {must}"));
     }
 
@@ -430,96 +427,6 @@ impl Config {
                 let message = format!(": there is a camera of that name, cameras.{name}");
                 out.add(&path, &message);
             }
-        }
-    }
-
-    fn robot_problems(&self, inputs: &InputFiles, out: &mut Problems) {
-        let r = &self.robot;
-        if r.spacing_m == 0.0 && r.spacing_s == 0.0 {
-            out.add(
-                "robot.spacing_m",
-                " = 0 and robot.spacing_s = 0: one must be above 0",
-            );
-        }
-        if let RobotPath::File(file) = &r.path
-            && file.path.is_empty()
-        {
-            out.refuse("robot.file.path", "\"\"", "name a file of poses");
-        } else if self.frames == 0 {
-            match r.places(inputs) {
-                Ok(_) => {
-                    let must = "be at least 1, but with [robot.stations], [robot.lanes], \
-                                [robot.flight] or the poses of [robot.file], of which 0 is all";
-                    out.refuse("frames", 0, must);
-                }
-                Err(e) => out.add("robot.file.path", &format!(": {e}")),
-            }
-        } else if self.frames > FRAMES_MAX && matches!(r.path, RobotPath::File(_)) {
-            let must = format!("be at most {FRAMES_MAX}: 0 is all places of the path");
-            out.refuse("frames", self.frames, &must);
-        }
-        if let RobotPath::Flight(flight) = &r.path {
-            let visible_m = self.chunks.visible_radius_m;
-            if flight.height_m >= visible_m {
-                let must = format!("be less than chunks.visible_radius_m = {visible_m}");
-                out.refuse("robot.flight.height_m", flight.height_m, &must);
-            }
-            let frames = r.flight_lines(flight).frames();
-            if frames > FRAMES_MAX {
-                let message = format!(
-                    ": its lines have more than {FRAMES_MAX} frames: must have fewer, by a larger \
-                     robot.spacing_s or robot.spacing_m"
-                );
-                out.add("robot.flight", &message);
-            }
-            if r.rest_s > 0.0 {
-                let must = "be 0 with [robot.flight]: a drone is in motion on its lines";
-                out.refuse("robot.rest_s", r.rest_s, must);
-            }
-        }
-        if let RobotPath::Lanes(lanes) = &r.path {
-            let most_m = 0.2 * lanes.spacing_m;
-            if lanes.amplitude_m > most_m {
-                let must = format!("be at most {most_m}: a fifth of robot.lanes.spacing_m");
-                out.refuse("robot.lanes.amplitude_m", lanes.amplitude_m, &must);
-            }
-            let too_many = r
-                .places(inputs)
-                .is_ok_and(|frames| frames > Some(FRAMES_MAX));
-            if too_many && r.pace().step_s() > 0.0 {
-                let message = format!(
-                    ": they have more than {FRAMES_MAX} frames: must have fewer, by a larger \
-                     robot.spacing_s or robot.spacing_m"
-                );
-                out.add("robot.lanes", &message);
-            }
-        }
-        let step_m = r.gait.step_m;
-        if step_m > 0.0 {
-            let placed = match &r.path {
-                RobotPath::Stations(_) => Some("robot.stations"),
-                RobotPath::Flight(_) => Some("robot.flight"),
-                RobotPath::File(_) => Some("robot.file"),
-                _ if self.balance.is_on() => Some("balance.targets"),
-                _ => None,
-            };
-            if let Some(key) = placed {
-                let must = format!("be 0 with [{key}], along which nobody walks");
-                out.refuse("robot.gait.step_m", step_m, &must);
-            } else if step_m < 0.1 {
-                out.refuse("robot.gait.step_m", step_m, "be 0 or at least 0.1");
-            }
-        }
-        let start_m = DVec2::new(r.start_x_m, r.start_y_m);
-        let start = ChunkCoord::containing(start_m, self.chunks.size_m);
-        let has_ids = |dx, dy| ObjectId::new(start.offset(dx, dy), 1).is_some();
-        if !has_ids(20_000, 20_000) || !has_ids(-20_000, -20_000) {
-            let message = format!(
-                " = {}, robot.start_y_m = {}: ids reach chunk ±2,097,151, and that is chunk \
-                 {start}",
-                r.start_x_m, r.start_y_m
-            );
-            out.add("robot.start_x_m", &message);
         }
     }
 }

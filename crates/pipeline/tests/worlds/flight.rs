@@ -1,17 +1,11 @@
 //! A drone that surveys a forest along flight lines.
 
-use std::path::Path;
-use std::sync::Mutex;
-use std::sync::atomic::AtomicBool;
-
-use nemoral_dataset::{Dataset, OpenMode};
-use nemoral_pipeline::config::{Layers, Sequences};
-use nemoral_pipeline::{
-    Backend, Done, Error, FrameSelection, Observer, Recorder, Request, SequenceFrames, generate,
-};
+use nemoral_pipeline::{Backend, Error, Recorder};
 use nemoral_realism::grown;
 use nemoral_scene::Semantic;
 use nemoral_scene::glam::DVec3;
+
+use crate::common::{recorded, refused, sequences};
 
 /// Four crossing lines above a few trees, in 20 frames of 5 m.
 const FLIGHT: [&str; 15] = [
@@ -32,55 +26,15 @@ const FLIGHT: [&str; 15] = [
     "camera.mount_pitch_deg=90",
 ];
 
-fn sequences(settings: &[&str]) -> Result<Sequences, Error> {
-    let layers = Layers {
-        preset: Some("demo".to_owned()),
-        settings: settings.iter().map(|&s| s.to_owned()).collect(),
-        ..Layers::default()
-    };
-    layers.sequences()
-}
-
-fn refused(settings: &[&str]) -> String {
-    let refused = sequences(&[&FLIGHT[..], settings].concat()).and_then(|all| all.get(0));
-    refused.expect_err("is refused").to_string()
-}
-
-/// What a run tells its user.
-#[derive(Default)]
-struct Notes(Mutex<Vec<String>>);
-
-impl Observer for Notes {
-    fn note(&self, message: &str) {
-        self.0.lock().expect("no panic").push(message.to_owned());
-    }
-
-    fn frame(&self, _: Done) {}
-}
-
-/// Makes the first frames of the flight. Also returns what is told.
-fn recorded(out: &Path, frames: u64, more: &[&str]) -> Result<(Dataset, String), Error> {
-    let request = Request {
-        sequences: sequences(&[&FLIGHT[..], more].concat())?,
-        frames: SequenceFrames::new(FrameSelection::first(frames), 1),
-        out: out.to_owned(),
-        mode: OpenMode::Fresh,
-        is_shard: false,
-        threads: 2,
-        backend: Backend::Cpu,
-        cache: grown(),
-    };
-    let notes = Notes::default();
-    generate(&request, &notes, &AtomicBool::new(false))?;
-    let told = notes.0.into_inner().expect("no panic").join("\n");
-    Ok((Dataset::open(out)?, told))
+fn with_flight<'a>(settings: &[&'a str]) -> Vec<&'a str> {
+    [&FLIGHT[..], settings].concat()
 }
 
 #[test]
 fn what_a_flight_does_not_see_is_told() -> Result<(), Error> {
     let dir = tempfile::tempdir().expect("a folder");
     let told = |name: &str, more: &[&str]| {
-        let made = recorded(&dir.path().join(name), 1, more);
+        let made = recorded(&dir.path().join(name), 1, &with_flight(more));
         made.map(|(_, told)| told)
     };
     let blind = "camera.enabled=false";
@@ -147,7 +101,7 @@ fn a_flight_surveys_its_area() -> Result<(), Error> {
 fn its_data_set_knows_the_lines() -> Result<(), Error> {
     let dir = tempfile::tempdir().expect("a folder");
     let out = dir.path().join("flight");
-    let (dataset, _) = recorded(&out, 7, &["camera.flow=true"])?;
+    let (dataset, _) = recorded(&out, 7, &with_flight(&["camera.flow=true"]))?;
     let track = &dataset.manifest().tracks[0];
     assert_eq!((track.length, &track.lines[..]), (20, &[0, 5, 10, 15][..]));
     let lines: Vec<_> = [0, 4, 5, 19].map(|k| track.line_of(k)).to_vec();
@@ -191,12 +145,11 @@ fn impossible_flights_are_refused() {
             "[robot.flight] asks for flight lines",
         ),
     ] {
-        let text = refused(settings);
+        let text = refused(&with_flight(settings));
         assert!(text.contains(told), "{text}");
     }
     // Only a path that ends has all of its frames.
-    let endless = sequences(&["frames=0"]).and_then(|all| all.get(0));
-    let text = endless.expect_err("is refused").to_string();
+    let text = refused(&["frames=0"]);
     assert!(
         text.contains("frames = 0: must be at least 1, but with [robot.stations]"),
         "{text}"
@@ -207,12 +160,11 @@ fn impossible_flights_are_refused() {
     let poses = dir.path().join("poses.txt");
     nemoral_files::write(&poses, b"0 0 0 1 0 0 0 1\n1 1 0 1 0 0 0 x\n").expect("written");
     let file = format!("robot.file.path={}", poses.display());
-    let wrong = sequences(&["frames=0", &file]).and_then(|all| all.get(0));
-    let text = wrong.expect_err("is refused").to_string();
+    let text = refused(&["frames=0", &file]);
     assert!(text.contains("poses.txt:2:"), "{text}");
     // All sequences have equally many frames.
     let varied = "vary.\"robot.flight.length_m\"=[20, 200]";
-    let all = sequences(&[&FLIGHT[..], &["sequences=2", varied]].concat()).expect("sound");
+    let all = sequences(&with_flight(&["sequences=2", varied])).expect("sound");
     let text = all.get(1).expect_err("differs").to_string();
     assert!(text.contains("the path of sequence 1 has"), "{text}");
 }

@@ -5,6 +5,7 @@
 mod cliffs;
 mod climbers;
 mod closed_vegetation;
+mod common;
 mod deadwood;
 mod edge_trees;
 mod export;

@@ -1,16 +1,13 @@
 //! A walker who carries a handheld scanner in lanes over a plot, and what navigation makes of it.
 
-use std::sync::atomic::AtomicBool;
-
-use nemoral_dataset::{Cloud, CloudParams, CloudPoint, Dataset, OpenMode};
-use nemoral_pipeline::config::{Layers, Sequences};
-use nemoral_pipeline::{
-    Backend, Done, Error, FrameSelection, Observer, Recorder, Request, SequenceFrames, generate,
-};
+use nemoral_dataset::{Cloud, CloudParams, CloudPoint, Dataset};
+use nemoral_pipeline::{Backend, Error, Recorder};
 use nemoral_realism::grown;
 use nemoral_scene::glam::DVec3;
 
-/// A loop of two lanes, by a drifting scanner with 2 cm and 0.1 degrees of other errors.
+use crate::common::{recorded, refused, sequences};
+
+/// A loop of two lanes, by a scanner whose place drifts.
 const WALK: [&str; 18] = [
     "frames=0",
     "chunks.visible_radius_m=40",
@@ -32,26 +29,8 @@ const WALK: [&str; 18] = [
     "navigation.vertical_m=0",
 ];
 
-fn sequences(settings: &[&str]) -> Result<Sequences, Error> {
-    let layers = Layers {
-        preset: Some("demo".to_owned()),
-        settings: settings.iter().map(|&s| s.to_owned()).collect(),
-        ..Layers::default()
-    };
-    layers.sequences()
-}
-
-fn refused(settings: &[&str]) -> String {
-    let refused = sequences(&[&WALK[..], settings].concat()).and_then(|all| all.get(0));
-    refused.expect_err("is refused").to_string()
-}
-
-struct Silent;
-
-impl Observer for Silent {
-    fn note(&self, _: &str) {}
-
-    fn frame(&self, _: Done) {}
+fn with_walk<'a>(settings: &[&'a str]) -> Vec<&'a str> {
+    [&WALK[..], settings].concat()
 }
 
 fn points(dataset: &Dataset, estimated_poses: bool) -> Result<Vec<CloudPoint>, Error> {
@@ -71,18 +50,7 @@ fn points(dataset: &Dataset, estimated_poses: bool) -> Result<Vec<CloudPoint>, E
 fn a_walk_is_a_loop_that_sways_and_drifts() -> Result<(), Error> {
     let dir = tempfile::tempdir().expect("a folder");
     let out = dir.path().join("walk");
-    let request = Request {
-        sequences: sequences(&WALK)?,
-        frames: SequenceFrames::new(FrameSelection::first(3), 1),
-        out: out.clone(),
-        mode: OpenMode::Fresh,
-        is_shard: false,
-        threads: 2,
-        backend: Backend::Cpu,
-        cache: grown(),
-    };
-    generate(&request, &Silent, &AtomicBool::new(false))?;
-    let dataset = Dataset::open(&out)?;
+    let (dataset, _) = recorded(&out, 3, &WALK)?;
     let report = nemoral_dataset::check(&out)?;
     assert!(report.passed(), "{report}");
 
@@ -113,7 +81,7 @@ fn a_walk_is_a_loop_that_sways_and_drifts() -> Result<(), Error> {
 
     // Who walks goes up and down: by 2.5 cm at the hips, which a steady robot does not.
     let heights = |settings: &[&str]| -> Result<Vec<f64>, Error> {
-        let sequence = sequences(&[&WALK[..], settings].concat())?.get(0)?;
+        let sequence = sequences(&with_walk(settings))?.get(0)?;
         let recorder = Recorder::new(sequence, Backend::Cpu, grown(), 2)?;
         let height = |frame: u64| {
             let pose = recorder.pose(frame)?.world_from_body();
@@ -131,31 +99,28 @@ fn a_walk_is_a_loop_that_sways_and_drifts() -> Result<(), Error> {
 
 #[test]
 fn walks_that_cannot_be_are_refused() {
-    let wide = refused(&["robot.lanes.amplitude_m=1.7"]);
-    assert!(wide.contains("robot.lanes.amplitude_m = 1.7"), "{wide}");
-    assert!(wide.contains("must be at most 1.6"), "{wide}");
-    let fast = refused(&["lidar.motor.turns_hz=200"]);
-    assert!(fast.contains("lidar.motor.turns_hz"), "{fast}");
-    let chosen = refused(&["navigation.enabled=false", "balance.targets.deadwood=0.2"]);
-    assert!(chosen.contains("[robot.lanes] asks for lanes"), "{chosen}");
-    let short = refused(&["robot.gait.step_m=0.01"]);
-    assert!(short.contains("must be 0 or at least 0.1"), "{short}");
-    let layers = ["robot.stations.columns=1", "robot.gait.step_m=0.6"];
-    let placed = sequences(&layers).and_then(|all| all.get(0)).map(|_| ());
-    let placed = placed.expect_err("nobody walks").to_string();
-    assert!(
-        placed.contains("must be 0 with [robot.stations]"),
-        "{placed}"
-    );
-    let many = refused(&["robot.spacing_s=0.000001"]);
-    assert!(many.contains("more than 10000000 frames"), "{many}");
-}
-
-/// Frames that are chosen are no way that could drift.
-#[test]
-fn chosen_frames_have_no_navigation() {
-    let settings = ["navigation.enabled=true", "balance.targets.deadwood=0.2"];
-    let refused = sequences(&settings).and_then(|all| all.get(0)).map(|_| ());
-    let message = refused.expect_err("is refused").to_string();
-    assert!(message.contains("navigation.enabled = true"), "{message}");
+    for (settings, told) in [
+        (
+            &["robot.lanes.amplitude_m=1.7"][..],
+            "robot.lanes.amplitude_m = 1.7: must be at most 1.6",
+        ),
+        (&["lidar.motor.turns_hz=200"], "lidar.motor.turns_hz"),
+        (
+            &["navigation.enabled=false", "balance.targets.deadwood=0.2"],
+            "[robot.lanes] asks for lanes",
+        ),
+        (&["robot.gait.step_m=0.01"], "must be 0 or at least 0.1"),
+        (
+            &["robot.spacing_s=0.000001"],
+            "robot.lanes: its lines have more than 10000000 frames",
+        ),
+    ] {
+        let text = refused(&with_walk(settings));
+        assert!(text.contains(told), "{text}");
+    }
+    let text = refused(&["robot.stations.columns=1", "robot.gait.step_m=0.6"]);
+    assert!(text.contains("must be 0 with [robot.stations]"), "{text}");
+    // Frames that are chosen are no way that could drift.
+    let text = refused(&["navigation.enabled=true", "balance.targets.deadwood=0.2"]);
+    assert!(text.contains("navigation.enabled = true"), "{text}");
 }

@@ -37,7 +37,7 @@ section! {
         /// The path.
         #[serde(flatten)]
         path: RobotPath;
-        /// How who carries the sensors on foot sways.
+        /// A walker's sway.
         gait: RobotGait;
     }
 }
@@ -80,7 +80,7 @@ impl Default for RobotPath {
 }
 
 section! {
-    /// The sway of who carries the sensors on foot along a trail, a wander, lanes or a straight
+    /// The sway of a walker who carries the sensors along a trail, a wander, lanes or a straight
     /// line: up and down and a pitch once a step, from side to side and a roll once in two steps.
     RobotGait at "robot.gait" {
         /// Length of a step, at least 0.1; 0 for a robot that rolls.
