@@ -2,14 +2,14 @@
 //     node report.mjs PAGE.html FOLDER-FOR-SCREENSHOTS CHROMIUM
 // Needs the npm package puppeteer-core 25. The page may not ask the network for anything.
 import puppeteer from "puppeteer-core";
-import { mkdirSync } from "node:fs";
+import { mkdirSync, readFileSync, writeFileSync } from "node:fs";
 import { pathToFileURL } from "node:url";
 const [page, out, executablePath] = process.argv.slice(2);
 mkdirSync(out, { recursive: true });
 const args = ["--no-sandbox", "--enable-unsafe-swiftshader", "--use-gl=angle", "--use-angle=swiftshader"];
 const browser = await puppeteer.launch({ executablePath, args });
 const problems = [];
-const open = async (width, height, dark, mobile = false) => {
+const open = async (width, height, dark, mobile = false, file = page) => {
   const p = await browser.newPage();
   p.on("pageerror", (e) => problems.push(String(e)));
   const isAside = (m) => !["error", "warn"].includes(m.type()) || /GPU stall|GL Driver/.test(m.text());
@@ -17,7 +17,7 @@ const open = async (width, height, dark, mobile = false) => {
   p.on("request", (r) => /^https?:/.test(r.url()) && problems.push("request " + r.url()));
   await p.setViewport({ width, height, isMobile: mobile, hasTouch: mobile, deviceScaleFactor: 1 });
   await p.emulateMediaFeatures([{ name: "prefers-color-scheme", value: dark ? "dark" : "light" }]);
-  await p.goto(pathToFileURL(page), { waitUntil: "load" });
+  await p.goto(pathToFileURL(file), { waitUntil: "load" });
   await new Promise((r) => setTimeout(r, 1500));
   return p;
 };
@@ -79,6 +79,20 @@ await p.screenshot({ path: `${out}/report_dark.png` });
 p = await open(390, 844, false, true);
 say("nothing is wider than a phone", await p.evaluate(() => document.documentElement.scrollWidth <= 390));
 await p.screenshot({ path: `${out}/report_phone.png`, fullPage: true });
+// Numbers that are not finite, and a section whose data is not what it should be.
+const broken = `${out}/report_broken.html`;
+const summary = /(<script type="application\/json" id="summary">)(.*?)(<\/script>)/s;
+writeFileSync(broken, readFileSync(page, "utf8").replace(summary, (_, begin, json, end) => {
+  const data = JSON.parse(json);
+  data.quantiles.find(([, row]) => row)[1][0] = null;
+  data.frames[0].time_s = null;
+  data.sequences[0].counts = null;
+  return begin + JSON.stringify(data).replaceAll("<", "\\u003c") + end;
+}));
+p = await open(1280, 900, false, false, broken);
+say("what is no number is a dash", (await text("quantiles")).includes("–") && / – s$/.test(await text("which")));
+say("a section that cannot be drawn says so", /Not all/.test(await text("worlds-note")));
+say("the others are drawn", (await p.$$("#plots figure")).length === 3 && (await text("config")) !== "");
 await browser.close();
 console.log(problems.length, "problems", problems.join("\n"));
 process.exit(problems.length ? 1 : 0);

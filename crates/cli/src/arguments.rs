@@ -17,7 +17,7 @@ const EXIT_CODES: &str = "\
 Exit codes:
   0  done
   1  failed while running, was interrupted (SIGINT, SIGTERM), or `check` found something wrong
-  2  the request was wrong: nothing was done";
+  2  the request was wrong: nothing was done, or a finished data set cannot have a further format";
 
 /// Grows virtual forests and records them with virtual cameras and LiDAR, perfectly labelled.
 #[derive(Debug, Parser)]
@@ -163,13 +163,16 @@ pub(crate) struct Cloud {
     /// Writes LAZ in square tiles of this side, metres.
     #[arg(long, value_name = "M")]
     pub(crate) tile: Option<f64>,
+    /// Replaces the tiles of an earlier cloud of this name.
+    #[arg(long, requires = "tile")]
+    pub(crate) overwrite: bool,
     /// The classes of LAZ, a built-in table or a file.
     #[arg(long, value_name = "NAME|FILE")]
     pub(crate) ontology: Option<String>,
     /// Keeps one point in each cube of this side, metres.
     #[arg(long, value_name = "M")]
     pub(crate) voxel: Option<f64>,
-    /// Leaves out mixed returns and false alarms.
+    /// Leaves out mixed and mirrored returns and false alarms.
     #[arg(long)]
     pub(crate) pure: bool,
     /// Registers scans by poses_estimated.txt instead of the true poses.

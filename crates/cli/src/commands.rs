@@ -25,8 +25,9 @@ use crate::arguments::{
 };
 use crate::failure::{Failure, wrong};
 use crate::frames::Frames;
-use crate::progress::{Reporter, note, say, tell};
+use crate::progress::Reporter;
 use crate::request::{cache, layers, load, recorder, threads};
+use crate::terminal::{hand_out, note, say, tell};
 use crate::{export, inventory, view};
 
 /// Runs a command. The result is `false` if it ran but its answer is no.
@@ -79,11 +80,11 @@ pub(crate) fn run(arguments: Arguments, program: Option<&Path>) -> Result<bool, 
             let mut script = Vec::new();
             let mut program = Arguments::command();
             clap_complete::generate(shell, &mut program, "nemoral", &mut script);
-            say(String::from_utf8_lossy(&script).trim_end())?;
+            hand_out(String::from_utf8_lossy(&script).trim_end())?;
             Ok(true)
         }
         Command::Man { command } => {
-            say(manual(command.as_deref())?.trim_end())?;
+            hand_out(manual(command.as_deref())?.trim_end())?;
             Ok(true)
         }
     }
@@ -142,6 +143,7 @@ fn run_cloud(a: Cloud) -> Result<bool, Failure> {
         let laz = LazCloudParams {
             tile_m: a.tile,
             ontology: a.ontology.as_deref().map(Table::load).transpose()?,
+            overwrite: a.overwrite,
         };
         for tile in laz_cloud(&cloud, &a.out, &laz)? {
             say(&format!(
@@ -334,10 +336,10 @@ fn run_config(command: &ConfigCommand, program: Option<&Path>) -> Result<bool, F
             }
         }
         ConfigCommand::Init(world) => {
-            say(annotated_toml(load(world)?.asked()).trim_end())?;
+            hand_out(annotated_toml(load(world)?.asked()).trim_end())?;
         }
         ConfigCommand::Show { world, sequence } => {
-            say(load(world)?.get(*sequence)?.config.to_toml().trim_end())?;
+            hand_out(load(world)?.get(*sequence)?.config.to_toml().trim_end())?;
         }
         ConfigCommand::Check { world, keeping } => {
             let sequences = load(world)?;
@@ -354,9 +356,9 @@ fn run_config(command: &ConfigCommand, program: Option<&Path>) -> Result<bool, F
             say("fine")?;
         }
         ConfigCommand::Schema => {
-            say(&serde_json::to_string_pretty(&json_schema()).map_err(wrong)?)?;
+            hand_out(&serde_json::to_string_pretty(&json_schema()).map_err(wrong)?)?;
         }
-        ConfigCommand::Reference => say(reference_page().trim_end())?,
+        ConfigCommand::Reference => hand_out(reference_page().trim_end())?,
     }
     Ok(true)
 }
@@ -381,7 +383,7 @@ fn run_plan(a: &Plan, program: Option<&Path>) -> Result<bool, Failure> {
             Graph::Mermaid => GraphFormat::Mermaid,
             Graph::Dot => GraphFormat::Dot,
         };
-        say(forest.plan().draw(format).trim_end())?;
+        hand_out(forest.plan().draw(format).trim_end())?;
     }
     Ok(true)
 }

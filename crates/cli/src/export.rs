@@ -10,8 +10,8 @@ use nemoral_pipeline::{ExportArea, tree_scene};
 
 use crate::arguments::{Export, ExportFormat, Region, Tree};
 use crate::failure::{Failure, wrong};
-use crate::progress::{note, say};
 use crate::request::recorder;
+use crate::terminal::{note, say};
 
 /// Distance between the posts of a height map, metres.
 const SPACING_M: f64 = 0.5;

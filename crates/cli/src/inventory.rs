@@ -6,8 +6,8 @@ use nemoral_pipeline::{InventoryParams, SurveyParams};
 
 use crate::arguments::{Inventory, Region};
 use crate::failure::Failure;
-use crate::progress::{note, say};
 use crate::request::recorder;
+use crate::terminal::{note, say};
 
 /// Side of the square that is surveyed if none is named, metres: a hectare.
 const SIDE_M: f64 = 100.0;

@@ -14,6 +14,7 @@ mod frames;
 mod inventory;
 mod progress;
 mod request;
+mod terminal;
 mod view;
 
 use std::ffi::OsString;
@@ -26,7 +27,7 @@ const WRONG_REQUEST: u8 = 2;
 
 /// Runs the program with these arguments, the first of which is its name, and returns its exit
 /// code: 0 for success; 1 if it failed while running, was interrupted, or `check` found a fault; 2
-/// if the request was wrong and nothing was done.
+/// if the request was wrong: nothing was done, or a finished data set cannot have a further format.
 ///
 /// `program` is the file whose changes make values that are kept between runs stale, if it is not
 /// the process's own.
@@ -54,7 +55,7 @@ pub fn run<A: Into<OsString> + Clone>(
         // The command ran, and its answer is no; for example, `check` found a fault.
         Ok(false) => 1,
         Err(failure) => {
-            progress::complain(&failure.message);
+            terminal::complain(&failure.message);
             if failure.is_request { WRONG_REQUEST } else { 1 }
         }
     }

@@ -1,6 +1,6 @@
 //! What the user sees: a bar on a terminal, plain lines otherwise.
 
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, IsTerminal};
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -13,30 +13,7 @@ use nemoral_pipeline::{Done, Observer, Spent};
 use serde_json::{Value, json};
 
 use crate::arguments::{Progress, Reporting};
-
-/// Writes an error to standard error.
-pub(crate) fn complain(message: &str) {
-    let _ = writeln!(io::stderr(), "error: {message}");
-}
-
-/// Writes a note to standard error.
-pub(crate) fn note(message: &str) {
-    tell(&format!("note: {message}"));
-}
-
-/// Writes a line to standard error.
-pub(crate) fn tell(line: &str) {
-    let _ = writeln!(io::stderr(), "{line}");
-}
-
-/// Writes a line to standard output. A closed pipe is no error, as the reader wants no more.
-pub(crate) fn say(text: &str) -> io::Result<()> {
-    let mut stdout = io::stdout();
-    match writeln!(stdout, "{text}").and_then(|()| stdout.flush()) {
-        Err(e) if e.kind() != io::ErrorKind::BrokenPipe => Err(e),
-        _ => Ok(()),
-    }
-}
+use crate::terminal::{hand_out, harmless, say, tell};
 
 /// Where a run is reported.
 enum Report {
@@ -128,17 +105,15 @@ impl Reporter {
 
     fn line(&self, text: &str) {
         match &self.report {
-            Report::Bar(bar) => bar.println(text),
-            Report::Lines => {
-                let _ = writeln!(io::stderr(), "{text}");
-            }
+            Report::Bar(bar) => bar.println(harmless(text)),
+            Report::Lines => tell(text),
             Report::Nowhere | Report::Json => {}
         }
     }
 
     /// Writes an event for a program. If nobody reads it any more, the run goes on.
     fn event(&self, event: &Value) {
-        let _ = say(&event.to_string());
+        let _ = hand_out(&event.to_string());
     }
 
     /// Takes the bar away; an error or the answer follows.

@@ -9,8 +9,8 @@ use nemoral_view::{ForestParams, LiveForest, Routes, Server};
 
 use crate::arguments::View;
 use crate::failure::Failure;
-use crate::progress::{note, say};
 use crate::request::{cache, load, threads};
+use crate::terminal::{note, say};
 
 /// Serves the page until it is stopped.
 pub(crate) fn run(a: View, program: Option<&Path>) -> Result<bool, Failure> {

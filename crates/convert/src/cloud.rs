@@ -1,15 +1,17 @@
 //! A sequence's scans as one LAZ file, or as tiles.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
-use std::io::{self, BufReader, BufWriter, Seek, SeekFrom};
+use std::io::{self, BufReader, BufWriter, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use nemoral_dataset::{Cloud, CloudPoint, SiteSpec};
-use nemoral_files::PendingFile;
+use nemoral_files::{EntryKind, Folder, InnerPath, PendingFile};
 use nemoral_scene::glam::DVec3;
 
-use crate::formats::laz::{Laz, LazPoint, LazWriter, STEP_M, crs_note, place_m};
+use crate::formats::laz::{
+    Laz, LazPoint, LazWriter, START_BYTES, STEP_M, crs_note, is_own, place_m,
+};
 use crate::{Error, Table};
 
 /// The most tiles of a cloud, as each is an open file.
@@ -23,6 +25,9 @@ pub struct LazCloudParams {
     /// Side of a tile, metres, 1 to 100,000: tiles are `OUT_X_Y.laz`, with the tile's south-western
     /// corner in whole tiles from the origin of the file's coordinates. `None` for one file.
     pub tile_m: Option<f64>,
+    /// Whether the tiles of an earlier cloud of this name are replaced, all of them, as those of
+    /// another crop would stay among the new ones. If not, they are refused.
+    pub overwrite: bool,
     /// The classes of `classification`; ASPRS's if there is none.
     pub ontology: Option<Table>,
 }
@@ -41,11 +46,13 @@ pub struct LazTile {
 /// line or, without lines, of the scan (station k of one scanner is k + 1). Coordinates are those
 /// of the site, or of an invented world, relative to a whole metre near the first point of a file.
 ///
-/// Each file appears when it is whole, after all points have been written.
+/// Each file appears when it is whole, after all points have been written. A file `OUT` is
+/// replaced.
 ///
 /// # Errors
 /// As [`Cloud::check_name`] with `laz` and [`Cloud::for_each`]; [`Error::Unsuitable`] for a tile's
-/// side out of range or too many tiles; [`Error::Ontology`] for a table that does not fit.
+/// side out of range or too many tiles; [`Error::TileExists`] and [`Error::ForeignTile`] for tiles
+/// that are there already; [`Error::Ontology`] for a table that does not fit.
 pub fn laz_cloud(
     cloud: &Cloud,
     out: &Path,
@@ -61,6 +68,10 @@ pub fn laz_cloud(
         let reason = format!("tile_m = {side}: must be {low} to {high} m");
         return Err(unsuitable(reason));
     }
+    let earlier = match params.tile_m {
+        Some(_) => earlier_tiles(out, params.overwrite)?,
+        None => Vec::new(),
+    };
     let labels = Laz {
         ontology: params.ontology.clone(),
     }
@@ -95,20 +106,75 @@ pub fn laz_cloud(
         tiles.insert(None, tile);
     }
     let mut written = Vec::new();
+    let numbers: BTreeSet<[i64; 2]> = tiles.keys().copied().flatten().collect();
     for (number, tile) in tiles {
         let path = match number {
             None => out.to_owned(),
-            Some([x, y]) => {
-                let stem = out.file_stem().unwrap_or_default().to_string_lossy();
-                out.with_file_name(format!("{stem}_{x}_{y}.laz"))
-            }
+            Some(number) => out.with_file_name(tile_name(out, number)),
         };
         cloud.check_name(&path, "laz")?;
         let points = tile.points;
         tile.finish(&path)?;
         written.push(LazTile { path, points });
     }
+    for (number, name) in earlier {
+        if !numbers.contains(&number) {
+            folder_of(out).remove_file(&name)?;
+        }
+    }
     Ok(written)
+}
+
+fn folder_of(out: &Path) -> Folder {
+    let above = out.parent().filter(|p| !p.as_os_str().is_empty());
+    Folder::new(above.unwrap_or(Path::new(".")))
+}
+
+/// The name of a tile, by its number.
+fn tile_name(out: &Path, [x, y]: [i64; 2]) -> String {
+    let stem = out.file_stem().unwrap_or_default().to_string_lossy();
+    format!("{stem}_{x}_{y}.laz")
+}
+
+/// The number of the tile that has this name; `None` if no tile has it.
+fn tile_number(out: &Path, name: &str) -> Option<[i64; 2]> {
+    let stem = out.file_stem()?.to_string_lossy();
+    let numbers = name.strip_prefix(&*stem)?.strip_prefix('_')?;
+    let (x, y) = numbers.strip_suffix(".laz")?.split_once('_')?;
+    let number = [x.parse().ok()?, y.parse().ok()?];
+    // Numbers can be written in several ways, and tiles have one of these.
+    (tile_name(out, number) == name).then_some(number)
+}
+
+/// The tiles of an earlier cloud of this name, if they may be replaced.
+fn earlier_tiles(out: &Path, overwrite: bool) -> Result<Vec<([i64; 2], InnerPath)>, Error> {
+    let folder = folder_of(out);
+    let mut tiles = Vec::new();
+    for entry in folder.entries()? {
+        let Some(number) = tile_number(out, &entry.name) else {
+            continue;
+        };
+        let path = out.with_file_name(&entry.name);
+        if !overwrite {
+            return Err(Error::TileExists { path });
+        }
+        let name = InnerPath::new(entry.name)?;
+        if entry.kind != EntryKind::File || !is_own(&start_of(&folder, &name)?) {
+            return Err(Error::ForeignTile { path });
+        }
+        tiles.push((number, name));
+    }
+    Ok(tiles)
+}
+
+/// The first bytes of a file, which say who wrote it.
+fn start_of(folder: &Folder, name: &InnerPath) -> Result<Vec<u8>, Error> {
+    let mut start = Vec::new();
+    let mut file = folder.open(name, u64::MAX)?.take(START_BYTES as u64);
+    let path = name.below(folder.root());
+    let read = file.read_to_end(&mut start);
+    read.map_err(nemoral_files::Error::io(&path))?;
+    Ok(start)
 }
 
 /// What the user should know of a cloud as LAZ, a sentence without a full stop: that no file says

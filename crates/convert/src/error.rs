@@ -48,6 +48,19 @@ pub enum Error {
         /// What is wrong with it.
         cause: String,
     },
+    /// A file that is not as the conversion that lists it has written it, or that no conversion has
+    /// written: it is neither removed nor replaced.
+    #[error(
+        "{}: is not what the conversion wrote: remove it or choose another folder",
+        path.display()
+    )]
+    Changed {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A file's name that not every system takes, such as one made of that of a sensor `aux`.
+    #[error(transparent)]
+    Name(#[from] nemoral_files::PathError),
     /// Resume of a conversion of something else; nothing was touched.
     #[error("{}: made with {field} = {found}, asked for {asked}", path.display())]
     Mismatch {
@@ -59,6 +72,25 @@ pub enum Error {
         found: String,
         /// Its value in the request.
         asked: String,
+    },
+    /// A file that bears the name of a tile of the cloud that is to be written; nothing was
+    /// touched.
+    #[error(
+        "{}: is there already, and tiles of two clouds would be mixed; choose another name",
+        path.display()
+    )]
+    TileExists {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The same, but no file that this program wrote; it is not replaced.
+    #[error(
+        "{}: has the name of a tile, and nemoral did not write it; choose another name",
+        path.display()
+    )]
+    ForeignTile {
+        /// The file.
+        path: PathBuf,
     },
     /// The output folder lies in the data set's.
     #[error("{}: lies in the data set's own folder; choose another", path.display())]

@@ -13,7 +13,7 @@
 //!   on with [`Mode::Resume`] and ends with the same bytes. `conversion.json`, which is written
 //!   last, says what was converted and lists all files with their checksums.
 //! - A folder with other people's files is refused; [`Mode::Overwrite`] removes what a conversion
-//!   owns, and nothing else.
+//!   has written, and nothing else: a file that was changed since is an error.
 //!
 //! # Example
 //! ```
@@ -84,7 +84,7 @@ pub use source::{FrameRef, Sequence, Source};
 pub use table::{Table, TableClass};
 
 /// Raised with each change of any format's files, so that nobody goes on with those of before.
-const LAYOUT: u32 = 5;
+const LAYOUT: u32 = 6;
 
 /// A format that data sets can be written in.
 pub trait Format {
@@ -153,9 +153,9 @@ pub struct Converted {
 ///
 /// # Errors
 /// [`Error::Unsuitable`] and [`Error::Ontology`] if the format cannot hold the data set;
-/// [`Error::Inside`], [`Error::Foreign`], [`Error::Exists`], [`Error::Mismatch`] and
-/// [`Error::Damaged`] for a folder that cannot be used; [`Error::Dataset`] and [`Error::Files`],
-/// naming the file.
+/// [`Error::Inside`], [`Error::Foreign`], [`Error::Exists`], [`Error::Mismatch`],
+/// [`Error::Changed`] and [`Error::Damaged`] for a folder that cannot be used; [`Error::Name`];
+/// [`Error::Dataset`] and [`Error::Files`], naming the file.
 pub fn convert(dataset: &Path, out: &Path, params: &ConvertParams) -> Result<Converted, Error> {
     convert_watched(dataset, out, params, &Watch::default())
 }
@@ -174,19 +174,7 @@ pub fn convert_watched(
     let source = Source::open(dataset)?.watched_by(watch.clone());
     apart(dataset, out)?;
     let format = suitable(source.manifest(), params)?;
-    let ontology = params
-        .ontology
-        .as_ref()
-        .map(|t| digest(t.text().as_bytes()));
-    let request = sink::Request {
-        converter: format!(
-            "nemoral-convert {} layout {LAYOUT}",
-            env!("CARGO_PKG_VERSION")
-        ),
-        format: params.format.name().to_owned(),
-        source: source.digest().to_owned(),
-        ontology,
-    };
+    let request = request(&source.manifest().header, source.digest(), params);
     let frames = source.frame_count();
     let notes = format.notes(source.manifest());
     let converted = |files: usize, bytes| Converted {
@@ -224,18 +212,53 @@ pub fn check_header(header: &DatasetHeader, params: &ConvertParams) -> Result<()
     suitable(&manifest, params).map(drop)
 }
 
-/// Refuses an output folder that [`convert()`] will refuse. `dataset` need not exist yet.
+/// Refuses an output folder that [`convert()`] will refuse for a data set with this header, which
+/// need not exist yet.
 ///
 /// # Errors
 /// Those of [`convert()`] about the folder.
-pub fn check_folder(dataset: &Path, out: &Path, mode: Mode) -> Result<(), Error> {
+pub fn check_folder(
+    dataset: &Path,
+    out: &Path,
+    header: &DatasetHeader,
+    params: &ConvertParams,
+) -> Result<(), Error> {
     apart(dataset, out)?;
-    Sink::probe(out, mode)
+    Sink::probe(out, params.mode, &request(header, "", params))
+}
+
+/// What decides the bytes of a conversion; `source` is the digest of `dataset.json`.
+fn request(header: &DatasetHeader, source: &str, params: &ConvertParams) -> sink::Request {
+    let table = params.ontology.as_ref();
+    sink::Request {
+        converter: format!(
+            "nemoral-convert {} layout {LAYOUT}",
+            env!("CARGO_PKG_VERSION")
+        ),
+        format: params.format.name().to_owned(),
+        data_set: Some(identity(header)),
+        source: source.to_owned(),
+        ontology: table.map(|t| digest(t.text().as_bytes())),
+    }
+}
+
+/// The digest of what a data set keeps when it gets further frames and sequences.
+fn identity(header: &DatasetHeader) -> String {
+    let of_all = (
+        &header.generator,
+        &header.version,
+        header.seed,
+        &header.backend,
+        &header.licence,
+        header.ontology.name(),
+    );
+    let json = serde_json::to_vec(&(of_all, header.sequences.first()));
+    digest(&json.expect("a header has string keys"))
 }
 
 /// Refuses an output folder in the data set's own.
 fn apart(dataset: &Path, out: &Path) -> Result<(), Error> {
-    if nemoral_files::is_same(dataset, out) || Folder::new(dataset).inner_path_of(out).is_some() {
+    if Folder::new(dataset).contains(out) {
         return Err(Error::Inside {
             path: out.to_owned(),
         });

@@ -3,6 +3,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::error::shown;
 use crate::{Error, limits};
 
 /// Something of which a sequence's frames should show a certain share.
@@ -72,7 +73,7 @@ impl BalanceRecord {
             ));
         }
         for t in &self.targets {
-            let of = |what| format!("{field}.targets.{}.{what}", t.name);
+            let of = |what| format!("{field}.targets.{}.{what}", shown(&t.name));
             check_share(&of("goal"), t.goal)?;
             check_share(&of("before"), t.before)?;
             check_share(&of("expected"), t.expected)?;

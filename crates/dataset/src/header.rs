@@ -8,6 +8,7 @@ use nemoral_scene::glam::DVec3;
 use nemoral_scene::{AnnotationKinds, Intrinsics, Ontology, RigidTransform, Shutter};
 use serde::{Deserialize, Serialize};
 
+use crate::error::shown;
 use crate::{Error, FileRecord, SequenceSpec, Split, limits, serde_scene};
 
 /// The name of the further camera that is KITTI's right one: its pictures are in `image_3`, its
@@ -102,8 +103,8 @@ pub struct DatasetHeader {
     pub ontology: Ontology,
     /// All sequences of the data set, by number, whether or not a shard has frames of them.
     pub sequences: Vec<SequenceSpec>,
-    /// The request, from which all sequences can be made again, written to `config.toml`. It is not
-    /// compared.
+    /// The request, from which all sequences can be made again, written to `config.toml`: at most
+    /// 4 MiB, as such files are read. It is not compared.
     #[serde(skip)]
     pub config_toml: String,
     /// The content of the sequences' [`inputs`](SequenceSpec::inputs), by path, which a writer puts
@@ -160,8 +161,22 @@ impl DatasetHeader {
             let allowed = "in order of their numbers, each once";
             return Err(Error::invalid("sequences", "…", allowed));
         }
+        let of_sequences = self.sequences.iter().map(|s| &s.config_toml);
+        for config in std::iter::once(&self.config_toml).chain(of_sequences) {
+            check_config(config)?;
+        }
         self.sequences.iter().try_for_each(SequenceSpec::validate)
     }
+}
+
+/// Refuses a config that is longer than those that are read.
+fn check_config(config_toml: &str) -> Result<(), Error> {
+    let bytes = config_toml.len();
+    if bytes as u64 > limits::CONFIG_BYTES {
+        let allowed = format!("at most {}", limits::CONFIG_BYTES);
+        return Err(Error::invalid("bytes of config.toml", bytes, allowed));
+    }
+    Ok(())
 }
 
 /// Checks a picture's size and the numbers by which points are projected.
@@ -208,12 +223,12 @@ pub(crate) fn check_sensor_name(name: &str) -> Result<(), Error> {
         "boxes", "radiance", "velodyne", "labels", "points",
     ];
     let plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_' || c == '-';
-    if name.is_empty() || name.len() > 64 || !name.chars().all(plain) || RESERVED.contains(&name) {
-        return Err(Error::invalid(
-            "sensor name",
-            format!("'{name}'"),
-            "1 to 64 of a-z, 0-9, '_' and '-', and none of the layout's own folders",
-        ));
+    let is_plain = (1..=64).contains(&name.len()) && name.chars().all(plain);
+    if !is_plain || RESERVED.contains(&name) || InnerPath::new(name).is_err() {
+        let allowed = "1 to 64 of a-z, 0-9, '_' and '-', none of the layout's own folders, and no \
+                       device's name on Windows (aux, con, nul, prn, com0 to com9, lpt0 to lpt9)";
+        let found = format!("'{}'", shown(name));
+        return Err(Error::invalid("sensor name", found, allowed));
     }
     Ok(())
 }

@@ -6,6 +6,7 @@ use nemoral_scene::RigidTransform;
 use nemoral_scene::glam::{DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 
+use crate::error::shown_to;
 use crate::{Dataset, Error, FileRecord, layout, serde_scene};
 
 /// The inertial measurement unit of a sequence.
@@ -175,7 +176,7 @@ fn columns<const N: usize>(
 ) -> Result<(i64, [[f64; 4]; N]), Error> {
     let wide = 1 + sizes.iter().sum::<usize>();
     let bad = || {
-        let shown: String = line.chars().take(200).collect();
+        let shown = shown_to(200, line);
         Error::malformed(path, format!("'{shown}' is not {wide} numbers"))
     };
     let mut fields = line.split(',');

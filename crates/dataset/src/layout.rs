@@ -2,7 +2,7 @@
 
 use nemoral_files::InnerPath;
 
-use crate::{CameraFile, DatasetHeader, FileRecord, SequenceSpec, header, limits};
+use crate::{CameraFile, DatasetHeader, FileRecord, PlyPoint, SequenceSpec, header, limits};
 
 pub(crate) const MANIFEST: &str = "dataset.json";
 /// Present while a data set is unfinished: the header, a record for each frame, a lock.
@@ -180,7 +180,8 @@ pub(crate) fn frame_files(sequence: &SequenceSpec, index: u64) -> Vec<(InnerPath
         files.push((path(&f.velodyne, "bin"), limits::scan_bytes(16)));
         files.push((path(&f.labels, "label"), limits::scan_bytes(4)));
         if lidar.ply {
-            files.push((path(&f.points, "ply"), limits::scan_bytes(67)));
+            let bytes_per_point = PlyPoint::BYTES as u64;
+            files.push((path(&f.points, "ply"), limits::scan_bytes(bytes_per_point)));
         }
     }
     files.sort();
@@ -223,7 +224,11 @@ pub(crate) fn common_files<'a>(
     header: &DatasetHeader,
     sequences: impl IntoIterator<Item = (&'a SequenceSpec, u64)>,
 ) -> Vec<(InnerPath, u64)> {
-    let mut files: Vec<_> = TOP_FILES.map(|f| (inner(f), limits::TEXT_BYTES)).into();
+    let most_bytes = |name: &str| match name {
+        CONFIG => limits::CONFIG_BYTES,
+        _ => limits::TEXT_BYTES,
+    };
+    let mut files: Vec<_> = TOP_FILES.map(|f| (inner(f), most_bytes(f))).into();
     let inputs = header.inputs().into_keys();
     files.extend(inputs.map(|path| (path.clone(), limits::INPUT_BYTES)));
     for (sequence, length) in sequences {
@@ -235,7 +240,7 @@ pub(crate) fn common_files<'a>(
             (inner(&kitti_poses(sequence.number)), poses),
             (path(TIMES), poses),
             (path(CALIB), limits::calibration_bytes(sensors)),
-            (path(CONFIG), limits::TEXT_BYTES),
+            (path(CONFIG), limits::CONFIG_BYTES),
             (path(TREES), limits::TABLE_BYTES),
             (path(INSTANCES), limits::TABLE_BYTES),
         ]);

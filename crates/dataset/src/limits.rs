@@ -16,8 +16,8 @@ pub(crate) const MAX_SEQUENCES: usize = 100_000;
 pub(crate) const MAX_SENSORS: usize = 256;
 /// Things of which frames should show a certain share.
 pub(crate) const MAX_TARGETS: usize = 64;
-/// Points of one scan: ten million pulses with five returns each.
-pub(crate) const MAX_POINTS: u64 = 50_000_000;
+/// Points of one scan: ten million pulses with fifteen returns each.
+pub(crate) const MAX_POINTS: u64 = 150_000_000;
 /// The greatest distance of a pose from the origin, metres; all chunks that have a coordinate lie
 /// within it.
 pub(crate) const MAX_POSITION_M: f64 = 1e12;
@@ -41,8 +41,10 @@ pub(crate) const BOXES_BYTES: u64 = 256 << 20;
 pub(crate) const INPUT_BYTES: u64 = 256 << 20;
 /// Files that the config of a sequence names.
 pub(crate) const MAX_INPUTS: usize = 1024;
-/// Data card, config, class table.
+/// Data card, class table, description of an inertial measurement unit.
 pub(crate) const TEXT_BYTES: u64 = 16 << 20;
+/// The config of the data set or of a sequence: the most that the reader of configs takes.
+pub(crate) const CONFIG_BYTES: u64 = 4 << 20;
 
 /// A line of `poses.txt` or `times.txt` has at most twelve numbers of 25 characters.
 pub(crate) const fn lines_bytes(frames: u64) -> u64 {

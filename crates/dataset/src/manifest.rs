@@ -7,6 +7,7 @@ use nemoral_scene::glam::DVec3;
 use nemoral_scene::{RigidTransform, Twist};
 use serde::{Deserialize, Serialize};
 
+use crate::error::{shown, shown_to};
 use crate::formats::kitti;
 use crate::header::is_place;
 use crate::{
@@ -176,14 +177,16 @@ impl Manifest {
         if text.trim().is_empty() {
             return Err("is empty".to_owned());
         }
-        let version: Version = serde_json::from_str(text).map_err(|e| e.to_string())?;
+        // Such errors quote what they have found.
+        let unread = |e: serde_json::Error| shown_to(300, &e.to_string());
+        let version: Version = serde_json::from_str(text).map_err(unread)?;
         if version.format_version != FORMAT_VERSION {
             return Err(format!(
                 "format_version is {}, this program reads {FORMAT_VERSION}",
                 version.format_version
             ));
         }
-        let manifest: Self = serde_json::from_str(text).map_err(|e| e.to_string())?;
+        let manifest: Self = serde_json::from_str(text).map_err(unread)?;
         manifest.validate().map_err(|e| e.to_string())?;
         Ok((manifest, seal::is_stamped(text)))
     }
@@ -261,7 +264,8 @@ impl Manifest {
 }
 
 impl TrackRecord {
-    fn validate(&self) -> Result<(), Error> {
+    /// Checks the numbers of a drive.
+    pub(crate) fn validate(&self) -> Result<(), Error> {
         let field = |what| format!("track of sequence {}.{what}", self.sequence);
         if !(1..=limits::MAX_FRAMES).contains(&self.length) {
             let allowed = format!("1 to {}", limits::MAX_FRAMES);
@@ -295,7 +299,19 @@ impl FrameRecord {
 
     /// Checks names, numbers and files of one frame, which may be one that no manifest lists yet.
     pub(crate) fn validate(&self, sequence: &SequenceSpec) -> Result<(), Error> {
-        let name = format!("frame {} of sequence {}", self.index, self.sequence);
+        self.validate_numbers(sequence)?;
+        let expected = layout::frame_files(sequence, self.index);
+        same_files(&format!("{}.files", self.name()), &self.files, &expected)
+    }
+
+    /// What errors call it.
+    fn name(&self) -> String {
+        format!("frame {} of sequence {}", self.index, self.sequence)
+    }
+
+    /// Checks all but the files, which may not be written yet.
+    pub(crate) fn validate_numbers(&self, sequence: &SequenceSpec) -> Result<(), Error> {
+        let name = self.name();
         if self.index >= limits::MAX_FRAMES {
             let allowed = format!("less than {}", limits::MAX_FRAMES);
             return Err(Error::invalid(name, self.index, allowed));
@@ -310,7 +326,7 @@ impl FrameRecord {
             return Err(Error::invalid(
                 format!("{name}.time_s"),
                 self.time_s,
-                "finite",
+                "within 1e12 s of 0",
             ));
         }
         validate_pose(&format!("{name}.world_from_body"), &self.world_from_body)?;
@@ -320,7 +336,7 @@ impl FrameRecord {
             return Err(Error::invalid(
                 format!("{name}.body_motion"),
                 value,
-                "finite",
+                "within 1e12 m/s and 1e12 rad/s",
             ));
         }
         if self.sensor_chunks.len() != sequence.lidars.len() {
@@ -335,12 +351,11 @@ impl FrameRecord {
         if !is_digest(&self.key) {
             return Err(Error::invalid(
                 format!("{name}.key"),
-                &self.key,
+                shown(&self.key),
                 "64 hexadecimal digits",
             ));
         }
-        let expected = layout::frame_files(sequence, self.index);
-        same_files(&format!("{name}.files"), &self.files, &expected)
+        Ok(())
     }
 }
 
@@ -381,7 +396,7 @@ fn same_files(
             let allowed = "64 hexadecimal digits";
             return Err(Error::invalid(
                 format!("{path}: blake3"),
-                &file.blake3,
+                shown(&file.blake3),
                 allowed,
             ));
         }

@@ -96,13 +96,6 @@ pub fn merge_watched(
                 });
             }
         }
-        // These texts are for human readers, and a part has only those of its own sequences.
-        let theirs = &part.manifest().header.sequences;
-        for (ours, theirs) in header.sequences.iter_mut().zip(theirs) {
-            if ours.config_toml.is_empty() {
-                ours.config_toml.clone_from(&theirs.config_toml);
-            }
-        }
     }
     // All headers are equal, so every part has all of them.
     let inputs: Vec<_> = header.inputs().into_values().cloned().collect();
@@ -132,9 +125,18 @@ pub fn merge_watched(
         let spec = writer.header().sequence(sequence);
         let spec = spec.expect("a manifest's tracks are of sequences");
         let imu = measured[&sequence].0.imu_texts(sequence)?;
-        writer.put_sequence(spec, drive, &tables, imu.as_ref())?;
+        let config = config_of(&parts, sequence)?;
+        writer.put_sequence(spec, &config, drive, &tables, imu.as_ref())?;
     }
     writer.finish()
+}
+
+/// The config of a sequence, which is for human readers and not compared: that of the first part
+/// with frames of it.
+fn config_of(parts: &[Dataset], sequence: u32) -> Result<String, Error> {
+    let mut parts = parts.iter().filter(|p| p.track(sequence).is_ok());
+    let first = parts.next();
+    first.map_or(Ok(String::new()), |p| p.sequence_config(sequence))
 }
 
 /// The united tables of a sequence.

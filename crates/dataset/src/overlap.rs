@@ -8,28 +8,116 @@ use nemoral_scene::glam::{DVec3, I64Vec3};
 pub(crate) const NEAR_M: f64 = 0.1;
 /// A sphere around any point reaches into two cells along each axis.
 const CELL_M: f64 = 2.0 * NEAR_M;
+/// The most points of a cell that are compared one by one.
+const FEW: usize = 16;
+/// The most steps of a comparison for each point of both scans. Tens are usual; thousands take
+/// scans of which nearly all points are just too far from nearly all of the other's.
+const MOST_STEPS: u64 = 2000;
+
+/// Points in a box.
+struct Part {
+    low: DVec3,
+    high: DVec3,
+    points: Points,
+}
+
+enum Points {
+    Few(Vec<DVec3>),
+    Halves(Box<[Part; 2]>),
+}
+
+impl Part {
+    /// Points whose coordinates are finite; they are sorted on the way.
+    fn new(points: &mut [DVec3]) -> Self {
+        let low = points.iter().copied().fold(DVec3::INFINITY, DVec3::min);
+        let high = points.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
+        let points = if points.len() <= FEW {
+            Points::Few(points.to_vec())
+        } else {
+            let axis = (high - low).max_position();
+            let middle = points.len() / 2;
+            points.select_nth_unstable_by(middle, |a, b| a[axis].total_cmp(&b[axis]));
+            let (lower, upper) = points.split_at_mut(middle);
+            Points::Halves(Box::new([lower, upper].map(Self::new)))
+        };
+        Self { low, high, points }
+    }
+
+    /// Whether one of the points is near `p`; `steps` grows by the boxes and points looked at.
+    ///
+    /// Squares of distances to the nearest and to the farthest place of a box are computed as those
+    /// to a point are. Each operation rounds the larger of two values to one that is not smaller,
+    /// so that they bound those of all points within, to the last bit.
+    fn has_near(&self, p: DVec3, steps: &mut u64) -> bool {
+        const NEAR_M2: f64 = NEAR_M * NEAR_M;
+        *steps += 1;
+        let (below_m, above_m) = (self.low - p, p - self.high);
+        let nearest_m = below_m.max(above_m).max(DVec3::ZERO);
+        if nearest_m.length_squared() > NEAR_M2 {
+            return false;
+        }
+        let farthest_m = below_m.abs().max(above_m.abs());
+        if farthest_m.length_squared() <= NEAR_M2 {
+            return true;
+        }
+        match &self.points {
+            Points::Few(points) => {
+                *steps += points.len() as u64;
+                points.iter().any(|q| q.distance_squared(p) <= NEAR_M2)
+            }
+            Points::Halves(halves) => halves.iter().any(|half| half.has_near(p, steps)),
+        }
+    }
+}
 
 /// The points of a scan by cells of space.
-struct Grid(HashMap<I64Vec3, Vec<DVec3>>);
+struct Grid {
+    cells: HashMap<I64Vec3, Part>,
+    count: usize,
+}
 
 impl Grid {
-    fn new(points: Vec<DVec3>) -> Self {
+    fn new(points: &[DVec3]) -> Self {
         let mut cells: HashMap<I64Vec3, Vec<DVec3>> = HashMap::new();
-        for p in points {
-            let cell = (p / CELL_M).floor().as_i64vec3();
-            cells.entry(cell).or_default().push(p);
+        // Nothing is near a point that is nowhere.
+        for &p in points.iter().filter(|p| p.is_finite()) {
+            cells.entry(cell_of(p)).or_default().push(p);
         }
-        Self(cells)
+        let parts = cells.into_iter();
+        let parts = parts.map(|(cell, mut points)| (cell, Part::new(&mut points)));
+        Self {
+            cells: parts.collect(),
+            count: points.len(),
+        }
     }
 
-    fn has_near(&self, p: DVec3) -> bool {
-        let lowest = ((p - NEAR_M) / CELL_M).floor().as_i64vec3();
-        (0..8_i64).any(|corner| {
-            let cell = lowest + I64Vec3::new(corner & 1, corner >> 1 & 1, corner >> 2);
-            let is_near = |q: &DVec3| q.distance_squared(p) <= NEAR_M * NEAR_M;
-            self.0.get(&cell).is_some_and(|q| q.iter().any(is_near))
-        })
+    fn has_near(&self, p: DVec3, steps: &mut u64) -> bool {
+        let lowest = cell_of(p - NEAR_M);
+        p.is_finite()
+            && (0..8_i64).any(|corner| {
+                let offset = I64Vec3::new(corner & 1, corner >> 1 & 1, corner >> 2);
+                // Places may be so far away that their cells are the last ones that have numbers.
+                let part = self.cells.get(&lowest.saturating_add(offset));
+                part.is_some_and(|part| part.has_near(p, steps))
+            })
     }
+
+    /// How many of these points are near one of the grid's; `None` if that takes too many steps.
+    fn count_near(&self, points: &[DVec3]) -> Option<usize> {
+        let most = MOST_STEPS.saturating_mul((self.count + points.len()) as u64);
+        let (mut near, mut steps) = (0, 0);
+        for &p in points {
+            near += usize::from(self.has_near(p, &mut steps));
+            if steps > most {
+                return None;
+            }
+        }
+        Some(near)
+    }
+}
+
+fn cell_of(p: DVec3) -> I64Vec3 {
+    (p / CELL_M).floor().as_i64vec3()
 }
 
 /// Compares each scan with the one before it in the same sequence.
@@ -41,18 +129,18 @@ pub(crate) struct Overlap {
 
 impl Overlap {
     /// Enters the next frame of a sequence, with its points in the world. A frame without points
-    /// is passed over.
+    /// is passed over; one that was made so that its comparison takes too long has no share.
     pub(crate) fn add(&mut self, sequence: u32, points: Vec<DVec3>) {
         if points.is_empty() {
             return;
         }
         if let Some((of, grid)) = &self.before
             && *of == sequence
+            && let Some(near) = grid.count_near(&points)
         {
-            let seen = points.iter().filter(|&&p| grid.has_near(p)).count();
-            self.shares.push(seen as f64 / points.len() as f64);
+            self.shares.push(near as f64 / points.len() as f64);
         }
-        self.before = Some((sequence, Grid::new(points)));
+        self.before = Some((sequence, Grid::new(&points)));
     }
 
     /// For each frame but the first of a sequence, the share of its points near one of the frame
@@ -77,7 +165,25 @@ mod tests {
         )
     }
 
+    /// Many of these are as far apart as near points may be, and some are equal.
+    fn lattice() -> impl Strategy<Value = Vec<DVec3>> {
+        let at = (0..33_i32).prop_map(|k| 0.025 * f64::from(k));
+        prop::collection::vec(
+            [at.clone(), at.clone(), at].prop_map(DVec3::from_array),
+            1..100,
+        )
+    }
+
     proptest! {
+        #[test]
+        fn a_part_finds_what_its_points_have(a in lattice(), b in lattice()) {
+            let part = Part::new(&mut a.clone());
+            for p in b {
+                let expected = a.iter().any(|q| q.distance_squared(p) <= NEAR_M * NEAR_M);
+                prop_assert_eq!(part.has_near(p, &mut 0), expected, "{}", p);
+            }
+        }
+
         #[test]
         fn near_points_are_those_of_all_pairs(a in points(), b in points()) {
             let near = |p: &&DVec3| a.iter().any(|q| q.distance_squared(**p) <= NEAR_M * NEAR_M);
@@ -87,6 +193,56 @@ mod tests {
             overlap.add(0, b);
             prop_assert_eq!(overlap.shares(), [expected]);
         }
+    }
+
+    #[test]
+    fn full_cells_take_few_steps() {
+        const COUNT: usize = 250_000;
+        // All in one cell, in a row of a quarter of a millimetre.
+        let row = |x_m: f64| -> Vec<DVec3> {
+            let at = |i: usize| DVec3::new(x_m + 1e-9 * i as f64, 0.05, 0.05);
+            (0..COUNT).map(at).collect()
+        };
+        let grid = Grid::new(&row(0.01));
+        for (x_m, expected) in [(0.19, 0), (0.05, COUNT)] {
+            let (mut near, mut steps) = (0, 0);
+            for p in row(x_m) {
+                near += usize::from(grid.has_near(p, &mut steps));
+            }
+            assert_eq!(near, expected);
+            // Each point with each takes 6e10.
+            assert!(steps < 10 * COUNT as u64, "{steps}");
+        }
+    }
+
+    /// A sphere of points just too far from those at its centre, of which no box tells anything.
+    #[test]
+    fn a_scan_made_to_be_slow_has_no_share() {
+        const COUNT: usize = 10_000;
+        let on_sphere = |i: usize| {
+            let z = 1.0 - (2.0 * i as f64 + 1.0) / COUNT as f64;
+            let (radius, angle) = ((1.0 - z * z).sqrt(), 2.4 * i as f64);
+            (NEAR_M + 1e-6) * DVec3::new(radius * angle.cos(), radius * angle.sin(), z)
+        };
+        let at_centre = |i: usize| DVec3::X * (1e-11 * i as f64);
+        let mut overlap = Overlap::default();
+        overlap.add(0, (0..COUNT).map(on_sphere).collect());
+        overlap.add(0, (0..COUNT).map(at_centre).collect());
+        // The next frame is compared with it again.
+        overlap.add(0, vec![DVec3::ZERO, DVec3::ONE]);
+        assert_eq!(overlap.shares(), [0.5]);
+    }
+
+    #[test]
+    fn places_far_beyond_all_scans_are_no_error() {
+        let far = || {
+            let all = [1.0, 1e38, -1e38, f64::INFINITY, f64::NAN];
+            all.map(DVec3::splat).to_vec()
+        };
+        let mut overlap = Overlap::default();
+        overlap.add(0, far());
+        overlap.add(0, far());
+        assert_eq!(overlap.shares(), [0.6]);
     }
 
     #[test]

@@ -101,16 +101,10 @@ impl Dataset {
             manifest,
             is_untouched,
         };
-        // Configs are for human readers only; `check` reports what is wrong with them.
+        // It is for human readers only; `check` reports what is wrong with it. Those of sequences
+        // may be too many for memory.
         let config = dataset.read_text(layout::CONFIG);
         dataset.manifest.header.config_toml = config.unwrap_or_default();
-        for i in 0..dataset.manifest.header.sequences.len() {
-            let number = dataset.manifest.header.sequences[i].number;
-            if dataset.track(number).is_ok() {
-                let config = dataset.read_text(&layout::sequence_file(number, layout::CONFIG));
-                dataset.manifest.header.sequences[i].config_toml = config.unwrap_or_default();
-            }
-        }
         Ok(dataset)
     }
 
@@ -131,7 +125,8 @@ impl Dataset {
     /// be.
     pub(crate) fn owns(&self, path: &Path) -> bool {
         let Some(inner) = self.folder.inner_path_of(path) else {
-            return false;
+            // A name that no data set has may still lie in one of its folders.
+            return self.folder.contains(path);
         };
         let own = [
             layout::SEQUENCES,
@@ -492,6 +487,16 @@ impl Dataset {
         let at = tracks.binary_search_by_key(&sequence, |t| t.sequence);
         at.map(|i| &tracks[i])
             .map_err(|_| Error::invalid("sequence", sequence, "one with frames here"))
+    }
+
+    /// `config.toml` of a sequence: each of its keys, with what was drawn for it.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] if there is no such sequence here; [`Error::Io`] and
+    /// [`Error::Malformed`].
+    pub fn sequence_config(&self, sequence: u32) -> Result<String, Error> {
+        self.track(sequence)?;
+        self.read_text(&layout::sequence_file(sequence, layout::CONFIG))
     }
 
     /// `poses.txt`: for each frame of the whole sequence, the transform that takes points of the

@@ -88,7 +88,9 @@ pub struct SequenceSpec {
     /// The resolved configuration. It has what decides the content and nothing else (no threads, no
     /// output folder, no frame range), because a resumed run compares it.
     pub config: serde_json::Value,
-    /// The same for human readers, written to the sequence's `config.toml`. It is not compared.
+    /// The same for human readers, written to the sequence's `config.toml`: at most 4 MiB. It is
+    /// not compared, and empty in a data set that was opened, of which
+    /// [`Dataset::sequence_config`](crate::Dataset::sequence_config) reads it.
     #[serde(skip)]
     pub config_toml: String,
 }
@@ -141,6 +143,10 @@ impl SequenceSpec {
             let allowed = format!("at most {}", limits::MAX_SENSORS);
             return Err(Error::invalid("number of sensors", sensors, allowed));
         }
+        let names = self.cameras.iter().map(|c| &c.name);
+        for name in names.chain(self.lidars.iter().map(|l| &l.name)) {
+            check_sensor_name(name)?;
+        }
         for camera in &self.cameras {
             validate_camera(camera)?;
         }
@@ -176,7 +182,6 @@ impl SequenceSpec {
         let lidars = self.lidars.iter().map(|l| (&l.name, &l.body_from_lidar));
         let mut names = Vec::new();
         for (name, mount) in cameras.chain(lidars) {
-            check_sensor_name(name)?;
             if names.contains(&name) {
                 return Err(Error::invalid(
                     "sensor name",

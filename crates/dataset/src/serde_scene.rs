@@ -37,6 +37,8 @@ pub(crate) mod ontology {
     use serde::de::Error as _;
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
+    use crate::error::shown;
+
     /// The last semantic that every manifest names. A manifest made before one was added lacks it,
     /// and its data set has no such surface: the class of the sky stands for it.
     const LAST_OF_FIRST: Semantic = Semantic::Stone;
@@ -74,6 +76,13 @@ pub(crate) mod ontology {
 
     pub(crate) fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<Ontology, D::Error> {
         let form = Form::deserialize(d)?;
+        let names = form.classes.iter().map(|c| &c.name);
+        let mut names = names.chain(std::iter::once(&form.name));
+        if let Some(name) = names.find(|name| name.contains(char::is_control)) {
+            let name = shown(name);
+            let message = format!("ontology: name '{name}': must have no control characters");
+            return Err(D::Error::custom(message));
+        }
         for s in Semantic::ALL.iter().filter(|&&s| s <= LAST_OF_FIRST) {
             if !form.semantics.contains_key(s.name()) {
                 return Err(D::Error::custom(format!(

@@ -74,7 +74,8 @@ pub struct Stats {
     pub range_m: Option<Quantiles>,
     /// The share of a frame's points that are within 0.1 m of a point of the frame before in its
     /// sequence, by the first LiDAR; `None` without such pairs, or if scans are raw. It tells how
-    /// many frames differ: of a still robot it is near 1.
+    /// many frames differ: of a still robot it is near 1. Scans that somebody made so that they
+    /// take thousands of steps for each point are left out.
     pub overlap: Option<Quantiles>,
     /// What frames were chosen for, by name; empty if all sequences are drives.
     pub balance: Vec<BalancedShare>,

@@ -16,7 +16,7 @@ use crate::output::{self, Content};
 use crate::{
     BalanceRecord, CameraData, CameraFile, Dataset, DatasetHeader, Error, FORMAT_VERSION,
     FileRecord, FrameData, FrameRecord, ImuTexts, LidarData, Manifest, PlyPoint, SequenceSpec,
-    Track, TrackRecord, WorldTables, layout, output::compare, output::state,
+    Track, TrackRecord, WorldTables, layout, limits, output::compare, output::state,
 };
 
 /// What to do with an output folder that is not empty.
@@ -180,11 +180,16 @@ impl Writer {
     /// last, so that after an error or a kill the frame counts as missing.
     ///
     /// # Errors
-    /// [`Error::Invalid`] if the frame does not fit the header; [`Error::Io`] names the file that
-    /// could not be written (disk full, no permission).
+    /// [`Error::Invalid`] if the frame does not fit the header, or is at a time or a place that no
+    /// data set has, before anything is written; [`Error::Io`] names the file that could not be
+    /// written (disk full, no permission).
     pub fn write_frame(&self, frame: &FrameData<'_>) -> Result<FrameRecord, Error> {
         let sequence = self.sequence(frame.sequence)?;
         self.validate(sequence, frame)?;
+        let mut record = self.record(frame);
+        // What `dataset.json` cannot list is refused before any of it is written, not at the end
+        // of all work.
+        record.validate_numbers(sequence)?;
         let at = (frame.sequence, frame.index);
         if self.lock().remove(&at).is_some() {
             state::put_record(&self.folder, frame.sequence, frame.index, None)?;
@@ -193,12 +198,8 @@ impl Writer {
         for (i, camera) in frame.cameras.iter().enumerate() {
             self.put_camera(sequence, frame, i, camera, &mut files)?;
         }
-        let mut point_classes = BTreeMap::new();
         for (i, lidar) in frame.lidars.iter().enumerate() {
             let points = self.points(lidar);
-            for p in &points {
-                *point_classes.entry(p.class).or_insert(0) += 1;
-            }
             let f = layout::lidar_folders(sequence, i);
             let mut put = |folder: &str, extension, bytes: Vec<u8>| {
                 self.put_frame_file(frame, folder, extension, &bytes, &mut files)
@@ -210,7 +211,16 @@ impl Writer {
             }
         }
         files.sort_by(|a, b| a.path.cmp(&b.path));
-        let record = FrameRecord {
+        record.files = files;
+        // Files may be too large.
+        record.validate(sequence)?;
+        self.enter(record.clone())?;
+        Ok(record)
+    }
+
+    /// The record of a frame without its files.
+    fn record(&self, frame: &FrameData<'_>) -> FrameRecord {
+        FrameRecord {
             sequence: frame.sequence,
             index: frame.index,
             time_s: frame.time_s,
@@ -219,11 +229,19 @@ impl Writer {
             body_motion: frame.body_motion,
             balance: frame.balance.clone(),
             sensor_chunks: frame.lidars.iter().map(|l| l.sensor_chunk.into()).collect(),
-            point_classes,
-            files,
-        };
-        self.enter(record.clone())?;
-        Ok(record)
+            point_classes: self.point_classes(frame),
+            files: Vec::new(),
+        }
+    }
+
+    /// How many LiDAR points of a frame have each class.
+    fn point_classes(&self, frame: &FrameData<'_>) -> BTreeMap<u8, u64> {
+        let mut counts = [0_u64; 256];
+        for point in frame.lidars.iter().flat_map(|lidar| lidar.points) {
+            counts[usize::from(self.class_ids[point.semantic as usize])] += 1;
+        }
+        let classes = (0..=u8::MAX).zip(counts);
+        classes.filter(|(_, count)| *count > 0).collect()
     }
 
     /// Records a whole frame and queues its files to be synced.
@@ -295,13 +313,15 @@ impl Writer {
             deadwood,
             objects,
         };
-        self.put_sequence(spec, &drive, &tables, track.imu.as_ref())
+        let config = &spec.config_toml;
+        self.put_sequence(spec, config, &drive, &tables, track.imu.as_ref())
     }
 
-    /// The same from prepared tables and tracks, as merging has them.
+    /// The same from prepared texts, tables and tracks, as merging has them.
     pub(crate) fn put_sequence(
         &self,
         spec: &SequenceSpec,
+        config_toml: &str,
         drive: &Drive,
         tables: &Tables,
         imu: Option<&ImuTexts>,
@@ -328,6 +348,17 @@ impl Writer {
             let allowed = format!("the header's: {asked}");
             return Err(Error::invalid("track.imu", found, allowed));
         }
+        let record = TrackRecord {
+            sequence: spec.number,
+            length: drive.length,
+            // These are known at the end.
+            frames: Vec::new(),
+            world_from_frame0: drive.world_from_frame0,
+            balance: drive.balance.clone(),
+            stands: drive.stands,
+            lines: drive.lines.clone(),
+        };
+        record.validate()?;
         let of_deadwood = (spec.has_deadwood).then(|| {
             let path = layout::sequence_file(spec.number, layout::DEADWOOD);
             (path, tables::encode_deadwood(deadwood))
@@ -337,7 +368,7 @@ impl Writer {
         let mut files = Vec::new();
         let common = [
             (path(layout::CALIB), calibration),
-            (path(layout::CONFIG), spec.config_toml.clone()),
+            (path(layout::CONFIG), config_toml.to_owned()),
             (path(layout::INSTANCES), tables::encode_objects(objects)),
             (path(layout::POSES), drive.poses.clone()),
             (layout::kitti_poses(spec.number), drive.poses.clone()),
@@ -356,16 +387,6 @@ impl Writer {
         for (name, text) in imu.into_iter().flat_map(ImuTexts::files) {
             put(&path(name), text)?;
         }
-        let record = TrackRecord {
-            sequence: spec.number,
-            length: drive.length,
-            // These are known at the end.
-            frames: Vec::new(),
-            world_from_frame0: drive.world_from_frame0,
-            balance: drive.balance.clone(),
-            stands: drive.stands,
-            lines: drive.lines.clone(),
-        };
         self.drives().insert(spec.number, (record, files));
         Ok(())
     }
@@ -540,19 +561,21 @@ impl Writer {
             }
         }
         for lidar in &frame.lidars {
+            let points = lidar.points.len();
+            if points as u64 > limits::MAX_POINTS {
+                let field = format!("{name}.{}.points", lidar.name);
+                let allowed = format!("at most {}", limits::MAX_POINTS);
+                return Err(Error::invalid(field, points, allowed));
+            }
             if let Some(p) = lidar.points.iter().find(|p| !ply::holds(p)) {
                 let found = format!("{} at {} ns", p.pulse, p.time_ns);
-                let allowed = "below 2^31, within 2^50 ns (13 days) of the frame's time";
+                let allowed = format!("below 2^31, {}", ply::MOST_TIME);
                 return Err(Error::invalid(
                     format!("{name}.{}.pulse", lidar.name),
                     found,
                     allowed,
                 ));
             }
-        }
-        if !(frame.time_s.is_finite() && frame.world_from_body.translation_m.is_finite()) {
-            let found = format!("{} s, {:?}", frame.time_s, frame.world_from_body);
-            return Err(Error::invalid(format!("{name}.pose"), found, "finite"));
         }
         Ok(())
     }

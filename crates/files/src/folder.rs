@@ -2,7 +2,7 @@
 
 use std::fs::{self, File, Metadata, TryLockError};
 use std::io::{self, Write};
-use std::path::{Path, PathBuf};
+use std::path::{self, Component, Path, PathBuf};
 
 use crate::{Error, InnerPath, PendingFile, operation, read};
 
@@ -55,18 +55,24 @@ impl Folder {
         &self.root
     }
 
-    /// A user's path relative to the root, if its folder lies in the root.
+    /// A user's path relative to the root, if it lies below it, whether or not it exists. It is
+    /// `None` for names that are no inner paths, too: [`Folder::contains`] knows these.
     #[must_use]
     pub fn inner_path_of(&self, path: &Path) -> Option<InnerPath> {
-        let above = path.parent().filter(|p| !p.as_os_str().is_empty());
-        let above = fs::canonicalize(above.unwrap_or(Path::new("."))).ok()?;
-        let relative = above
-            .strip_prefix(fs::canonicalize(&self.root).ok()?)
-            .ok()?
-            .to_owned();
-        let components = relative.iter().chain([path.file_name()?]);
-        let components: Option<Vec<&str>> = components.map(|c| c.to_str()).collect();
+        let place = named_place(path)?;
+        let relative = place.strip_prefix(place_of(&self.root)).ok()?;
+        let components: Option<Vec<&str>> = relative.iter().map(|c| c.to_str()).collect();
         InnerPath::new(components?.join("/")).ok()
+    }
+
+    /// Whether a user's path is the root or lies below it, by its own name or by where it leads,
+    /// whatever its name is. Neither the path nor the root need exist.
+    #[must_use]
+    pub fn contains(&self, path: &Path) -> bool {
+        let root = place_of(&self.root);
+        // A link lies where its name is, and leads elsewhere.
+        let is_named_so = named_place(path).is_some_and(|place| place.starts_with(&root));
+        is_named_so || place_of(path).starts_with(&root)
     }
 
     /// The path of a name, if there is no link on the way to it. The file itself need not exist.
@@ -117,10 +123,19 @@ impl Folder {
     pub fn read(&self, name: &InnerPath, limit: u64) -> Result<Vec<u8>, Error> {
         match self.metadata(name)? {
             (path, Some(meta)) => read::read_checked(&path, &meta, limit),
-            (path, None) => {
-                let source = io::Error::new(io::ErrorKind::NotFound, "No such file");
-                Err(Error::Io { path, source })
-            }
+            (path, None) => Err(missing(path)),
+        }
+    }
+
+    /// Opens a regular file of at most `limit` bytes, for what is too large for memory. Bytes that
+    /// are added to it later, beyond the limit, are not read.
+    ///
+    /// # Errors
+    /// As [`Folder::read`].
+    pub fn open(&self, name: &InnerPath, limit: u64) -> Result<io::Take<File>, Error> {
+        match self.metadata(name)? {
+            (path, Some(meta)) => read::open_checked(&path, &meta, limit),
+            (path, None) => Err(missing(path)),
         }
     }
 
@@ -315,6 +330,40 @@ impl Folder {
         let here = there.unwrap_or(Path::new("."));
         (PendingFile::beside(&here.join("probe")).map(drop)).map_err(Error::io(&self.root))
     }
+}
+
+fn missing(path: PathBuf) -> Error {
+    let source = io::Error::new(io::ErrorKind::NotFound, "No such file");
+    Error::Io { path, source }
+}
+
+/// Where a path leads, from the root of the file system. Links are followed as far as the path
+/// exists; what is still to be made is taken by its names, as plain folders will bear them.
+fn place_of(path: &Path) -> PathBuf {
+    let is_empty = path.as_os_str().is_empty();
+    let path = if is_empty { Path::new(".") } else { path };
+    let whole = path::absolute(path).unwrap_or_else(|_| path.to_owned());
+    let mut place = PathBuf::new();
+    for component in whole.components() {
+        match component {
+            Component::CurDir => {}
+            Component::ParentDir => {
+                place.pop();
+            }
+            Component::Prefix(_) | Component::RootDir => place.push(component),
+            Component::Normal(name) => {
+                place.push(name);
+                place = fs::canonicalize(&place).unwrap_or(place);
+            }
+        }
+    }
+    place
+}
+
+/// The place of a path's own name, which may be that of a link; `None` if it ends in `..`.
+fn named_place(path: &Path) -> Option<PathBuf> {
+    let (folder, name) = (path.parent()?, path.file_name()?);
+    Some(place_of(folder).join(name))
 }
 
 fn kind(of: fs::FileType) -> EntryKind {

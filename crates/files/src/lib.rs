@@ -3,7 +3,8 @@
 //!
 //! A data set, a config or a mesh may come from a stranger, so nothing that a file says is trusted
 //! with a path or with an amount of memory:
-//! - [`read`] and [`read_text`] read regular files only, up to a limit that the caller gives.
+//! - [`read`] and [`read_text`] read regular files only, up to a limit that the caller gives;
+//!   [`Folder::open`] is for what is too large for memory.
 //! - An [`InnerPath`] is a name below a folder: it has no `..`, no root, no drive, no separator
 //!   but `/`, so it cannot leave the folder on any system.
 //! - A [`Folder`] does everything below one root by inner paths, and follows no link there. The

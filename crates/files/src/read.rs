@@ -1,7 +1,7 @@
 //! Reading files that may come from a stranger.
 
 use std::fs::{self, File, FileType, Metadata};
-use std::io::Read;
+use std::io::{Read, Take};
 use std::path::Path;
 
 use crate::Error;
@@ -37,29 +37,40 @@ pub(crate) fn into_text(path: &Path, bytes: Vec<u8>) -> Result<String, Error> {
     })
 }
 
-/// Reads a file after its metadata have been checked, because opening a pipe would block for ever.
+/// Reads a file after its metadata have been checked.
 pub(crate) fn read_checked(path: &Path, meta: &Metadata, limit: u64) -> Result<Vec<u8>, Error> {
+    let mut file = open_checked(path, meta, limit)?;
+    // It may have grown, and files of some file systems do not say how long they are.
+    file.set_limit(limit.saturating_add(1));
+    let mut bytes = Vec::with_capacity(usize::try_from(meta.len()).unwrap_or(0));
+    file.read_to_end(&mut bytes).map_err(Error::io(path))?;
+    if bytes.len() as u64 > limit {
+        return Err(too_large(path, limit));
+    }
+    Ok(bytes)
+}
+
+/// Opens a file after its metadata have been checked, because opening a pipe would block for ever.
+/// At most `limit` bytes are read from it.
+pub(crate) fn open_checked(path: &Path, meta: &Metadata, limit: u64) -> Result<Take<File>, Error> {
     if !meta.is_file() {
         return Err(Error::NotRegular {
             path: path.to_owned(),
             found: kind(meta.file_type()),
         });
     }
-    let too_large = || Error::TooLarge {
-        path: path.to_owned(),
-        limit,
-    };
     if meta.len() > limit {
-        return Err(too_large());
+        return Err(too_large(path, limit));
     }
     let file = File::open(path).map_err(Error::io(path))?;
-    let mut bytes = Vec::with_capacity(usize::try_from(meta.len()).unwrap_or(0));
-    // It may have grown, and files of some file systems do not say how long they are.
-    (file.take(limit.saturating_add(1)).read_to_end(&mut bytes)).map_err(Error::io(path))?;
-    if bytes.len() as u64 > limit {
-        return Err(too_large());
+    Ok(file.take(limit))
+}
+
+fn too_large(path: &Path, limit: u64) -> Error {
+    Error::TooLarge {
+        path: path.to_owned(),
+        limit,
     }
-    Ok(bytes)
 }
 
 /// What is there, with its article.

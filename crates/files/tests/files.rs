@@ -6,7 +6,7 @@
 )]
 
 use std::fs;
-use std::io::{self, Write};
+use std::io::{self, Read, Write};
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
@@ -89,6 +89,104 @@ proptest! {
             prop_assert_eq!(below.components().count(), 3 + path.components().count());
         }
     }
+}
+
+proptest! {
+    #[test]
+    fn without_links_a_path_lies_where_its_names_say(
+        names in prop::collection::vec(
+            prop::sample::select(vec!["there", "new", "a*b", ".", ".."]),
+            0..6,
+        ),
+    ) {
+        let dir = tempfile::tempdir().expect("a folder");
+        let root = fs::canonicalize(dir.path()).expect("a folder").join("root");
+        fs::create_dir_all(root.join("there")).expect("made");
+        let (mut path, mut expected) = (root.clone(), root.clone());
+        for name in names {
+            path.push(name);
+            match name {
+                "." => {}
+                ".." => {
+                    expected.pop();
+                }
+                name => expected.push(name),
+            }
+        }
+        let folder = Folder::new(&root);
+        prop_assert_eq!(folder.contains(&path), expected.starts_with(&root), "{:?}", path);
+        if let Some(inner) = folder.inner_path_of(&path) {
+            prop_assert_eq!(inner.below(&root), expected);
+        }
+    }
+}
+
+#[test]
+fn a_path_lies_in_a_folder_whatever_exists_of_it() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let root = dir.path().join("root");
+    let folder = Folder::new(&root);
+    let lies = || {
+        let inside = ["", "new", "new/er/x", "a*b", "new/../x", "../root/x"];
+        assert!(inside.iter().all(|path| folder.contains(&root.join(path))));
+        let outside = ["..", "../roots", "../root-coco", "../x/root", "new/../../x"];
+        assert!(!outside.iter().any(|path| folder.contains(&root.join(path))));
+        assert!(folder.contains(Path::new(&format!("{}/", root.display()))));
+        // No name stands for the working folder.
+        assert!(!folder.contains(Path::new("")));
+        let inner = |path: &str| folder.inner_path_of(&root.join(path));
+        assert_eq!(inner("new/er/../x"), Some(name("new/x")));
+        assert_eq!(inner("../x"), None);
+        assert_eq!(inner("a*b"), None);
+    };
+    lies();
+    fs::create_dir(&root).expect("made");
+    lies();
+    assert!(Folder::new(Path::new(".")).contains(Path::new("new/x")));
+}
+
+#[cfg(unix)]
+#[test]
+fn a_link_lies_where_its_name_is_and_where_it_leads() {
+    use std::os::unix::fs::symlink;
+    let dir = tempfile::tempdir().expect("a folder");
+    let (root, elsewhere) = (dir.path().join("root"), dir.path().join("elsewhere"));
+    fs::create_dir(&root).expect("made");
+    fs::create_dir(&elsewhere).expect("made");
+    symlink(&root, dir.path().join("in")).expect("linked");
+    symlink(&elsewhere, root.join("out")).expect("linked");
+    let folder = Folder::new(&root);
+    for path in ["in", "in/new/x", "new/../in/x", "root/out"] {
+        assert!(folder.contains(&dir.path().join(path)), "{path}");
+    }
+    assert!(!folder.contains(&root.join("out/x")));
+    // The name is that of a file, which replaces a link.
+    assert_eq!(folder.inner_path_of(&root.join("out")), Some(name("out")));
+    assert!(Folder::new(&dir.path().join("in")).contains(&root.join("x")));
+}
+
+#[test]
+fn large_files_are_read_piece_by_piece() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let folder = Folder::new(dir.path());
+    folder.put(&name("a/ten"), b"0123456789").expect("written");
+    let open = |path: &str, limit| folder.open(&name(path), limit);
+    let mut file = open("a/ten", 10).expect("fits");
+    let mut piece = [0; 4];
+    file.read_exact(&mut piece).expect("read");
+    assert_eq!(&piece, b"0123");
+    // What is added after a file was opened is not read.
+    let path = dir.path().join("a/ten");
+    let grown = fs::File::options().append(true).open(path);
+    let written = grown.expect("opened").write_all(b"abc");
+    written.expect("written");
+    let mut rest = Vec::new();
+    file.read_to_end(&mut rest).expect("read");
+    assert_eq!(rest, b"456789");
+    let large = open("a/ten", 12);
+    assert!(matches!(large, Err(Error::TooLarge { limit: 12, .. })));
+    assert!(matches!(open("a", 12), Err(Error::NotRegular { .. })));
+    assert!(open("b", 12).expect_err("none").is_not_found());
 }
 
 #[test]

@@ -11,9 +11,10 @@ use crate::ParamError;
 /// ellipse out to 1/e² (the arrangement of HELIOS++, with exact weights).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Beam {
-    /// Divergence, full width at half maximum, horizontally, radians, 0..=0.1.
+    /// Divergence, full width at half maximum, at right angles to the scanner's z axis
+    /// ([`ScanPattern::up`](crate::ScanPattern::up)), radians, 0..=0.1.
     pub horizontal_fwhm_rad: f64,
-    /// Divergence, full width at half maximum, vertically, radians, 0..=0.1.
+    /// Divergence, full width at half maximum, along the scanner's z axis, radians, 0..=0.1.
     pub vertical_fwhm_rad: f64,
     /// Rings of sub-rays around the middle, 0..=8: 1, 7, 19, 37 … rays a pulse. With 0 the beam is
     /// a line without width.
@@ -127,11 +128,20 @@ pub(crate) struct BeamAxes {
 }
 
 impl BeamAxes {
-    /// The axes of a beam, in the LiDAR frame.
-    pub(crate) fn along(forward: DVec3) -> Self {
-        let left = DVec3::Z.cross(forward).try_normalize().unwrap_or(DVec3::Y);
-        let up = forward.cross(left);
-        Self { forward, left, up }
+    /// The axes of a beam, in the LiDAR frame, of which `up` is as near to the given one as it can
+    /// be.
+    pub(crate) fn along(forward: DVec3, up: DVec3) -> Self {
+        let any = if forward.y.abs() < 0.5 {
+            DVec3::Y
+        } else {
+            DVec3::X
+        };
+        let left = up.cross(forward).try_normalize().unwrap_or(any);
+        Self {
+            forward,
+            left,
+            up: forward.cross(left),
+        }
     }
 
     /// The same beam in another frame.
@@ -153,7 +163,7 @@ impl BeamAxes {
 /// A unit vector turned by small angles to its left and upwards. Angles of 0 leave its bits as they
 /// are.
 pub(crate) fn turned(direction: DVec3, left_rad: f64, up_rad: f64) -> DVec3 {
-    BeamAxes::along(direction).towards(&SubRay::new(left_rad, up_rad, 1.0))
+    BeamAxes::along(direction, DVec3::Z).towards(&SubRay::new(left_rad, up_rad, 1.0))
 }
 
 #[cfg(test)]

@@ -117,7 +117,7 @@ fn row(text: &str) -> Result<Pulse, String> {
     let number = |name: &str, text: &str, low: f64, high: f64| {
         let value: f64 = text
             .parse()
-            .map_err(|_| format!("{name} is {text:?}, which is no number"))?;
+            .map_err(|_| format!("{name} is {}, which is no number", shown(text)))?;
         if (low..=high).contains(&value) {
             Ok(value)
         } else {
@@ -128,9 +128,10 @@ fn row(text: &str) -> Result<Pulse, String> {
     let azimuth_deg = number("azimuth", fields[1], -360.0, 360.0)?;
     let elevation_deg = number("elevation", fields[2], -90.0, 90.0)?;
     let ring = match fields.get(3) {
-        Some(text) => text
-            .parse()
-            .map_err(|_| format!("ring is {text:?}, but must be a whole number, 0..=255"))?,
+        Some(text) => text.parse().map_err(|_| {
+            let text = shown(text);
+            format!("ring is {text}, but must be a whole number, 0..=255")
+        })?,
         None => 0,
     };
     Ok(Pulse {
@@ -138,6 +139,15 @@ fn row(text: &str) -> Result<Pulse, String> {
         direction: direction(azimuth_deg.to_radians(), elevation_deg.to_radians()),
         ring,
     })
+}
+
+/// A field as a message shows it: in quotes, in one line, and short.
+fn shown(field: &str) -> String {
+    const SHOWN: usize = 40;
+    match field.char_indices().nth(SHOWN) {
+        Some((at, _)) => format!("{:?}", format!("{}…", &field[..at])),
+        None => format!("{field:?}"),
+    }
 }
 
 impl ScanPattern for CsvPattern {

@@ -43,7 +43,7 @@ pub enum Device {
     /// ahead: pitch it down.
     L1,
     /// GeoSLAM ZEB Horizon, a handheld mapper: a VLP-16 on its side that a motor turns about the
-    /// handle's upright axis, half a turn a second. The angle is our choice.
+    /// handle's upright axis, nearly half a turn a second. The angle is our choice.
     ZebHorizon,
 }
 

@@ -19,10 +19,12 @@ pub struct MotorParams {
 }
 
 impl Default for MotorParams {
-    /// Half a turn a second, of a scanner that lies on its side, as on handheld mappers.
+    /// Half a turn a second, nearly, of a scanner that lies on its side, as on handheld mappers. No
+    /// head turns a whole number of times in that, so that the lines of one turn are not those of
+    /// the next.
     fn default() -> Self {
         Self {
-            turns_hz: 0.5,
+            turns_hz: 0.497,
             tilt_rad: FRAC_PI_2,
         }
     }
@@ -31,7 +33,7 @@ impl Default for MotorParams {
 /// A scanner on a motor, as on handheld and backpack mappers: a pattern of which the motor turns
 /// the frame about the z axis of the LiDAR frame, which itself is that of the handle.
 ///
-/// A head of few lines so sees in nearly all directions, and no two turns of it are alike.
+/// A head of few lines so sees in nearly all directions.
 pub struct Motorised {
     pattern: Box<dyn ScanPattern>,
     params: MotorParams,
@@ -70,13 +72,18 @@ impl Motorised {
         })
     }
 
-    fn turned(&self, pulse: Pulse) -> Pulse {
+    /// A direction of the scanner's frame in that of the handle.
+    fn turned(&self, direction: DVec3, time_s: f64) -> DVec3 {
         // Whole turns are removed before they are radians.
-        let turns = pulse.time_s * self.params.turns_hz;
+        let turns = time_s * self.params.turns_hz;
         let (sin, cos) = libm::sincos(TAU * (turns - turns.floor()));
-        let d = self.tilted * pulse.direction;
+        let d = self.tilted * direction;
+        DVec3::new(cos * d.x - sin * d.y, sin * d.x + cos * d.y, d.z)
+    }
+
+    fn fired(&self, pulse: Pulse) -> Pulse {
         Pulse {
-            direction: DVec3::new(cos * d.x - sin * d.y, sin * d.x + cos * d.y, d.z),
+            direction: self.turned(pulse.direction, pulse.time_s),
             ..pulse
         }
     }
@@ -84,19 +91,23 @@ impl Motorised {
 
 impl ScanPattern for Motorised {
     fn pulse(&self, number: u64) -> Pulse {
-        self.turned(self.pattern.pulse(number))
+        self.fired(self.pattern.pulse(number))
     }
 
     fn pulses(&self, first: u64, count: u32) -> Vec<Pulse> {
         let mut pulses = self.pattern.pulses(first, count);
         for pulse in &mut pulses {
-            *pulse = self.turned(*pulse);
+            *pulse = self.fired(*pulse);
         }
         pulses
     }
 
     fn identity(&self, number: u64) -> u64 {
         self.pattern.identity(number)
+    }
+
+    fn up(&self, pulse: &Pulse) -> DVec3 {
+        self.turned(self.pattern.up(pulse), pulse.time_s)
     }
 
     fn field_of_view(&self) -> DirectionCone {

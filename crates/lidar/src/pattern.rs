@@ -36,6 +36,12 @@ pub trait ScanPattern: Send + Sync {
         number
     }
 
+    /// The z axis of the scanner itself, in the LiDAR frame, when it fires a pulse of this pattern:
+    /// the vertical width of the beam lies along it. By default it is that of the frame.
+    fn up(&self, _pulse: &Pulse) -> DVec3 {
+        DVec3::Z
+    }
+
     /// A cone in the LiDAR frame that contains the directions of all pulses: by default that of all
     /// directions.
     fn field_of_view(&self) -> DirectionCone {

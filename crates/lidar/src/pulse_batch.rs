@@ -72,7 +72,7 @@ impl ScanContext<'_> {
             }
             pose_of.push(poses.len() as u32 - 1);
             let pose = &poses[poses.len() - 1];
-            self.aim_pulse(pose, self.jittered(number, pulse.direction), rays);
+            self.aim_pulse(pose, (pulse, self.jittered(number, pulse.direction)), rays);
         }
         PulseBatch {
             start,
@@ -83,7 +83,12 @@ impl ScanContext<'_> {
     }
 
     /// Sets the rays of a pulse whose true direction in the LiDAR frame is given.
-    fn aim_pulse(&self, scene_from_lidar: &RigidTransform, direction: DVec3, rays: &mut [Ray]) {
+    fn aim_pulse(
+        &self,
+        scene_from_lidar: &RigidTransform,
+        (pulse, direction): (&Pulse, DVec3),
+        rays: &mut [Ray],
+    ) {
         let in_scene = |v| scene_from_lidar.transform_vector(v);
         let ray = |direction: DVec3| Ray {
             origin: scene_from_lidar.translation_m.as_vec3(),
@@ -97,7 +102,7 @@ impl ScanContext<'_> {
             *only = ray(in_scene(direction));
             return;
         }
-        let axes = BeamAxes::along(direction).map(in_scene);
+        let axes = BeamAxes::along(direction, self.pattern.up(pulse)).map(in_scene);
         for (ray_of_part, part) in rays.iter_mut().zip(self.sub_rays) {
             *ray_of_part = ray(axes.towards(part));
         }

@@ -264,6 +264,16 @@ fn bad_tables_are_refused_by_line() {
         "line 2: 2 fields; must be time, azimuth, elevation and, if wanted, ring"
     );
     assert!(error("0,0,0\n1,0,0,256\n").contains("ring is \"256\""));
+    // A stranger's table may hold anything.
+    let long = "\u{1b}[2J".repeat(1000);
+    for row in [format!("1,{long},0"), format!("1,0,0,{long}")] {
+        let error = error(&format!("0,0,0\n{row}\n"));
+        assert!(
+            error.contains("…\"") && error.chars().count() < 300,
+            "{error}"
+        );
+        assert!(!error.contains(char::is_control), "{error}");
+    }
     // What has numbers is no header.
     assert_eq!(
         error("# pulses\n0,0,91\n1,0,0\n2,0,0\n"),

@@ -31,6 +31,9 @@ fn a_motor_turns_each_pulse_by_its_time() {
         // The scanner's frame at that moment, turned back.
         let motor = DMat3::from_rotation_z(TAU * 0.5 * a.time_s) * DMat3::from_rotation_x(0.7);
         assert!((motor.transpose() * b.direction).distance(a.direction) < 1e-9);
+        // The beam's section turns with the scanner.
+        assert_eq!(still.up(&a), DVec3::Z);
+        assert!((motor.transpose() * turned.up(&b)).distance(DVec3::Z) < 1e-9);
     }
     assert_eq!(
         turned.pulses(100, 50),

@@ -104,7 +104,7 @@ fn estimated(
     trajectory: &RobotTrajectory,
     poses: &[(f64, RigidTransform)],
 ) -> Result<Vec<RigidTransform>, Error> {
-    let mut params = config.navigation.params();
+    let mut params = config.navigation_params();
     if params.loop_m == 0.0 {
         params.loop_m = trajectory.trajectory.loop_m().unwrap_or(0.0);
     }

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use nemoral_dataset::PlyPoint;
+
 use crate::config::{Camera, Config};
 use crate::world::balance::rays_of_choice;
 
@@ -10,7 +12,7 @@ const BYTES_PER_PIXEL: f64 = 5.0;
 /// Bytes of `.bin` and `.label`, per point.
 const BYTES_PER_POINT: f64 = 16.0 + 4.0;
 /// Bytes of the PLY, per point.
-const BYTES_PER_PLY_POINT: f64 = 67.0;
+const BYTES_PER_PLY_POINT: f64 = PlyPoint::BYTES as f64;
 /// Share of pulses that return in a forest.
 const RETURNS: f64 = 0.97;
 

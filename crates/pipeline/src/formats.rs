@@ -55,15 +55,16 @@ pub(crate) fn probe_formats(
 ) -> Result<(), Error> {
     check_formats(header)?;
     for format in asked(header)? {
-        nemoral_convert::check_folder(out, &format_folder(out, format), mode_of(mode))?;
+        let folder = format_folder(out, format);
+        nemoral_convert::check_folder(out, &folder, header, &params(format, mode))?;
     }
     Ok(())
 }
 
 /// Writes the formats of a finished data set.
 ///
-/// With [`OpenMode::Resume`], those of an earlier state of the data set are replaced. `stop` is
-/// checked after each frame.
+/// With [`OpenMode::Resume`], those of an earlier state of the data set are replaced, and no other
+/// ones. `stop` is checked after each frame.
 ///
 /// # Errors
 /// [`Error::Convert`], and [`Error::Interrupted`] if it was asked to stop.
@@ -76,17 +77,8 @@ pub(crate) fn write_formats(
 ) -> Result<(), Error> {
     for format in asked(header)? {
         let folder = format_folder(out, format);
-        let mut params = ConvertParams {
-            mode: mode_of(mode),
-            ..ConvertParams::new(format)
-        };
-        let mut done = convert_observed(out, &folder, &params, observer, stop);
-        let is_other = |e: &ConvertError| matches!(e, ConvertError::Mismatch { .. });
-        if mode == OpenMode::Resume && done.as_ref().is_err_and(is_other) {
-            params.mode = Mode::Overwrite;
-            done = convert_observed(out, &folder, &params, observer, stop);
-        }
-        observer.converted(format, &folder, done?);
+        let done = convert_observed(out, &folder, &params(format, mode), observer, stop)?;
+        observer.converted(format, &folder, done);
     }
     Ok(())
 }
@@ -95,6 +87,9 @@ pub(crate) fn write_formats(
 /// formats that their config asks for, which are refused before anything is written, as
 /// [`generate`](crate::generate()) does. `stop` is checked after each frame of a format; `watch`
 /// stops the merge itself.
+///
+/// The config may be a stranger's, and nobody has typed the names of these folders: whatever the
+/// mode, a conversion of another data set, or with other classes, is not replaced.
 ///
 /// # Errors
 /// [`Error::Dataset`], [`Error::Convert`], and [`Error::Interrupted`] if it was asked to stop;
@@ -107,12 +102,16 @@ pub fn merge(
     observer: &dyn Observer,
     stop: &AtomicBool,
 ) -> Result<Manifest, Error> {
+    let of_formats = match params.mode {
+        OpenMode::Fresh => OpenMode::Fresh,
+        OpenMode::Resume | OpenMode::Overwrite => OpenMode::Resume,
+    };
     if let [first, ..] = shards {
         let first = Dataset::open(first)?;
-        probe_formats(&first.manifest().header, out, params.mode)?;
+        probe_formats(&first.manifest().header, out, of_formats)?;
     }
     let merged = merge_watched(shards, out, params, watch)?;
-    write_formats(&merged.header, out, params.mode, observer, stop)?;
+    write_formats(&merged.header, out, of_formats, observer, stop)?;
     Ok(merged)
 }
 
@@ -128,11 +127,15 @@ fn asked(header: &DatasetHeader) -> Result<Vec<FormatName>, Error> {
     names.into_iter().flatten().map(name).collect()
 }
 
-fn mode_of(mode: OpenMode) -> Mode {
-    match mode {
-        OpenMode::Fresh => Mode::Fresh,
-        OpenMode::Resume => Mode::Resume,
-        OpenMode::Overwrite => Mode::Overwrite,
+/// How a format is written beside a data set that is written in this mode.
+fn params(format: FormatName, mode: OpenMode) -> ConvertParams {
+    ConvertParams {
+        mode: match mode {
+            OpenMode::Fresh => Mode::Fresh,
+            OpenMode::Resume => Mode::Renew,
+            OpenMode::Overwrite => Mode::Overwrite,
+        },
+        ..ConvertParams::new(format)
     }
 }
 
@@ -165,7 +168,118 @@ fn convert_observed(
 
 #[cfg(test)]
 mod tests {
+    use nemoral_convert::{Table, convert};
+    use nemoral_dataset::{FrameData, LidarData, LidarSpec, Track, WorldTables, Writer};
+    use nemoral_scene::{ChunkCoord, Ontology, RigidTransform, Twist};
+
     use super::*;
+    use crate::generate::Done;
+
+    struct Silent;
+
+    impl Observer for Silent {
+        fn note(&self, _: &str) {}
+
+        fn frame(&self, _: Done) {}
+    }
+
+    /// Frames of a drive of two, by a LiDAR that sees nothing, for KITTI's readers, too.
+    fn write(out: &Path, seed: u64, frames: &[u64]) {
+        let pose = RigidTransform::IDENTITY;
+        let mut header = DatasetHeader::new("nemoral", "0.1.0", seed, Ontology::paper());
+        let sequence = &mut header.sequences[0];
+        sequence.config = serde_json::json!({ "output": { "formats": ["kitti"] } });
+        sequence.lidars = vec![LidarSpec {
+            name: "top".to_owned(),
+            body_from_lidar: pose,
+            deskewed: true,
+            pointing_errors: false,
+            ply: true,
+        }];
+        let writer = Writer::create(out, OpenMode::Fresh, header).expect("created");
+        for &index in frames {
+            let frame = FrameData {
+                sequence: 0,
+                index,
+                time_s: index as f64,
+                world_from_body: pose,
+                body_motion: Twist::STILL,
+                balance: None,
+                cameras: vec![],
+                lidars: vec![LidarData {
+                    name: "top",
+                    points: &[],
+                    sensor_chunk: ChunkCoord::new(0, 0),
+                }],
+                frame_key: [index as u8; 32],
+            };
+            writer.write_frame(&frame).expect("written");
+        }
+        let track = Track {
+            sequence: 0,
+            poses: vec![(0.0, pose), (1.0, pose)],
+            estimated: vec![],
+            balance: None,
+            stands: false,
+            lines: vec![],
+            imu: None,
+        };
+        let written = writer.write_sequence(&track, &WorldTables::default());
+        written.expect("written");
+        writer.finish().expect("finished");
+    }
+
+    #[test]
+    fn merging_replaces_no_conversion_but_that_of_an_earlier_state() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let at = |name: &str| folder.path().join(name);
+        write(&at("one"), 7, &[0]);
+        write(&at("two"), 7, &[1]);
+        write(&at("other"), 8, &[0, 1]);
+        let shards = [at("one"), at("two")];
+        let merge_into = |out: &Path, mode: OpenMode| {
+            let shards = shards.each_ref().map(PathBuf::as_path);
+            let partial = false;
+            let params = MergeParams { mode, partial };
+            let never = AtomicBool::new(false);
+            merge(&shards, out, params, &Watch::default(), &Silent, &never)
+        };
+        let kitti = |out: &Path| format_folder(out, FormatName::Kitti);
+        let convert_to = |out: &Path, source: &str, ontology: Option<Table>| {
+            let params = ConvertParams {
+                ontology,
+                ..ConvertParams::new(FormatName::Kitti)
+            };
+            convert(&at(source), &kitti(out), &params).expect("converted");
+        };
+        // The user has made conversions: with other classes, and of another data set.
+        let rellis = Table::load("rellis").expect("built in");
+        for (source, ontology, differs) in [
+            ("one", Some(rellis), "ontology"),
+            ("other", None, "data set"),
+        ] {
+            let out = at(&format!("all-of-{source}"));
+            convert_to(&out, source, ontology);
+            for (mode, said) in [
+                (OpenMode::Fresh, "holds a conversion"),
+                (OpenMode::Resume, differs),
+                (OpenMode::Overwrite, differs),
+            ] {
+                let e = merge_into(&out, mode).expect_err("taken");
+                assert!(matches!(e, Error::Convert(_)), "{e}");
+                assert!(e.to_string().contains(said), "{mode:?}: {e}");
+                assert!(!out.exists(), "nothing is merged");
+            }
+        }
+        // One of a shard is of the same data set, before it had all its frames.
+        let out = at("all");
+        convert_to(&out, "one", None);
+        for mode in [OpenMode::Overwrite, OpenMode::Resume, OpenMode::Overwrite] {
+            merge_into(&out, mode).expect("merged");
+            let second = kitti(&out).join("sequences/00/velodyne/000001.bin");
+            assert!(second.exists(), "{mode:?}");
+        }
+    }
 
     #[test]
     fn folders_of_formats_lie_beside_the_data_sets() {

@@ -22,43 +22,53 @@ const choose = (select, names) => {
 };
 const hue = (i) => `hsl(${(137.508 * i) % 360} 62% ${i % 2 ? 46 : 58}%)`;
 const count = (n) => n.toLocaleString("en");
-const percent = (v) => `${(100 * v).toFixed(v < 0.1 ? 2 : 1)} %`;
+// A number that is not finite is null in JSON.
+const fixed = (v, digits) => (Number.isFinite(v) ? v.toFixed(digits) : "–");
+const percent = (v) => `${fixed(100 * v, v < 0.1 ? 2 : 1)} %`;
 const svg = (tag, attributes, text) => {
   const element = document.createElementNS("http://www.w3.org/2000/svg", tag);
   Object.entries(attributes).forEach(([k, v]) => element.setAttribute(k, v));
   if (text !== undefined) element.textContent = text;
   return element;
 };
+// A section whose data cannot be drawn says so, and takes no other along.
+const attempt = (section, draw) => {
+  try {
+    draw();
+  } catch (error) {
+    const id = `${section}-note`;
+    const note = get(id) ?? make("p", { id, className: "hint" });
+    note.textContent = `Not all of this can be shown: ${error.message}`;
+    get(section).append(note);
+  }
+};
 
 // Head.
-const many = (n) => (n < 1e6 ? count(n) : `${(n / 1e6).toFixed(1)} million`);
+const many = (n) => (n < 1e6 ? count(n) : `${fixed(n / 1e6, 1)} million`);
 const pixels = data.classes.reduce((sum, c) => sum + c.pixels, 0);
 const points = data.classes.reduce((sum, c) => sum + c.points, 0);
-document.title = get("name").textContent = data.name;
-get("facts").textContent = [
-  `${count(data.frames_total)} frames in ${data.sequences.length} sequence${data.sequences.length === 1 ? "" : "s"}`,
-  pixels && `${many(pixels)} pixels`,
-  points && `${many(points)} points`,
-  data.trees_total && `${count(data.trees_total)} trees`,
-  `${(data.bytes / 1e6).toFixed(0)} MB`,
-].filter(Boolean).join(" · ");
-get("warnings").append(...data.warnings.map((w) => make("li", { textContent: w })));
+attempt("head", () => {
+  document.title = get("name").textContent = data.name;
+  get("facts").textContent = [
+    `${count(data.frames_total)} frames in ${data.sequences.length} sequence${data.sequences.length === 1 ? "" : "s"}`,
+    pixels && `${many(pixels)} pixels`,
+    points && `${many(points)} points`,
+    data.trees_total && `${count(data.trees_total)} trees`,
+    `${fixed(data.bytes / 1e6, 0)} MB`,
+  ].filter(Boolean).join(" · ");
+  get("warnings").append(...data.warnings.map((w) => make("li", { textContent: w })));
+});
 
 // Frames.
 const wholes = data.frames.map((f, i) => [f.whole, i]).filter(([w]) => w !== null);
 const nearest = (i) => wholes.reduce((best, w) =>
   Math.abs(w[1] - i) < Math.abs(best[1] - i) ? w : best);
-const total = count(data.frames_total);
-get("whole").textContent = wholes.length === 0 ? "No frame is shown in full."
-  : wholes.length < data.frames_total
-  ? `${wholes.length} of ${total} frames are shown in full, with a line below: they have all their maps here, and of the others the nearest such frame is shown.`
-  : "All frames are shown in full.";
-for (const id of wholes.length ? [] : ["viewer", "slide", "scan"]) get(id).hidden = true;
 let current = -1;
 let whole = null;
 let pixelsOf = {};
 
-const film = data.frames.map((frame, i) => {
+let film = [];
+const frameButton = (frame, i) => {
   if (frame.thumbnail === null && frame.whole === null) return null;
   const name = `sequence ${frame.sequence}, frame ${frame.index}`;
   const picture = frame.thumbnail
@@ -68,6 +78,15 @@ const film = data.frames.map((frame, i) => {
   if (frame.whole !== null) button.dataset.whole = "";
   get("film").append(button);
   return button;
+};
+attempt("frames", () => {
+  const total = count(data.frames_total);
+  get("whole").textContent = wholes.length === 0 ? "No frame is shown in full."
+    : wholes.length < data.frames_total
+    ? `${wholes.length} of ${total} frames are shown in full, with a line below: they have all their maps here, and of the others the nearest such frame is shown.`
+    : "All frames are shown in full.";
+  for (const id of wholes.length ? [] : ["viewer", "slide", "scan"]) get(id).hidden = true;
+  film = data.frames.map(frameButton);
 });
 
 function show(asked) {
@@ -81,17 +100,17 @@ function show(asked) {
   strip.scrollLeft = film[i].offsetLeft - strip.offsetLeft - strip.clientWidth / 2;
   whole = read(`frame-${block}`);
   const frame = data.frames[i];
-  get("which").textContent = `sequence ${frame.sequence}, frame ${frame.index}, ${frame.time_s.toFixed(1)} s`;
+  get("which").textContent = `sequence ${frame.sequence}, frame ${frame.index}, ${fixed(frame.time_s, 1)} s`;
   choose(get("camera"), whole.views.map((v) => v.name));
   choose(get("lidar"), whole.scans.map((s) => s.name));
   get("viewer").hidden = get("slide").hidden = whole.views.length === 0;
-  showView();
-  showScan();
+  attempt("frames", showView);
+  attempt("scan", showScan);
   if (frame.sequence !== Number(get("world").value)) {
     get("world").value = frame.sequence;
-    fitMap();
+    attempt("map", fitMap);
   }
-  drawMap();
+  attempt("map", drawMap);
 }
 
 const theView = () => whole.views.find((v) => v.name === get("camera").value);
@@ -339,17 +358,19 @@ get("behind").onclick = () => controls && look([-13, -4, 7], [12, 0, 0]);
 get("top").onclick = () => controls && look([-0.01, 0, 80], [0, 0, 0]);
 
 // Classes.
-const widest = Math.max(1e-9, ...data.classes.map((c) =>
-  Math.max(c.pixels / (pixels || 1), c.points / (points || 1))));
-get("classes").append(...data.classes.map((c) => {
-  const row = make("div", { className: "share" }, make("b", { textContent: c.name }));
-  for (const [kind, part, all] of [["pixels", c.pixels, pixels], ["points", c.points, points]]) {
-    const bar = make("div", { className: kind });
-    bar.style.cssText = `width: ${100 * part / (all || 1) / widest}%; background: ${rgb(c.colour)}`;
-    row.append(bar, make("small", { textContent: all ? `${percent(part / all)}` : "–", title: kind }));
-  }
-  return row;
-}), make("p", { className: "hint", textContent: "Upper bars: pixels of all cameras. Lower bars: points of all LiDARs." }));
+attempt("shares", () => {
+  const widest = Math.max(1e-9, ...data.classes.map((c) =>
+    Math.max(c.pixels / (pixels || 1), c.points / (points || 1))));
+  get("classes").append(...data.classes.map((c) => {
+    const row = make("div", { className: "share" }, make("b", { textContent: c.name }));
+    for (const [kind, part, all] of [["pixels", c.pixels, pixels], ["points", c.points, points]]) {
+      const bar = make("div", { className: kind });
+      bar.style.cssText = `width: ${100 * part / (all || 1) / widest}%; background: ${rgb(c.colour)}`;
+      row.append(bar, make("small", { textContent: all ? `${percent(part / all)}` : "–", title: kind }));
+    }
+    return row;
+  }), make("p", { className: "hint", textContent: "Upper bars: pixels of all cameras. Lower bars: points of all LiDARs." }));
+});
 
 // Inventory.
 // Seedlings are lower than breast height.
@@ -357,12 +378,14 @@ const trees = data.sequences.flatMap((s) => s.trees).filter((t) => t[3] > 0);
 function plot(title, xs, xLabel, draw, into = get("plots")) {
   const root = svg("svg", { viewBox: "0 0 360 220", role: "img", "aria-label": title });
   const top = Math.max(...xs, 1e-9);
-  const step = [0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50].find((s) => top / s <= 7) ?? 100;
+  // However large the numbers are, there are at most 50 steps.
+  const step = [0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50].find((s) => top / s <= 7)
+    ?? Math.max(100, 10 ** Math.floor(Math.log10(top / 5)));
   const x = (v) => 34 + 316 * v / (step * Math.ceil(top / step));
   root.append(svg("line", { x1: 34, x2: 350, y1: 190, y2: 190, class: "axis" }));
   for (let v = 0; v <= top + step; v += step) {
     if (x(v) > 351) break;
-    root.append(svg("text", { x: x(v), y: 204, "text-anchor": "middle" }, Number(v.toFixed(2))));
+    root.append(svg("text", { x: x(v), y: 204, "text-anchor": "middle" }, Number(fixed(v, 2))));
   }
   root.append(svg("text", { x: 350, y: 218, "text-anchor": "end" }, xLabel));
   draw(root, x, step * Math.ceil(top / step));
@@ -373,7 +396,7 @@ function histogram(title, field, xLabel) {
   plot(title, values, xLabel, (root, x, top) => {
     const bins = Array.from({ length: 28 }, () => new Map());
     trees.forEach((t) => {
-      const bin = bins[Math.min(27, Math.floor(28 * t[field] / top))];
+      const bin = bins[Math.max(0, Math.min(27, Math.floor(28 * t[field] / top)))];
       bin.set(t[0], (bin.get(t[0]) ?? 0) + 1);
     });
     const most = Math.max(...bins.map((b) => [...b.values()].reduce((a, v) => a + v, 0)));
@@ -388,26 +411,31 @@ function histogram(title, field, xLabel) {
     root.append(svg("text", { x: 30, y: 26, "text-anchor": "end" }, most));
   });
 }
-if (trees.length) {
+function showPlots() {
   histogram("Diameters at breast height", 3, "m");
   histogram("Heights", 4, "m");
   plot("Height over diameter", trees.map((t) => t[3]), "diameter, m", (root, x) => {
-    const tallest = Math.max(...trees.map((t) => t[4]));
+    const tallest = Math.max(1e-9, ...trees.map((t) => t[4]));
     const every = Math.ceil(trees.length / 3000);
     trees.filter((_, i) => i % every === 0).forEach((t) => root.append(svg("circle",
       { cx: x(t[3]), cy: 190 - 170 * t[4] / tallest, r: 1.8, fill: hue(t[0]), "fill-opacity": 0.6 })));
-    root.append(svg("text", { x: 30, y: 26, "text-anchor": "end" }, `${tallest.toFixed(0)} m`));
+    root.append(svg("text", { x: 30, y: 26, "text-anchor": "end" }, `${fixed(tallest, 0)} m`));
   });
 }
 const species = (kind) => [dot(hue(kind)), data.species[kind].replaceAll("_", " ")];
 if (trees.length) {
-  get("plots").after(make("div", { id: "kinds" }, ...data.species.map((_, i) => make("span", {}, ...species(i)))));
+  attempt("inventory", showPlots);
+  attempt("inventory", () => {
+    get("plots").after(make("div", { id: "species" }, ...data.species.map((_, i) => make("span", {}, ...species(i)))));
+  });
 }
 const head = (...names) => make("tr", {}, ...names.map((n) => make("th", { textContent: n })));
-get("quantiles").append(head("", "least", "5 %", "median", "95 %", "most"),
-  ...data.quantiles.filter(([, row]) => row).map(([name, row]) => make("tr", {},
-    make("td", { textContent: name }),
-    ...row.map((v) => make("td", { className: "n", textContent: v.toFixed(2) })))));
+attempt("inventory", () => {
+  get("quantiles").append(head("", "least", "5 %", "median", "95 %", "most"),
+    ...data.quantiles.filter(([, row]) => row).map(([name, row]) => make("tr", {},
+      make("td", { textContent: name }),
+      ...row.map((v) => make("td", { className: "n", textContent: fixed(v, 2) })))));
+});
 
 // Map.
 const ground = get("ground");
@@ -416,8 +444,10 @@ let scale = 1;
 const listed = Map.groupBy(data.frames.map((f, i) => [f, i]), ([f]) => f.sequence);
 const framesOf = (number) => listed.get(number) ?? [];
 const theWorld = () => data.sequences.find((s) => s.number === Number(get("world").value));
-get("world").append(...data.sequences.map((s) => make("option",
-  { value: s.number, textContent: `sequence ${s.number}${s.split ? ` (${s.split})` : ""}` })));
+attempt("map", () => {
+  get("world").append(...data.sequences.map((s) => make("option",
+    { value: s.number, textContent: `sequence ${s.number}${s.split ? ` (${s.split})` : ""}` })));
+});
 function fitMap() {
   const world = theWorld();
   if (!world) return;
@@ -508,9 +538,11 @@ get("world").addEventListener("change", () => {
   const first = framesOf(theWorld().number).find(([f]) => f.whole !== null);
   if (first) show(first[1]);
 });
-get("map").hidden = data.sequences.length === 0;
-get("shown").textContent = "Click on a dot to see its frame." + (data.trees_shown < data.trees_total
-  ? ` ${count(data.trees_shown)} of ${count(data.trees_total)} trees are drawn.` : "");
+attempt("map", () => {
+  get("map").hidden = data.sequences.length === 0;
+  get("shown").textContent = "Click on a dot to see its frame." + (data.trees_shown < data.trees_total
+    ? ` ${count(data.trees_shown)} of ${count(data.trees_total)} trees are drawn.` : "");
+});
 
 // Stems and basal area of a hectare, of the land near the drive, all of whose trees are known.
 const visible = data.config.match(/visible_radius_m\s*=\s*([0-9.]+)/);
@@ -536,40 +568,43 @@ function density(world) {
   return [near.length / drawn / hectares, area / drawn / hectares];
 }
 if (trees.length) {
-  get("density").textContent = `Stems and basal area per hectare count trees of ${(100 * THINNEST_M).toFixed(0)} cm and more within ${NEAR_M} m of the drive.`;
+  get("density").textContent = `Stems and basal area per hectare count trees of ${fixed(100 * THINNEST_M, 0)} cm and more within ${NEAR_M} m of the drive.`;
 }
 
 // Sequences.
-const keys = [...new Set(data.sequences.flatMap((s) => Object.keys(s.drawn)))].sort();
-const value = (v) => (typeof v === "number" ? Number(v.toPrecision(4)).toString() : String(v ?? ""));
-get("sequences").append(
-  head("sequence", "split", "frames", "trees", "stems/ha", "m²/ha", "points by class", ...keys, "seed"),
-  ...data.sequences.map((s) => {
-    const bar = make("div", { className: "stack" });
-    const all = Object.values(s.points).reduce((a, n) => a + n, 0) || 1;
-    for (const c of data.classes) {
-      const part = make("div", { title: `${c.name} ${percent((s.points[c.id] ?? 0) / all)}` });
-      part.style.cssText = `width: ${100 * (s.points[c.id] ?? 0) / all}%; background: ${rgb(c.colour)}`;
-      bar.append(part);
-    }
-    const trees = Object.values(s.counts).reduce((a, n) => a + n, 0);
-    const [stems, area] = trees ? density(s) : [0, 0];
-    // There is none of a sequence of whose frames no place is listed.
-    const known = (v, text) => (Number.isFinite(v) ? text(v) : "–");
-    const cells = [s.number, s.split ?? "", count(s.frames), count(trees),
-      known(stems, (v) => count(Math.round(v))), known(area, (v) => v.toFixed(1)), bar,
-      ...keys.map((k) => value(s.drawn[k])), s.seed];
-    return make("tr", {}, ...cells.map((cell) => make("td", {}, cell instanceof Node ? cell : String(cell))));
-  }));
+attempt("worlds", () => {
+  const keys = [...new Set(data.sequences.flatMap((s) => Object.keys(s.drawn)))].sort();
+  const value = (v) => (typeof v === "number" ? Number(v.toPrecision(4)).toString() : String(v ?? ""));
+  get("sequences").append(
+    head("sequence", "split", "frames", "trees", "stems/ha", "m²/ha", "points by class", ...keys, "seed"),
+    ...data.sequences.map((s) => {
+      const bar = make("div", { className: "stack" });
+      const all = Object.values(s.points).reduce((a, n) => a + n, 0) || 1;
+      for (const c of data.classes) {
+        const part = make("div", { title: `${c.name} ${percent((s.points[c.id] ?? 0) / all)}` });
+        part.style.cssText = `width: ${100 * (s.points[c.id] ?? 0) / all}%; background: ${rgb(c.colour)}`;
+        bar.append(part);
+      }
+      const trees = Object.values(s.counts).reduce((a, n) => a + n, 0);
+      const [stems, area] = trees ? density(s) : [0, 0];
+      // There is none of a sequence of whose frames no place is listed.
+      const dense = Number.isFinite(stems) ? count(Math.round(stems)) : "–";
+      const cells = [s.number, s.split ?? "", count(s.frames), count(trees), dense, fixed(area, 1),
+        bar, ...keys.map((k) => value(s.drawn[k])), s.seed];
+      return make("tr", {}, ...cells.map((cell) => make("td", {}, cell instanceof Node ? cell : String(cell))));
+    }));
+});
 
 // Provenance.
-const origin = { Generator: data.generator, Renderer: data.backend, Seed: data.seed, Licence: data.licence || "not given" };
-for (const [term, text] of Object.entries(origin)) {
-  get("origin").append(make("dt", { textContent: term }), make("dd", { textContent: text }));
-}
-get("config").textContent = data.config;
+attempt("provenance", () => {
+  const origin = { Generator: data.generator, Renderer: data.backend, Seed: data.seed, Licence: data.licence || "not given" };
+  for (const [term, text] of Object.entries(origin)) {
+    get("origin").append(make("dt", { textContent: term }), make("dd", { textContent: text }));
+  }
+  get("config").textContent = data.config;
+});
 
-slide();
-fitMap();
-show(0);
+attempt("frames", slide);
+attempt("map", fitMap);
+attempt("frames", () => show(0));
 addEventListener("resize", () => { drawScan(); drawMap(); });

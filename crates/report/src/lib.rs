@@ -12,7 +12,8 @@
 //! - A page has at most [`MAX_PAGE_BYTES`], unless the table of sequences and the config alone are
 //!   larger, which are there whatever their size. At most [`MAX_WHOLE_FRAMES`] frames have all
 //!   their maps and a thinned scan, and at most [`MAX_THUMBNAILS`] others have a thumbnail; fewer,
-//!   if they do not fit. At most [`MAX_TREES`] trees and [`MAX_PLACES`] frames are on the maps.
+//!   if they do not fit. At most [`MAX_TREES`] trees and [`MAX_PLACES`] frames are on the maps, and
+//!   at most [`MAX_SPECIES`] species are named.
 //! - Names and texts of a data set are data on the page, never markup.
 //!
 //! # Example
@@ -60,6 +61,7 @@ mod error;
 mod maps;
 mod page;
 mod scans;
+mod species;
 mod summary;
 mod warnings;
 
@@ -80,6 +82,8 @@ pub const MAX_THUMBNAILS: usize = 1000;
 pub const MAX_TREES: usize = 60_000;
 /// The most frames whose places are on the maps.
 pub const MAX_PLACES: usize = 50_000;
+/// The most species that are named: those with the most trees.
+pub const MAX_SPECIES: usize = 200;
 
 /// What was made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -119,7 +123,7 @@ pub fn report_within(dataset: &Path, out: &Path, max_bytes: usize) -> Result<Mad
         });
     }
     let source = Dataset::open(dataset)?;
-    if Folder::new(dataset).inner_path_of(out).is_some() {
+    if Folder::new(dataset).contains(out) {
         return Err(Error::Inside {
             path: out.to_owned(),
         });

@@ -105,6 +105,14 @@ mod tests {
         assert_eq!(block.matches('<').count(), 2, "{block}");
     }
 
+    /// One that is not finite is `null` in JSON, which has no methods: the function for all numbers
+    /// knows it.
+    #[test]
+    fn numbers_become_text_in_one_place() {
+        assert_eq!(SCRIPT.matches(".toFixed(").count(), 1);
+        assert!(SCRIPT.contains("Number.isFinite(v) ? v.toFixed(digits)"));
+    }
+
     #[test]
     fn what_is_built_in_ends_no_block() {
         for script in [SCRIPT, THREE] {

@@ -3,9 +3,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use nemoral_dataset::{Dataset, Quantiles, Stats};
+use nemoral_scene::TreeRecord;
 use serde::Serialize;
 
 use crate::budget::{Budget, halving_order, spread};
+use crate::species::Species;
 use crate::{Error, MAX_PLACES, MAX_THUMBNAILS, MAX_TREES, MAX_WHOLE_FRAMES, maps, warnings};
 
 /// The page's main data.
@@ -21,6 +23,7 @@ pub(crate) struct Summary {
     warnings: Vec<String>,
     classes: Vec<Class>,
     quantiles: Vec<(&'static str, Option<[f64; 5]>)>,
+    /// Names; the last one may stand for many.
     species: Vec<String>,
     depth: DepthScale,
     trees_total: usize,
@@ -46,6 +49,9 @@ struct DepthScale {
     palette: Vec<[u8; 3]>,
 }
 
+/// Species, east, north, DBH, height, crown radius; metres.
+type Tree = (usize, f32, f32, f32, f32, f32);
+
 #[derive(Debug, Serialize)]
 struct Sequence {
     number: u32,
@@ -56,8 +62,7 @@ struct Sequence {
     frames: usize,
     /// LiDAR points by class id.
     points: BTreeMap<u8, u64>,
-    /// Species, east, north, DBH, height, crown radius; metres.
-    trees: Vec<(usize, f32, f32, f32, f32, f32)>,
+    trees: Vec<Tree>,
     /// Trees by species.
     counts: BTreeMap<usize, usize>,
 }
@@ -75,6 +80,20 @@ struct Frame {
     /// Its place among the frames with all maps.
     whole: Option<usize>,
     thumbnail: Option<String>,
+}
+
+impl Sequence {
+    /// Replaces the numbers of species by their places on the page.
+    fn place_species(&mut self, places: &[usize]) {
+        for tree in &mut self.trees {
+            tree.0 = places[tree.0];
+        }
+        let mut counts = BTreeMap::<usize, usize>::new();
+        for (&number, &trees) in &self.counts {
+            *counts.entry(places[number]).or_default() += trees;
+        }
+        self.counts = counts;
+    }
 }
 
 fn rounded(v: f64) -> f32 {
@@ -154,7 +173,7 @@ fn summary(
         }
     });
     let shown = shown.collect();
-    let mut species = Vec::new();
+    let mut species = Species::default();
     let mut sequences = Vec::new();
     // An even choice of trees, of the same share in each sequence.
     let every = stats.trees.div_ceil(MAX_TREES).max(1);
@@ -162,29 +181,12 @@ fn summary(
         let spec = header
             .sequence(track.sequence)
             .expect("tracks are of sequences");
-        let mut trees = Vec::new();
-        let mut counts = BTreeMap::new();
-        for (i, tree) in dataset.trees(track.sequence)?.into_iter().enumerate() {
-            let known = species.iter().position(|s| *s == tree.species);
-            let kind = known.unwrap_or_else(|| {
-                species.push(tree.species.clone());
-                species.len() - 1
-            });
-            *counts.entry(kind).or_default() += 1;
-            if i % every == 0 {
-                trees.push((
-                    kind,
-                    rounded(tree.position_m.x),
-                    rounded(tree.position_m.y),
-                    tree.dbh_m as f32,
-                    rounded(tree.height_m),
-                    rounded(tree.crown_radius_m),
-                ));
-            }
-        }
-        let (mut points, mut of_sequence) = (BTreeMap::new(), 0);
-        for frame in frames.iter().filter(|f| f.sequence == track.sequence) {
-            of_sequence += 1;
+        let (trees, counts) = trees(dataset.trees(track.sequence)?, every, &mut species);
+        // Frames are in the order of their sequences.
+        let from = frames.partition_point(|f| f.sequence < track.sequence);
+        let to = frames.partition_point(|f| f.sequence <= track.sequence);
+        let mut points = BTreeMap::new();
+        for frame in &frames[from..to] {
             for (&class, n) in &frame.point_classes {
                 *points.entry(class).or_default() += n;
             }
@@ -195,11 +197,15 @@ fn summary(
             seed: spec.seed.to_string(),
             split: spec.split.map(|s| s.name()),
             drawn: spec.drawn.clone(),
-            frames: of_sequence,
+            frames: to - from,
             points,
             trees,
             counts,
         });
+    }
+    let species = species.named();
+    for sequence in &mut sequences {
+        sequence.place_species(&species.places);
     }
     let root = dataset.root();
     let name = root.canonicalize().ok();
@@ -215,7 +221,7 @@ fn summary(
         warnings: warnings::warnings(dataset, &stats, brightness),
         quantiles: quantiles(&stats),
         classes: classes(dataset, &stats),
-        species,
+        species: species.names,
         depth: DepthScale {
             far_m: maps::FAR_M,
             palette: maps::depth_palette().to_vec(),
@@ -226,6 +232,30 @@ fn summary(
         frames_total: frames.len(),
         frames: shown,
     })
+}
+
+/// Each `every`th of a sequence's trees, and how many there are by species' number.
+fn trees(
+    all: Vec<TreeRecord>,
+    every: usize,
+    species: &mut Species,
+) -> (Vec<Tree>, BTreeMap<usize, usize>) {
+    let (mut shown, mut counts) = (Vec::new(), BTreeMap::<usize, usize>::new());
+    for (i, tree) in all.into_iter().enumerate() {
+        let number = species.count(tree.species);
+        *counts.entry(number).or_default() += 1;
+        if i % every == 0 {
+            shown.push((
+                number,
+                rounded(tree.position_m.x),
+                rounded(tree.position_m.y),
+                tree.dbh_m as f32,
+                rounded(tree.height_m),
+                rounded(tree.crown_radius_m),
+            ));
+        }
+    }
+    (shown, counts)
 }
 
 fn classes(dataset: &Dataset, stats: &Stats) -> Vec<Class> {

@@ -12,17 +12,21 @@ use nemoral_dataset::{
     CameraData, CameraSpec, DatasetHeader, FrameData, LidarData, LidarSpec, OpenMode, Track,
     WorldTables, Writer,
 };
-use nemoral_report::{Error, MAX_WHOLE_FRAMES, report, report_within};
+use nemoral_report::{Error, MAX_SPECIES, MAX_WHOLE_FRAMES, report, report_within};
 use nemoral_scene::glam::{DVec3, Vec3};
 use nemoral_scene::{
     AnnotationKinds, Annotations, ChunkCoord, Image, Intrinsics, ObjectId, Ontology,
-    RigidTransform, Semantic, Shutter, TruthImages, Twist,
+    RigidTransform, Semantic, Shutter, TreeRecord, TruthImages, Twist,
 };
 use serde_json::Value;
 
 const HOSTILE: &str = "# </script><script>alert(1)</script> <!-- \u{2028} \"'";
 
 fn write(out: &Path, frames: u64, of: u64) {
+    write_with(out, frames, of, &[]);
+}
+
+fn write_with(out: &Path, frames: u64, of: u64, trees: &[TreeRecord]) {
     let mut header = DatasetHeader::new("somebody", "1.0", u64::MAX, Ontology::paper());
     header.licence = HOSTILE.into();
     header.config_toml = HOSTILE.into();
@@ -86,7 +90,10 @@ fn write(out: &Path, frames: u64, of: u64) {
         lines: Vec::new(),
         imu: None,
     };
-    let tables = WorldTables::default();
+    let tables = WorldTables {
+        trees,
+        ..WorldTables::default()
+    };
     writer.write_sequence(&track, &tables).expect("a track");
     writer.finish().expect("all is there");
 }
@@ -230,6 +237,52 @@ fn thumbnails_of_many_frames_leave_room_for_whole_ones() {
     assert!((60..=80).contains(&some.len()), "{some:?}");
     assert_eq!((some.first(), some.last()), (Some(&0), Some(&159)));
     assert!(some.windows(2).all(|w| w[1] - w[0] <= 4), "{some:?}");
+}
+
+fn tree(item: u16, species: String) -> TreeRecord {
+    TreeRecord {
+        object: ObjectId::new(ChunkCoord::new(0, 0), item).expect("an object"),
+        species,
+        position_m: DVec3::new(1.0, 2.0, 0.0),
+        dbh_m: 0.3,
+        height_m: 20.0,
+        crown_base_m: 8.0,
+        crown_radius_m: 2.0,
+        leaf_area_m2: 90.0,
+        stem_volume_m3: 0.7,
+        lean_rad: 0.0,
+        age_class: "middle".to_owned(),
+        alive: true,
+        field_id: String::new(),
+    }
+}
+
+#[test]
+fn species_beyond_the_most_share_a_name() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (dataset, out) = (folder.path().join("d"), folder.path().join("d.html"));
+    let most = MAX_SPECIES as u16;
+    let mut trees: Vec<TreeRecord> = (1..=most + 50).map(|i| tree(i, format!("s{i}"))).collect();
+    trees.push(tree(most + 51, "oak".to_owned()));
+    trees.push(tree(most + 52, "oak".to_owned()));
+    write_with(&dataset, 1, 1, &trees);
+    report(&dataset, &out).expect("a page");
+    let page = fs::read_to_string(&out).expect("a file");
+    let summary = blocks(&page).swap_remove(0).1;
+    let species = summary["species"].as_array().expect("names");
+    assert_eq!(species.len(), MAX_SPECIES + 1);
+    assert_eq!(species[0], "s1");
+    assert_eq!(species[MAX_SPECIES - 1], "oak");
+    assert_eq!(species[MAX_SPECIES], "51 other species");
+    let sequence = &summary["sequences"][0];
+    let shown = sequence["trees"].as_array().expect("trees");
+    assert_eq!(shown.len(), trees.len());
+    assert_eq!(shown[0][0], 0);
+    assert_eq!(shown[MAX_SPECIES][0], MAX_SPECIES);
+    assert_eq!(shown[trees.len() - 1][0], MAX_SPECIES - 1);
+    let counts = &sequence["counts"];
+    assert_eq!(counts[MAX_SPECIES.to_string()], 51);
+    assert_eq!(counts[(MAX_SPECIES - 1).to_string()], 2);
 }
 
 #[test]

@@ -26,9 +26,14 @@ pub struct Ontology {
 
 impl Ontology {
     /// A table. `class_of` gives the id of the class of each semantic; `None` if it names an id
-    /// that `classes` lacks, or if ids or names repeat.
+    /// that `classes` lacks, if ids or names repeat, or if a name has a control character.
     #[must_use]
     pub fn new(name: &str, classes: Vec<Class>, class_of: impl Fn(Semantic) -> u8) -> Option<Self> {
+        // Names of strangers' tables are shown in terminals.
+        let is_plain = |name: &str| !name.contains(char::is_control);
+        if !is_plain(name) || !classes.iter().all(|class| is_plain(&class.name)) {
+            return None;
+        }
         for (i, a) in classes.iter().enumerate() {
             if classes[..i]
                 .iter()
@@ -163,5 +168,12 @@ mod tests {
         assert_eq!(Ontology::new("x", vec![one(1)], |_| 2), None);
         assert_eq!(Ontology::new("x", vec![one(1), one(1)], |_| 1), None);
         assert!(Ontology::new("x", vec![one(1)], |_| 1).is_some());
+        let named = |name: &str| Class {
+            name: name.to_owned(),
+            ..one(1)
+        };
+        assert_eq!(Ontology::new("x", vec![named("a\u{1b}[2J")], |_| 1), None);
+        assert_eq!(Ontology::new("x\n", vec![one(1)], |_| 1), None);
+        assert!(Ontology::new("Wald", vec![named("Bäume: \"x\"")], |_| 1).is_some());
     }
 }

@@ -11,7 +11,7 @@ pub enum Error {
         origin: String,
         /// Number of the line, from 1.
         line: usize,
-        /// The text of the line, quoted and shortened if it is long.
+        /// The text of the line, quoted and shortened if it is long, or the number that is wrong.
         shown: String,
         /// What is expected.
         expected: &'static str,

@@ -92,7 +92,18 @@ impl FlightLinesParams {
         let frames = self.sets().map(|set| set.lines as f64 * set.frames as f64);
         let frames = frames.sum::<f64>();
         let allowed = "long enough for at most 10,000,000 frames";
-        ParamError::check(frames <= most, "step_s", self.step_s, allowed)
+        ParamError::check(frames <= most, "step_s", self.step_s, allowed)?;
+        // The ground below is looked at all along before the first frame.
+        let most_m = 1e7;
+        let frame_m = self.speed_m_s * self.step_s;
+        let allowed = "wide enough for at most 10,000 km of lines";
+        let spacing_m = self.line_spacing_m;
+        ParamError::check(
+            frames * frame_m <= most_m,
+            "line_spacing_m",
+            spacing_m,
+            allowed,
+        )
     }
 
     /// The number of frames of all lines.

@@ -16,6 +16,9 @@ const DRIFT: Domain = Domain::new("trajectory.navigation.drift");
 ///   does: random walks, which are 0 again where a loop is closed (Brownian bridges). What a
 ///   heading's drift does to later places is part of `drift_m`.
 /// - *Misalignment* is constant: how the sensors' mounts are known to the body.
+///
+/// Places are those of the navigation's unit, `unit_m` on the body, about which errors of attitude
+/// turn: a sensor beside it stays where the unit is.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct NavigationParams {
     /// Standard deviation of the wandering of the place, east and north each, metres.
@@ -35,6 +38,8 @@ pub struct NavigationParams {
     /// The length of a loop, after which a place is recognised and drift is 0, metres; 0 if none
     /// ever is.
     pub loop_m: f64,
+    /// Where its unit is on the body, metres: beside the sensor that matters.
+    pub unit_m: DVec3,
     /// A constant error of the place, in the body's axes, metres: a wrong lever arm.
     pub lever_m: DVec3,
     /// A constant error of the attitude, in the body's axes: roll, pitch and yaw, radians; the
@@ -56,8 +61,9 @@ impl NavigationParams {
             ParamError::check_at_least_zero(field, value)?;
         }
         ParamError::check_positive("correlation_s", self.correlation_s)?;
-        let lever_m = self.lever_m;
-        ParamError::check(lever_m.is_finite(), "lever_m", lever_m, "finite")?;
+        for (field, place_m) in [("unit_m", self.unit_m), ("lever_m", self.lever_m)] {
+            ParamError::check(place_m.is_finite(), field, place_m, "finite")?;
+        }
         let boresight_rad = DVec3::from(self.boresight_rad);
         ParamError::check(
             boresight_rad.is_finite(),
@@ -175,9 +181,11 @@ impl Navigation {
             * pose.rotation
             * turned(roll, pitch, 0.0)
             * turned(bore_roll, bore_pitch, bore_yaw);
+        let rotation = rotation.normalize();
+        let of_unit_m = pose.transform_point(p.unit_m + p.lever_m) + of_place;
         RigidTransform {
-            rotation: rotation.normalize(),
-            translation_m: pose.transform_point(p.lever_m) + of_place,
+            rotation,
+            translation_m: of_unit_m - rotation * p.unit_m,
         }
     }
 }

@@ -26,11 +26,20 @@ impl PoseFormat {
     }
 }
 
+/// The greatest time of a pose, seconds. The time since 1970 is 2e9 s, and 2e12 in milliseconds.
+const LATEST_S: f64 = 1e10;
+
+/// The greatest distance of a pose from the world's origin along each axis, metres, as of all poses
+/// at which sensors record.
+const FARTHEST_M: f64 = 1e8;
+
 /// Reads world poses of the body with their times in seconds (a KITTI file has none: `None`) from
 /// the text of a file; `origin` is what errors call it.
 ///
 /// # Errors
-/// If a line is not a pose; the error has its number and what is expected.
+/// If a line is not a pose, or one whose time is not within 1e10 s of 0, as those in nanoseconds
+/// are not, or whose coordinates are not within 1e8 m; the error has the line's number and what is
+/// expected.
 pub fn read_poses(
     text: &str,
     origin: &str,
@@ -59,7 +68,7 @@ pub fn read_poses(
             .map(|word| word.parse::<f64>().ok().filter(|x| x.is_finite()))
             .collect();
         let numbers = numbers.ok_or_else(|| wrong("numbers, separated by blanks"))?;
-        poses.push(match (format, numbers.as_slice()) {
+        let (time_s, pose) = match (format, numbers.as_slice()) {
             (PoseFormat::Tum, &[t, x, y, z, qx, qy, qz, qw]) => {
                 let q = DQuat::from_xyzw(qx, qy, qz, qw);
                 if (q.length() - 1.0).abs() > 0.01 {
@@ -90,7 +99,16 @@ pub fn read_poses(
             }
             (PoseFormat::Tum, _) => return Err(wrong("`t x y z qx qy qz qw`")),
             (PoseFormat::Kitti, _) => return Err(wrong("12 numbers, a 3 x 4 matrix row by row")),
-        });
+        };
+        if let Some((shown, expected)) = beyond(time_s, pose.translation_m) {
+            return Err(Error::Line {
+                origin: origin.to_owned(),
+                line: i + 1,
+                shown,
+                expected,
+            });
+        }
+        poses.push((time_s, pose));
     }
     if poses.is_empty() {
         return Err(Error::Empty {
@@ -98,6 +116,16 @@ pub fn read_poses(
         });
     }
     Ok(poses)
+}
+
+/// The number of a pose that is beyond what can be recorded, if there is one, and what is allowed.
+fn beyond(time_s: Option<f64>, place_m: DVec3) -> Option<(String, &'static str)> {
+    if let Some(time_s) = time_s.filter(|t| t.abs() > LATEST_S) {
+        return Some((format!("t = {time_s:e}"), "seconds within 1e10 of 0"));
+    }
+    let mut axes = ["x", "y", "z"].into_iter().zip(place_m.to_array());
+    let (axis, far_m) = axes.find(|(_, m)| m.abs() > FARTHEST_M)?;
+    Some((format!("{axis} = {far_m:e}"), "metres within 1e8 of 0"))
 }
 
 #[cfg(test)]
@@ -145,5 +173,33 @@ mod tests {
             let text = read(format, text).expect_err("is refused").to_string();
             assert!(text.contains(expected), "{text}");
         }
+    }
+
+    #[test]
+    fn times_and_places_of_other_units_are_refused() {
+        for (format, text, expected) in [
+            (
+                "tum",
+                "# ns\n1700000000000000000 1 2 3 0 0 0 1\n",
+                "poses.txt:2: t = 1.7e18: must be seconds within 1e10 of 0",
+            ),
+            ("tum", "-2e10 1 2 3 0 0 0 1\n", ":1: t = -2e10: must be"),
+            (
+                "tum",
+                "0 1 -3e8 3 0 0 0 1\n",
+                ":1: y = -3e8: must be metres within 1e8 of 0",
+            ),
+            (
+                "kitti",
+                "1 0 0 0 0 1 0 0 0 0 1 2e11\n",
+                ":1: z = 2e11: must be",
+            ),
+        ] {
+            let text = read(format, text).expect_err("is refused").to_string();
+            assert!(text.contains(expected), "{text}");
+        }
+        // Seconds since 1970 and metres of national grids are fine, and so are times before 0.
+        let honest = "-3 0 0 0 0 0 0 1\n1305031102.1758 458000.5 6290000 1e8 0 0 0 1\n";
+        assert_eq!(read("tum", honest).expect("fine").len(), 2);
     }
 }

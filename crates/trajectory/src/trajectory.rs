@@ -38,7 +38,7 @@ pub struct Trajectory {
     pub pace: Pace,
     /// The footprint of the body.
     pub body: Body,
-    /// How it sways along a line, a wander or a straight line; not at all if it rolls.
+    /// How it walks along a line, a wander or a straight line; `None` if it rolls.
     pub gait: Option<Gait>,
 }
 
@@ -51,10 +51,17 @@ pub enum Stance {
         position_m: DVec2,
         /// Direction on the map, of any length.
         forward: DVec2,
+    },
+    /// The body walks: upright on any slope, with its origin on the ground, but for its sway.
+    OnFoot {
+        /// Position on the map, metres.
+        position_m: DVec2,
+        /// Direction on the map, of any length.
+        forward: DVec2,
         /// How the body sways there, in its own axes ([`Gait::after`]).
         sway: RigidTransform,
     },
-    /// The body is level, with its origin on the ground, as on a tripod.
+    /// The body is level and still, with its origin on the ground, as on a tripod.
     Level {
         /// Position on the map, metres.
         position_m: DVec2,
@@ -70,7 +77,9 @@ impl Stance {
     #[must_use]
     pub fn ground_m(&self) -> Option<DVec2> {
         match *self {
-            Self::OnWheels { position_m, .. } | Self::Level { position_m, .. } => Some(position_m),
+            Self::OnWheels { position_m, .. }
+            | Self::OnFoot { position_m, .. }
+            | Self::Level { position_m, .. } => Some(position_m),
             Self::Free(_) => None,
         }
     }
@@ -82,17 +91,30 @@ impl Stance {
             Self::OnWheels {
                 position_m,
                 forward,
+            } => body.stand(position_m, forward, ground),
+            Self::OnFoot {
+                position_m,
+                forward,
                 sway,
-            } => body.stand(position_m, forward, ground) * sway,
+            } => {
+                // Two feet follow the ground no finer than four wheels do.
+                let place_m = body.stand(position_m, forward, ground).translation_m;
+                upright(place_m, forward) * sway
+            }
             Self::Level {
                 position_m,
                 forward,
-            } => RigidTransform {
-                rotation: DQuat::from_rotation_z(forward.to_angle()),
-                translation_m: position_m.extend(ground.height_m(position_m)),
-            },
+            } => upright(position_m.extend(ground.height_m(position_m)), forward),
             Self::Free(pose) => pose,
         }
+    }
+}
+
+/// The pose of a level body.
+fn upright(translation_m: DVec3, forward: DVec2) -> RigidTransform {
+    RigidTransform {
+        rotation: DQuat::from_rotation_z(forward.to_angle()),
+        translation_m,
     }
 }
 
@@ -211,15 +233,19 @@ impl Trajectory {
                 return Ok(Stance::OnWheels {
                     position_m: pose.translation_m.truncate(),
                     forward: pose.transform_vector(DVec3::X).truncate(),
-                    sway: RigidTransform::IDENTITY,
                 });
             }
         };
-        let sway = (self.gait.zip(self.travelled_m(time_s))).map(|(gait, way_m)| gait.after(way_m));
-        Ok(Stance::OnWheels {
-            position_m,
-            forward,
-            sway: sway.unwrap_or(RigidTransform::IDENTITY),
+        Ok(match self.gait.zip(self.travelled_m(time_s)) {
+            Some((gait, way_m)) => Stance::OnFoot {
+                position_m,
+                forward,
+                sway: gait.after(way_m),
+            },
+            None => Stance::OnWheels {
+                position_m,
+                forward,
+            },
         })
     }
 
@@ -306,6 +332,10 @@ mod tests {
                 < 1e-12
         );
         assert!(pose(0.8).translation_m.distance(DVec3::new(1.2, 0.0, 0.0)) < 1e-12);
+        // On a slope a walker is upright at the start of each stride.
+        let uphill = walked.pose(0, 0.8, &nothing, &SLOPE).expect("never");
+        assert!(uphill.translation_m.distance(DVec3::new(1.2, 0.0, 1.12)) < 1e-12);
+        assert!(uphill.transform_vector(DVec3::Z).distance(DVec3::Z) < 1e-12);
         let wrong = Trajectory {
             gait: Some(Gait {
                 step_m: 0.0,

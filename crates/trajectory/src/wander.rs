@@ -183,10 +183,12 @@ impl Wander {
         (choice as f64 / (CHOICES - 1) as f64 * 2.0 - 1.0) * self.amplitude_m
     }
 
-    /// The displacement without obstacles: a slow keyed curve, which is 0 at the start.
+    /// The displacement without obstacles: a slow keyed curve, which is 0 at the start, and at the
+    /// end of a loop.
     fn undisturbed_m(&self, knot: i64) -> f64 {
+        let last = self.length_m().map(|loop_m| (loop_m / BLOCK_M) as i64);
         let anchor = |block: i64| {
-            if block == 0 {
+            if block == 0 || last.is_some_and(|last| (last..=last + 1).contains(&block)) {
                 return 0.0;
             }
             self.key.item(block as u64).rng().range_f64(-0.7, 0.7) * self.amplitude_m
@@ -212,14 +214,19 @@ impl Wander {
             let along_and_left = seen(o.position_m - on_line);
             (along_and_left, o.radius_m)
         };
-        // The line halfway to the knots beside this one, and its left. Of a straight line they are
+        // The line some way to the knots beside this one, and its left. Of a straight line they are
         // known without rounding.
-        let halfway = |side: f64| match &self.guide {
-            Guide::Straight { .. } => (DVec2::new(side * 0.5 * KNOT_M, 0.0), DVec2::Y),
+        let beside = |knots: f64| match &self.guide {
+            Guide::Straight { .. } => (DVec2::new(knots * KNOT_M, 0.0), DVec2::Y),
             Guide::Lanes(lanes) => {
-                let there = lanes.at(along_m + side * 0.5 * KNOT_M);
+                let there = lanes.at(along_m + knots * KNOT_M);
                 (seen(there.position_m - on_line), seen(there.forward.perp()))
             }
+        };
+        // A turn bulges by decimetres beyond a chord of half the way to the next knot.
+        let between = match &self.guide {
+            Guide::Straight { .. } => None,
+            Guide::Lanes(_) => Some([beside(-0.25), beside(0.25)]),
         };
         Ok(Surroundings {
             obstacles: obstacles
@@ -228,7 +235,8 @@ impl Wander {
                 .map(relative)
                 .collect(),
             undisturbed_m: self.undisturbed_m(knot),
-            halfway: [halfway(-1.0), halfway(1.0)],
+            halfway: [beside(-0.5), beside(0.5)],
+            between,
             clearance_m: self.clearance_m,
         })
     }
@@ -330,6 +338,8 @@ struct Surroundings {
     /// The guide line halfway to the knots before and after this one, and its left, as obstacles
     /// are.
     halfway: [(DVec2, DVec2); 2],
+    /// The same in the middle between this knot and halfway, where the line is bent.
+    between: Option<[(DVec2, DVec2); 2]>,
     clearance_m: f64,
 }
 
@@ -340,11 +350,21 @@ impl Surroundings {
     fn cost(&self, [before_m, here_m, ahead_m]: [f64; 3]) -> f64 {
         // The middle is on the B-spline, the ends are within a few centimetres of it.
         let middle = DVec2::new(0.0, (before_m + 4.0 * here_m + ahead_m) / 6.0);
-        let [first, last] = self.halfway;
-        let first = first.0 + first.1 * (0.5 * (before_m + here_m));
-        let last = last.0 + last.1 * (0.5 * (here_m + ahead_m));
+        let ends_m = [0.5 * (before_m + here_m), 0.5 * (here_m + ahead_m)];
+        let displaced = |(place, left): (DVec2, DVec2), offset_m: f64| place + left * offset_m;
+        let [first, last] = [0, 1].map(|i| displaced(self.halfway[i], ends_m[i]));
+        let between = self
+            .between
+            .map(|between| [0, 1].map(|i| displaced(between[i], 0.5 * (ends_m[i] + middle.y))));
         let blocked = |&(place, radius_m): &(DVec2, f64)| {
-            let away_m = to_segment(place, first, middle).min(to_segment(place, middle, last));
+            let to = |a, b| to_segment(place, a, b);
+            let away_m = match between {
+                None => to(first, middle).min(to(middle, last)),
+                Some([early, late]) => to(first, early)
+                    .min(to(early, middle))
+                    .min(to(middle, late))
+                    .min(to(late, last)),
+            };
             let gap = away_m - radius_m;
             let lack = (self.clearance_m + 0.4 - gap).max(0.0);
             // Touching costs more than any detour.
@@ -537,41 +557,62 @@ mod tests {
         }
     }
 
-    fn walk() -> Wander {
+    fn walk(spacing_m: f64) -> Wander {
         let lanes = Lanes::new(crate::LanesParams {
             middle_m: DVec2::new(5.0, -3.0),
             forward: DVec2::new(1.0, 1.0),
             length_m: 40.0,
             width_m: 30.0,
-            spacing_m: 10.0,
+            spacing_m,
         });
-        Wander::along_lanes(lanes.expect("in range"), 2.0, 0.6, Key::world(9))
+        let lanes = lanes.expect("in range");
+        let amplitude_m = lanes.most_amplitude_m();
+        Wander::along_lanes(lanes, amplitude_m, 0.6, Key::world(9))
+    }
+
+    /// Without anything in the way a loop ends where it began.
+    #[test]
+    fn a_loop_of_lanes_is_closed() {
+        let nothing = |_: DVec2, _: f64| Ok::<_, Never>(Vec::new());
+        for spacing_m in [4.0, 6.5, 10.0] {
+            let w = walk(spacing_m);
+            let length_m = w.length_m().expect("a loop");
+            let [start, end] = [0.0, length_m].map(|s| w.at(s, &nothing).expect("never").0);
+            assert!(start.distance(end) < 0.3, "{spacing_m}: {start} {end}");
+        }
     }
 
     #[test]
     fn lanes_are_walked_past_stems_at_an_even_speed() {
-        let (w, obstacles) = (walk(), stand(4.5));
-        assert_eq!(w.check(), Ok(()));
-        let length_m = w.length_m().expect("a loop");
-        let (step_m, mut worst) = (0.05, f64::INFINITY);
-        let mut speeds = (f64::INFINITY, 0.0_f64);
-        let at = |s: f64| w.at(s, &obstacles).expect("never");
-        for i in 0..(length_m / step_m) as u32 {
-            let s = f64::from(i) * step_m;
-            let [(p, d), (q, _)] = [s, s + step_m].map(at);
-            let speed = p.distance(q) / step_m;
-            speeds = (speeds.0.min(speed), speeds.1.max(speed));
-            assert!((q - p).normalize().dot(d) > 0.998, "at {s}");
-            for stem in obstacles(p, 5.0).expect("never") {
-                worst = worst.min(p.distance(stem.position_m) - stem.radius_m);
+        for (spacing_m, least_m) in [(10.0, 0.58), (6.0, 0.5), (4.0, 0.3)] {
+            let (w, obstacles) = (walk(spacing_m), stand(4.5));
+            assert_eq!(w.check(), Ok(()));
+            let length_m = w.length_m().expect("a loop");
+            let (step_m, mut worst) = (0.05, f64::INFINITY);
+            let mut speeds = (f64::INFINITY, 0.0_f64);
+            let at = |s: f64| w.at(s, &obstacles).expect("never");
+            for i in 0..(length_m / step_m) as u32 {
+                let s = f64::from(i) * step_m;
+                let [(p, d), (q, _)] = [s, s + step_m].map(at);
+                let speed = p.distance(q) / step_m;
+                speeds = (speeds.0.min(speed), speeds.1.max(speed));
+                // In the tightest turns the heading changes by some degrees in a step.
+                assert!((q - p).normalize().dot(d) > 0.99, "at {s}");
+                for stem in obstacles(p, 5.0).expect("never") {
+                    worst = worst.min(p.distance(stem.position_m) - stem.radius_m);
+                }
             }
+            assert!(worst > least_m, "{spacing_m}: passes a stem at {worst} m");
+            assert!(speeds.0 > 0.75 && speeds.1 < 1.35, "{speeds:?}");
+            // Stems may be where it began and ended.
+            let (start, end) = (at(0.0).0, at(length_m).0);
+            assert!(start.distance(end) < 2.0 * w.amplitude_m, "{start} {end}");
         }
-        assert!(worst > 0.5, "passes a stem at {worst} m");
-        assert!(speeds.0 > 0.75 && speeds.1 < 1.35, "{speeds:?}");
-        // It ends where it began, but for the displacement there.
-        let (start, end) = (at(0.0).0, at(length_m).0);
-        assert!(start.distance(end) < 4.0, "{start} {end}");
-        let mut wide = walk();
+    }
+
+    #[test]
+    fn no_wander_leaves_its_lane_by_more_than_a_fifth() {
+        let mut wide = walk(10.0);
         wide.amplitude_m = 2.1;
         assert_eq!(
             wide.check().expect_err("too wide").field,

@@ -16,6 +16,7 @@ const NONE: NavigationParams = NavigationParams {
     drift_m: 0.0,
     heading_drift_rad: 0.0,
     loop_m: 0.0,
+    unit_m: DVec3::ZERO,
     lever_m: DVec3::ZERO,
     boresight_rad: [0.0; 3],
 };
@@ -166,6 +167,26 @@ fn a_boresight_angle_is_a_step_between_strips() {
     };
     let step_m = height_of(0.0, 1.0) - height_of(std::f64::consts::PI, -1.0);
     assert!((step_m - 0.105).abs() < 5e-4, "{step_m}");
+}
+
+/// A sensor beside the unit is turned in its place, however far from the body's origin it is.
+#[test]
+fn errors_of_attitude_turn_about_the_unit() {
+    let unit_m = DVec3::new(0.4, -0.1, 1.2);
+    let params = NavigationParams {
+        roll_pitch_rad: 0.02,
+        heading_rad: 0.05,
+        heading_drift_rad: 0.01,
+        unit_m,
+        boresight_rad: [0.03, -0.05, 0.1],
+        ..NONE
+    };
+    let truth = drive(20, 1.0, 1.0);
+    for (found, (_, truth)) in estimated(params, 3, &truth).iter().zip(&truth) {
+        let [found_m, true_m] = [found, truth].map(|pose| pose.transform_point(unit_m));
+        assert!(found_m.distance(true_m) < 1e-12);
+        assert!(found.rotation.angle_between(truth.rotation) > 0.05);
+    }
 }
 
 #[test]

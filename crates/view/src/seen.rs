@@ -110,8 +110,8 @@ impl Glance {
     }
 }
 
-/// The config whose frame 0 is what is seen: one level station with the camera at the eye. All else
-/// is as it was.
+/// The config whose frame 0 is what is seen: one level station with the camera at the eye, where
+/// nothing moves: no walker sways and no inertial unit measures. All else is as it was.
 pub(crate) fn this_view(config: &Config, place: &Place, size_px: (u32, u32)) -> Config {
     let mut seen = stand_at(config, place);
     seen.frames = 1;
@@ -121,6 +121,8 @@ pub(crate) fn this_view(config: &Config, place: &Place, size_px: (u32, u32)) -> 
     // A station is moved by up to a third of this to keep clear, which is not at all.
     station.distance_m = 0.1;
     seen.robot.path = RobotPath::Stations(station);
+    seen.robot.gait.step_m = 0.0;
+    seen.imu.enabled = false;
     seen.balance.targets.clear();
     let camera = &mut seen.camera;
     camera.enabled = true;
@@ -246,6 +248,18 @@ mod tests {
             );
         }
         assert_eq!(drive_from(&config, &PLACE).camera, config.camera);
+        // What moves on a path has no place at a station.
+        for path in ["wander", "lanes", "straight"] {
+            let moving =
+                format!("[imu]\nenabled = true\n[robot.gait]\nstep_m = 0.65\n[robot.{path}]\n");
+            let moving = Config::from_toml(&moving).unwrap();
+            for made in [
+                this_view(&moving, &PLACE, (800, 450)),
+                drive_from(&moving, &PLACE),
+            ] {
+                assert_eq!(Config::from_toml(&made.to_toml()).unwrap(), made);
+            }
+        }
     }
 
     #[test]

@@ -94,6 +94,15 @@ pub(crate) fn base() -> &'static Path {
     &BASE
 }
 
+/// Copies the base data set, for a test that changes it.
+pub(crate) fn copy_base(to: &Path) {
+    for (name, bytes) in files(base()) {
+        let path = to.join(name);
+        fs::create_dir_all(path.parent().expect("it has one")).expect("a writable folder");
+        fs::write(path, bytes).expect("a writable folder");
+    }
+}
+
 /// Every file below a folder.
 pub(crate) fn files(root: &Path) -> BTreeMap<String, Vec<u8>> {
     let mut found = BTreeMap::new();

@@ -5,7 +5,7 @@ use std::fs;
 
 use std::time::{Duration, Instant};
 
-use crate::common::{Outcome, SMALL, folder, outcome, run, small};
+use crate::common::{Outcome, SMALL, copy_base, folder, outcome, run, small};
 
 /// Runs a command that must be refused: quickly, in few words, without a panic.
 #[track_caller]
@@ -264,6 +264,40 @@ fn what_is_wrong_a_thousand_times_is_said_in_short() {
         &["config", "check", "--preset", long],
         &["must be one of", "…"],
     );
+}
+
+/// Asserts that a terminal would take nothing in the program's output for a command.
+#[track_caller]
+fn is_plain(done: &Outcome) {
+    for text in [&done.stdout, &done.stderr] {
+        let is_command = |c: char| c.is_control() && c != '\n' && c != '\t';
+        assert!(!text.contains(is_command), "{text:?}");
+    }
+}
+
+#[test]
+fn nothing_in_a_file_commands_the_terminal() {
+    let folder = folder("commands");
+    let config = folder.join("wood.toml");
+    fs::write(&config, "seed = \"\u{1b}]0;x\u{7}\u{1b}[2J\"\n").expect("a writable folder");
+    let config = config.to_string_lossy();
+    is_plain(&refused(
+        &["config", "check", &config],
+        &["wood.toml:1:", "]0;x"],
+    ));
+
+    let set = folder.join("set");
+    copy_base(&set);
+    let manifest = set.join("dataset.json");
+    let plain = fs::read_to_string(&manifest).expect("a readable file");
+    let hostile = plain.replace("\"Terrain\"", r#""\u001b]0;x\u0007\u001b[2J""#);
+    assert_ne!(hostile, plain);
+    fs::write(&manifest, hostile).expect("a writable file");
+    let done = run(&["stats", &set.to_string_lossy()]);
+    is_plain(&done);
+    // Whether it is counted or refused, people see what the name is.
+    let shown = done.stdout + &done.stderr;
+    assert!(shown.contains(r"\u{1b}]0;x\u{7}\u{1b}[2J"), "{shown}");
 }
 
 #[test]

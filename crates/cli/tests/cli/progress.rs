@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use crate::common::{Outcome, base, files, folder, nemoral, outcome, run};
+use crate::common::{Outcome, base, copy_base, files, folder, nemoral, outcome, run};
 
 /// A command that reads the data set of 40 frames, and its output folder.
 fn command(name: &str, out: &Path, more: &[&str]) -> Outcome {
@@ -101,11 +101,7 @@ fn people_read_lines_and_the_answer() {
 fn a_command_that_fails_midway_ends_its_events_without_an_end() {
     let folder = folder("progress-failed");
     let source = folder.join("source");
-    for (name, bytes) in files(base()) {
-        let path = source.join(name);
-        fs::create_dir_all(path.parent().expect("it has one")).expect("a writable folder");
-        fs::write(path, bytes).expect("a writable folder");
-    }
+    copy_base(&source);
     let depth = source.join("sequences/00/depth/000003.png");
     fs::write(depth, "damaged").expect("a writable file");
     for name in ["convert", "merge"] {

@@ -93,12 +93,21 @@ impl Format for Goose {
             for class in &labels.classes {
                 let [r, g, b] = class.colour;
                 let is_thing = ["tree_trunk", "rock"].contains(&&*class.name);
-                let (name, id, thing) = (&class.name, class.id, u8::from(is_thing));
+                let (name, id, thing) = (field(&class.name), class.id, u8::from(is_thing));
                 text += &format!("{name},{id},{thing},#{r:02x}{g:02x}{b:02x}\n");
             }
             files.put("goose_label_mapping.csv", text);
             Ok(String::new())
         })
+    }
+}
+
+/// A text as one field of a CSV table, in quotes if it would be several (RFC 4180).
+fn field(text: &str) -> String {
+    if text.contains(['"', ',', '\r', '\n']) {
+        format!("\"{}\"", text.replace('"', "\"\""))
+    } else {
+        text.to_owned()
     }
 }
 

@@ -7,11 +7,12 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use nemoral_convert::{ConvertParams, Error, FormatName, Mode, Table, convert};
-use nemoral_files::is_temporary_name;
+use nemoral_convert::{ConvertParams, Error, FormatName, Mode, Table, check_folder, convert};
+use nemoral_dataset::FileRecord;
 use nemoral_files::observe::observe;
+use nemoral_files::{InnerPath, is_temporary_name};
 
-use crate::common::{annotated, header, run, tree, write};
+use crate::common::{Drive, annotated, header, run, tree, write, write_drives};
 
 /// A folder in memory if the system has one, because syncing thousands of files is slow.
 fn in_memory() -> tempfile::TempDir {
@@ -204,9 +205,220 @@ fn folders_of_others_are_refused_and_ours_are_replaced_only_if_asked() {
         ),
         "{e}"
     );
-    for inside in [source.clone(), source.join("tum")] {
+    for inside in ["", "tum", "export/tum", "new/../tum", "a*b"] {
+        let inside = source.join(inside);
         let e = run(&source, &inside, FormatName::Tum, Mode::Overwrite).expect_err("inside");
         assert!(matches!(e, Error::Inside { .. }), "{e}");
+    }
+    assert!(!source.join("export").exists());
+}
+
+/// Lists a further file in a finished conversion. Anybody can make the list's checksum.
+fn list(out: &Path, file: FileRecord) {
+    let path = out.join("conversion.json");
+    let text = fs::read_to_string(&path).expect("read");
+    let whole: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    let mut content = whole["content"].clone();
+    let files = content["files"].as_array_mut().expect("a list");
+    files.push(serde_json::to_value(file).expect("plain"));
+    let content = content.to_string();
+    let digest = blake3::hash(content.as_bytes()).to_hex();
+    let sealed = format!("{{\"blake3\":\"{digest}\",\"content\":{content}}}\n");
+    fs::write(path, sealed).expect("written");
+}
+
+#[test]
+fn a_file_that_was_changed_or_is_somebody_elses_is_neither_removed_nor_replaced() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let source = dir.path().join("dataset");
+    write(&source, &header(), &[0]);
+    let out = dir.path().join("out");
+    let refused = |file: &str, format, mode| {
+        let before = tree(&out);
+        let e = run(&source, &out, format, mode).expect_err("somebody else's");
+        assert!(
+            matches!(&e, Error::Changed { path } if *path == out.join(file)),
+            "{e}"
+        );
+        assert!(e.is_request());
+        let after = tree(&out);
+        (before == after, after)
+    };
+    run(&source, &out, FormatName::Kitti, Mode::Fresh).expect("converted");
+    let whole = tree(&out);
+    fs::write(out.join("poses/00.txt"), "1 2 3").expect("written");
+    for format in [FormatName::Kitti, FormatName::Tum] {
+        let (untouched, _) = refused("poses/00.txt", format, Mode::Overwrite);
+        assert!(untouched, "{format}");
+    }
+    // A file without content is nobody's loss: a power cut leaves such files.
+    fs::write(out.join("poses/00.txt"), "").expect("written");
+    run(&source, &out, FormatName::Kitti, Mode::Overwrite).expect("replaced");
+    assert!(tree(&out) == whole);
+
+    // Whoever made the list knows what is in files that are the same everywhere.
+    let head = b"ref: refs/heads/main\n";
+    fs::create_dir(out.join(".git")).expect("made");
+    for (file, mine, theirs) in [
+        (".git/HEAD", &head[..], &head[..]),
+        ("notes.txt", &b"mine"[..], &b"?"[..]),
+    ] {
+        fs::write(out.join(file), mine).expect("written");
+        let path = InnerPath::new(file).expect("an inner path");
+        list(&out, FileRecord::of(path, theirs));
+        let (untouched, _) = refused(file, FormatName::Tum, Mode::Overwrite);
+        assert!(untouched, "{file}");
+        // The conversion itself is made again, and the file stays.
+        run(&source, &out, FormatName::Kitti, Mode::Resume).expect("made again");
+        let mut left = tree(&out);
+        assert_eq!(left.remove(Path::new(file)).as_deref(), Some(mine));
+        assert!(left == whole, "{file}");
+        fs::remove_file(out.join(file)).expect("removed");
+    }
+
+    // Nor is a file replaced that stands where another format would write.
+    run(&source, &out, FormatName::Tum, Mode::Overwrite).expect("replaced");
+    fs::create_dir(out.join("poses")).expect("made");
+    fs::write(out.join("poses/00.txt"), "mine").expect("written");
+    for mode in [Mode::Overwrite, Mode::Resume] {
+        let (_, left) = refused("poses/00.txt", FormatName::Kitti, mode);
+        assert_eq!(left[Path::new("poses/00.txt")], b"mine");
+    }
+    fs::remove_file(out.join("poses/00.txt")).expect("removed");
+    run(&source, &out, FormatName::Kitti, Mode::Resume).expect("goes on");
+    assert!(tree(&out) == whole);
+
+    // A list that is another program's is not removed either.
+    let half = dir.path().join("half");
+    let convert = |mode| run(&source, &half, FormatName::Kitti, mode);
+    let (result, _) = failing(&half, 20, || convert(Mode::Fresh));
+    result.expect_err("it stopped");
+    fs::write(half.join("conversion.json"), "{}").expect("written");
+    for mode in [Mode::Fresh, Mode::Resume, Mode::Overwrite] {
+        let e = convert(mode).expect_err("another program's");
+        assert!(matches!(e, Error::Damaged { .. }), "{e}");
+    }
+    let left = fs::read_to_string(half.join("conversion.json"));
+    assert_eq!(left.expect("read"), "{}");
+}
+
+#[test]
+fn a_growing_data_set_renews_its_own_conversions_alone() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let source = dir.path().join("dataset");
+    let out = dir.path().join("out");
+    let mut one_drive = header();
+    let mut two_drives = header();
+    let mut second = two_drives.sequences[0].clone();
+    second.number = 1;
+    two_drives.sequences.push(second);
+    let renew = |source: &Path, out: &Path| run(source, out, FormatName::Kitti, Mode::Renew);
+    write(&source, &one_drive, &[0]);
+    renew(&source, &out).expect("nothing to go on with is a start");
+    let first = tree(&out);
+    // What was damaged is made again.
+    fs::write(out.join("poses/00.txt"), "1 2 3").expect("written");
+    renew(&source, &out).expect("mended");
+    assert!(tree(&out) == first);
+    // The same data set gets a frame, and a sequence.
+    let grown = dir.path().join("grown");
+    write(&grown, &one_drive, &[0, 1]);
+    let larger = dir.path().join("larger");
+    let drives = [Drive::of(0, &[0, 1]), Drive::of(1, &[2])];
+    write_drives(&larger, &two_drives, &drives);
+    for state in [&grown, &larger] {
+        let kept = dir.path().join("kept");
+        renew(&source, &kept).expect("converted");
+        renew(state, &kept).expect("renewed");
+        fs::remove_dir_all(&kept).expect("removed");
+        renew(state, &out).expect("renewed");
+        let fresh = dir.path().join("fresh");
+        run(state, &fresh, FormatName::Kitti, Mode::Fresh).expect("converted");
+        assert!(tree(&out) == tree(&fresh));
+        fs::remove_dir_all(&fresh).expect("removed");
+    }
+    // Another data set, another format and other classes are none of its states.
+    let renewed = tree(&out);
+    one_drive.seed += 1;
+    let other = dir.path().join("other");
+    write(&other, &one_drive, &[0, 1, 2]);
+    let table = Table::load("rellis").expect("built in");
+    for (source, format, ontology, differs) in [
+        (&other, FormatName::Kitti, None, "data set"),
+        (&grown, FormatName::Tum, None, "format"),
+        (&grown, FormatName::Kitti, Some(table), "ontology"),
+    ] {
+        let params = ConvertParams {
+            ontology,
+            mode: Mode::Renew,
+            ..ConvertParams::new(format)
+        };
+        let e = convert(source, &out, &params).expect_err(differs);
+        assert!(
+            matches!(e, Error::Mismatch { field, .. } if field == differs),
+            "{e}"
+        );
+        let is_other = *source == other;
+        let of_state = if is_other { &one_drive } else { &two_drives };
+        let e = check_folder(source, &out, of_state, &params).expect_err(differs);
+        assert!(
+            matches!(e, Error::Mismatch { field, .. } if field == differs),
+            "{e}"
+        );
+        assert!(tree(&out) == renewed, "nothing was touched");
+    }
+    let params = ConvertParams {
+        mode: Mode::Renew,
+        ..ConvertParams::new(FormatName::Kitti)
+    };
+    check_folder(&larger, &out, &two_drives, &params).expect("it may be renewed");
+    // Nothing of the user's is lost for it.
+    fs::write(out.join("poses/00.txt"), "mine").expect("written");
+    let e = renew(&grown, &out).expect_err("changed");
+    assert!(matches!(e, Error::Changed { .. }), "{e}");
+    let overwrite = ConvertParams {
+        mode: Mode::Overwrite,
+        ..params
+    };
+    let e = check_folder(&larger, &out, &two_drives, &overwrite).expect_err("changed");
+    assert!(matches!(e, Error::Changed { .. }), "{e}");
+}
+
+#[cfg(unix)]
+#[test]
+fn names_that_are_none_are_left_where_they_are() {
+    let dir = in_memory();
+    let source = dir.path().join("dataset");
+    write(&source, &header(), &[0, 1]);
+    let whole = dir.path().join("whole");
+    run(&source, &whole, FormatName::Kitti, Mode::Fresh).expect("converted");
+    let whole = tree(&whole);
+    let odd = [
+        ".nemoral-a:b.tmp",
+        ".nemoral-convert/.nemoral-a:b.tmp",
+        ".nemoral-convert/steps/a:b.json",
+        "sequences/00/.nemoral-a:b.tmp",
+    ];
+    for mode in [Mode::Resume, Mode::Overwrite] {
+        let out = dir.path().join(format!("out-{mode:?}"));
+        let kitti = |mode| run(&source, &out, FormatName::Kitti, mode);
+        let (result, _) = failing(&out, 20, || kitti(Mode::Fresh));
+        result.expect_err("it stopped");
+        fs::create_dir_all(out.join("sequences/00")).expect("made");
+        for file in odd {
+            fs::write(out.join(file), "mine").expect("written");
+        }
+        // A folder with the name of a record is none, either.
+        fs::create_dir(out.join(".nemoral-convert/steps/c.json")).expect("made");
+        kitti(mode).expect("converted");
+        // It is finished for all that.
+        kitti(Mode::Resume).expect("finished");
+        let mut left = tree(&out);
+        for file in odd {
+            let odd = left.remove(Path::new(file));
+            assert_eq!(odd, Some(b"mine".to_vec()), "{file}");
+        }
+        assert!(left == whole, "{mode:?}");
     }
 }
 

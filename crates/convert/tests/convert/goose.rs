@@ -2,10 +2,10 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use nemoral_convert::FormatName;
+use nemoral_convert::{ConvertParams, FormatName, Table, convert};
 use nemoral_scene::{Ontology, Semantic};
 
-use crate::common::{header, made, made_of, png, text, tree};
+use crate::common::{header, made, made_of, png, text, tree, write};
 
 /// Background, Terrain, Traversable, Trunks, Canopy, Shrubs, Herbaceous, Rocks in GOOSE.
 const IDS: [u8; 8] = [53, 31, 24, 28, 27, 17, 50, 40];
@@ -80,6 +80,25 @@ fn names_lead_to_pictures_and_scans_with_their_classes() {
             assert_eq!((word & 0xFFFF, word >> 16), (id.into(), instance.into()));
         }
     }
+}
+
+#[test]
+fn names_of_classes_stay_in_their_column() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let [source, out] = ["dataset", "out"].map(|name| folder.path().join(name));
+    write(&source, &header(), &[1]);
+    let table = "name = \"x\"\nsource = \"s\"\nrest = \"void\"\n\
+                 [[class]]\nid = 0\nname = \"void\"\ncolour = [0, 0, 0]\nfrom = []\n\
+                 [[class]]\nid = 4\nname = 'tree, \"old\"'\ncolour = [0, 255, 0]\n\
+                 from = [\"Trunks\"]\n";
+    let params = ConvertParams {
+        ontology: Some(Table::parse("x", table).expect("valid")),
+        ..ConvertParams::new(FormatName::Goose)
+    };
+    convert(&source, &out, &params).expect("converted");
+    let csv = text(out.join("goose_label_mapping.csv"));
+    let rows = "void,0,0,#000000\n\"tree, \"\"old\"\"\",4,0,#00ff00\n";
+    assert!(csv.ends_with(rows), "{csv}");
 }
 
 #[test]

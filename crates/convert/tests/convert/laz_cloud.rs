@@ -4,7 +4,7 @@ use std::io::Cursor;
 use std::path::Path;
 
 use laz::{LasZipDecompressor, LazVlr};
-use nemoral_convert::{FormatName, LazCloudParams, Table, laz_cloud};
+use nemoral_convert::{Error, FormatName, LazCloudParams, Table, laz_cloud};
 use nemoral_dataset::{Cloud, CloudParams, Crop};
 use nemoral_scene::glam::DVec3;
 
@@ -111,6 +111,7 @@ fn one_file_has_all_scans_and_tiles_share_them() {
     let tiled = LazCloudParams {
         tile_m: Some(2.0),
         ontology: Some(Table::load("rellis").expect("a table")),
+        ..LazCloudParams::default()
     };
     let tiles = laz_cloud(&cloud, &folder.path().join("tile.laz"), &tiled);
     let tiles = tiles.expect("written");
@@ -136,6 +137,79 @@ fn one_file_has_all_scans_and_tiles_share_them() {
     assert_eq!(count, expected.len());
     // Nothing else was left behind.
     assert_eq!(tree(folder.path()).len(), 1 + tiles.len());
+}
+
+#[test]
+fn tiles_replace_those_of_an_earlier_cloud_if_asked_and_no_others() {
+    let made = made(FormatName::Laz);
+    let root = made.dataset.root();
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().join("plot.laz");
+    let cloud_of = |crop: Option<Crop>| {
+        let params = CloudParams {
+            crop,
+            ..CloudParams::default()
+        };
+        Cloud::open(root, params).expect("a cloud")
+    };
+    let tiled = |cloud: &Cloud, overwrite| {
+        let params = LazCloudParams {
+            tile_m: Some(2.0),
+            overwrite,
+            ..LazCloudParams::default()
+        };
+        laz_cloud(cloud, &out, &params)
+    };
+    let all = cloud_of(None);
+    // Names that are none of its tiles', whoever they are of.
+    let others = [
+        "plot_1.laz",
+        "plot_01_2.laz",
+        "plot_a_b.laz",
+        "plots_1_2.laz",
+    ];
+    for other in others {
+        std::fs::write(folder.path().join(other), "mine").expect("written");
+    }
+    let whole = tiled(&all, false).expect("nothing is there");
+    let before = tree(folder.path());
+    assert_eq!(before.len(), whole.len() + others.len());
+    let error = tiled(&all, false).expect_err("there are tiles");
+    assert!(matches!(error, Error::TileExists { .. }), "{error}");
+    assert!(error.is_request() && tree(folder.path()) == before);
+    tiled(&all, true).expect("replaced");
+    assert!(tree(folder.path()) == before);
+
+    // Tiles of another crop do not stay.
+    let centre_m = expected(&made)[0].0.truncate();
+    let part = cloud_of(Some(Crop::Circle {
+        centre_m,
+        radius_m: 0.5,
+    }));
+    let fewer = tiled(&part, true).expect("replaced");
+    assert!(fewer.len() < whole.len());
+    let mut left = tree(folder.path());
+    assert_eq!(left.len(), fewer.len() + others.len());
+    for other in others {
+        assert_eq!(left.remove(Path::new(other)), Some(b"mine".to_vec()));
+    }
+
+    // The file of another program is not replaced, even if it has a tile's name.
+    let theirs = folder.path().join("plot_553220_-4450330.laz");
+    std::fs::write(&theirs, b"LASF of somebody else's flight").expect("written");
+    let before = tree(folder.path());
+    for overwrite in [false, true] {
+        let error = tiled(&all, overwrite).expect_err("somebody else's");
+        assert!(
+            error.is_request() && tree(folder.path()) == before,
+            "{error}"
+        );
+        let is_theirs = matches!(&error, Error::ForeignTile { path } if *path == theirs);
+        assert_eq!(is_theirs, overwrite, "{error}");
+    }
+    // One file is that which was named.
+    laz_cloud(&part, &out, &LazCloudParams::default()).expect("written");
+    laz_cloud(&part, &out, &LazCloudParams::default()).expect("replaced");
 }
 
 #[test]

@@ -186,7 +186,7 @@ fn clouds_of_a_site_and_their_tiles_lie_there() {
     // A tile has the name of its corner in the site's coordinates.
     let tiled = LazCloudParams {
         tile_m: Some(10.0),
-        ontology: None,
+        ..LazCloudParams::default()
     };
     let tiles = laz_cloud(&cloud, &folder.path().join("t.laz"), &tiled).expect("written");
     assert!(tiles.len() > 1, "{tiles:?}");

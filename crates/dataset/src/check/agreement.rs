@@ -32,6 +32,14 @@ const ENOUGH: u64 = 1000;
 /// exceed [`MOST_RESIDUAL_M`].
 const ENOUGH_RESIDUALS: usize = 100;
 const MOST_RESIDUAL_M: f64 = 0.02;
+/// Residuals are counted up to this, metres …
+const GREATEST_RESIDUAL_M: f64 = 0.5;
+/// … in steps of a twentieth of a millimetre. Zero, the limit of what is allowed, and the limits
+/// of what rounds to the same tenth of a millimetre lie between two steps, so that a median is
+/// judged and printed as if all residuals were kept.
+const STEPS_PER_M: f64 = 20_000.0;
+/// The number of the step that begins at 0.
+const STEP_OF_ZERO: usize = (GREATEST_RESIDUAL_M * STEPS_PER_M) as usize;
 
 /// Agreement of LiDAR points with the pixels they project to, over all frames and all pairs of
 /// LiDAR and camera. Points of the sky's class are left out: they are false alarms. So are mixed
@@ -100,27 +108,29 @@ pub struct JudgedAgreement {
 /// A depth residual.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Residual {
-    /// All residuals within half a metre, metres.
-    values_m: Vec<f32>,
+    /// How many residuals within half a metre each step has, from the lowest on; empty without
+    /// any.
+    counts: Vec<u64>,
 }
 
 impl Residual {
     /// The number of points in it.
     #[must_use]
     pub fn points(&self) -> usize {
-        self.values_m.len()
+        self.counts.iter().sum::<u64>() as usize
     }
 
-    /// The median, metres; `None` without points.
+    /// The median within a fortieth of a millimetre, metres; `None` without points.
     #[must_use]
     pub fn median_m(&self) -> Option<f64> {
-        let mut values = self.values_m.clone();
-        if values.is_empty() {
-            return None;
-        }
-        let middle = values.len() / 2;
-        let (_, median, _) = values.select_nth_unstable_by(middle, f32::total_cmp);
-        Some(f64::from(*median))
+        let middle = self.counts.iter().sum::<u64>() / 2;
+        let mut below = 0;
+        let step = self.counts.iter().position(|count| {
+            below += count;
+            below > middle
+        })?;
+        // The middle of the step.
+        Some((step as f64 - STEP_OF_ZERO as f64 + 0.5) / STEPS_PER_M)
     }
 
     fn failure(&self, what: &str) -> Option<String> {
@@ -461,11 +471,19 @@ impl Agreement {
 
 impl Residual {
     fn add(&mut self, p: &PlyPoint, pixel: &Pixel) {
-        let difference_m = pixel.difference_m;
         let facing = p.point.incidence_cos >= 0.7 && on_a_surface(p);
         let smooth = pixel.filled && pixel.spread_m <= 0.1;
-        if facing && smooth && difference_m.abs() <= 0.5 {
-            self.values_m.push(difference_m as f32);
+        if facing && smooth {
+            self.count(pixel.difference_m);
+        }
+    }
+
+    /// Counts a residual that is small enough.
+    fn count(&mut self, residual_m: f64) {
+        if residual_m.abs() <= GREATEST_RESIDUAL_M {
+            let step = (residual_m * STEPS_PER_M).floor() + STEP_OF_ZERO as f64;
+            self.counts.resize(2 * STEP_OF_ZERO + 1, 0);
+            self.counts[step as usize] += 1;
         }
     }
 }
@@ -473,6 +491,37 @@ impl Residual {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_median_is_judged_and_printed_as_the_exact_one() {
+        let mut state = 1_u64;
+        let mut noise = || {
+            state = state.wrapping_mul(0x5851_F42D_4C95_7F2D).wrapping_add(1);
+            (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+        };
+        for middle_m in [-0.31, -0.02, -4e-4, -2e-5, 0.0, 3e-5, 1e-3, 0.02, 0.49] {
+            for width_m in [1e-5, 1e-3, 0.2] {
+                let values: Vec<f64> = (0..501).map(|_| middle_m + width_m * noise()).collect();
+                let mut residual = Residual::default();
+                values.iter().for_each(|&value| residual.count(value));
+                let mut kept: Vec<f64> = values.into_iter().filter(|v| v.abs() <= 0.5).collect();
+                kept.sort_by(f64::total_cmp);
+                assert_eq!(residual.points(), kept.len());
+                let (exact, found) = (kept[kept.len() / 2], residual.median_m());
+                let found = found.expect("some are kept");
+                assert!((found - exact).abs() <= 2.5e-5 + 1e-12, "{found} {exact}");
+                let printed = |m: f64| format!("{:+.2} cm, {:.1} cm", 100.0 * m, 100.0 * m);
+                assert_eq!(printed(found), printed(exact));
+                assert_eq!(found.abs() > MOST_RESIDUAL_M, exact.abs() > MOST_RESIDUAL_M);
+            }
+        }
+        assert_eq!(Residual::default().median_m(), None);
+        let mut ends = Residual::default();
+        for residual_m in [-0.5, 0.5, 0.500_001, f64::NAN] {
+            ends.count(residual_m);
+        }
+        assert_eq!(ends.points(), 2);
+    }
 
     #[test]
     fn finer_classes_are_judged_with_those_of_their_kind() {

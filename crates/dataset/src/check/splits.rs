@@ -5,6 +5,7 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 
 use nemoral_scene::TreeRecord;
 
+use crate::error::shown_to;
 use crate::{DatasetHeader, SequenceSpec, Split};
 
 /// The files of a site, which would give several worlds the same trees, ground or trails.
@@ -30,6 +31,8 @@ pub(super) fn common_sources(header: &DatasetHeader) -> Vec<String> {
             let entry = first_with.entry((name, value.clone()));
             let &mut (first, of_first) = entry.or_insert((number, split));
             if of_first != split {
+                // A whole digest is shown.
+                let value = shown_to(80, &value);
                 found.push(format!(
                     "{name} = {value} of sequence {number} ({split}) is that of sequence {first} \
                      ({of_first}), too: it must differ between splits"

@@ -9,6 +9,7 @@ use std::path::Path;
 use nemoral_scene::glam::{DVec2, DVec3};
 use nemoral_scene::{Ontology, PointFlags, RigidTransform, Semantic, TreeRecord};
 
+use crate::error::shown;
 use crate::formats::tables;
 use crate::{Dataset, Error, FrameRecord, PlyPoint, SequenceSpec, SiteSpec, Watch};
 
@@ -318,8 +319,8 @@ impl Only {
                 (Some(class), _) => only.classes.push(class.id),
                 (None, Some(semantic)) => only.semantics.push(*semantic),
                 (None, None) => {
-                    let classes = ontology.classes().iter().map(|c| &*c.name);
-                    let all = classes.chain(Semantic::ALL.iter().map(|s| s.name()));
+                    let classes = ontology.classes().iter().map(|c| shown(&c.name));
+                    let all = classes.chain(Semantic::ALL.iter().map(|s| s.name().to_owned()));
                     let allowed = format!("one of {}", all.collect::<Vec<_>>().join(", "));
                     return Err(Error::invalid("only", format!("'{name}'"), allowed));
                 }

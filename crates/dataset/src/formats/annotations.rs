@@ -114,13 +114,15 @@ fn decode_box(line: &str) -> Option<ObjectBox> {
     }
     let whole_number = |i: usize| words[i].parse::<u32>().ok();
     let real = |i: usize| words[i].parse::<f64>().ok().filter(|x| x.is_finite());
+    // Both boxes are around some pixels, so their ends come after their beginnings.
     let pixels = |i: usize| {
-        Some(PixelBox {
+        let found = PixelBox {
             left: whole_number(i)?,
             top: whole_number(i + 1)?,
             right: whole_number(i + 2)?,
             bottom: whole_number(i + 3)?,
-        })
+        };
+        (found.left < found.right && found.top < found.bottom).then_some(found)
     };
     let object = ObjectId::from_u64(words[0].parse().ok()?)?;
     let visible_px = whole_number(7)?;
@@ -219,8 +221,18 @@ mod tests {
         let text = encode_boxes(&[seen, hidden]);
         let back = decode_boxes(path, text.as_bytes()).expect("valid");
         assert_eq!(back, [seen, hidden]);
-        for (from, to) in [("shrub", "bush"), (",20,", ",x,"), ("0.066667", "0.1")] {
-            assert!(decode_boxes(path, text.replacen(from, to, 1).as_bytes()).is_err());
+        for (from, to) in [
+            ("shrub", "bush"),
+            (",20,", ",x,"),
+            ("0.066667", "0.1"),
+            (",3,4,10,31,", ",10,4,3,31,"),
+            (",3,4,10,31,", ",3,31,10,4,"),
+            (",3,3,51,31,", ",51,3,3,31,"),
+            (",3,3,51,31,", ",3,31,51,31,"),
+        ] {
+            let changed = text.replacen(from, to, 1);
+            assert_ne!(text, changed, "{from}");
+            assert!(decode_boxes(path, changed.as_bytes()).is_err(), "{to}");
         }
     }
 }

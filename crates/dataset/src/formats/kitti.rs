@@ -6,6 +6,7 @@ use std::path::Path;
 use nemoral_scene::glam::{DMat3, DQuat, DVec3};
 use nemoral_scene::{Distortion, Intrinsics, RigidTransform};
 
+use crate::error::shown_to;
 use crate::header::{RIGHT, is_place};
 use crate::{Error, SequenceSpec};
 
@@ -228,11 +229,13 @@ pub(crate) fn decode_times(path: &Path, text: &str) -> Result<Vec<f64>, Error> {
 pub(crate) fn decode_calibration(path: &Path, text: &str) -> Result<Calibration, Error> {
     let named = |name: &str| {
         let lines = || text.lines().filter_map(|l| l.split_once(": "));
+        // Sensors' names are of the file.
+        let shown = shown_to(80, name);
         match lines().filter(|(n, _)| *n == name).collect::<Vec<_>>()[..] {
-            [(_, rest)] => matrix(path, name, rest),
+            [(_, rest)] => matrix(path, &shown, rest),
             ref found => Err(Error::malformed(
                 path,
-                format!("has {} lines '{name}:', must have one", found.len()),
+                format!("has {} lines '{shown}:', must have one", found.len()),
             )),
         }
     };

@@ -178,6 +178,9 @@ pub(crate) fn encode(points: &[PlyPoint]) -> Vec<u8> {
     out
 }
 
+/// The times that a point may have, in words.
+pub(crate) const MOST_TIME: &str = "within 2^50 ns (13 days) of the frame's time";
+
 /// Whether the file's types hold a point's numbers.
 pub(crate) fn holds(point: &LidarPoint) -> bool {
     i32::try_from(point.pulse).is_ok() && point.time_ns.unsigned_abs() < 1 << 50
@@ -291,6 +294,9 @@ fn point(bytes: &[u8; STRIDE]) -> Result<PlyPoint, String> {
         normal: f.vector(),
         flags: PointFlags(f.byte()),
     };
+    if !holds(&point) {
+        return Err(format!("t {time_s} s: must be {MOST_TIME}"));
+    }
     Ok(PlyPoint {
         point,
         class,
@@ -387,6 +393,24 @@ mod tests {
             }
         }
         assert_eq!(decode(Path::new("x"), &bytes).expect("ours"), points);
+    }
+
+    #[test]
+    fn times_that_are_not_written_are_not_read() {
+        let read = |time_ns: i64| {
+            let mut point = sample(1);
+            point.point.time_ns = time_ns;
+            decode(Path::new("x"), &encode(&[point]))
+        };
+        for time_ns in [0, (1 << 50) - 1, 1 - (1 << 50)] {
+            let points = read(time_ns).expect("within the limit");
+            assert_eq!(points[0].point.time_ns, time_ns);
+        }
+        for time_ns in [1 << 50, -(1 << 50), i64::MAX, i64::MIN] {
+            let e = read(time_ns).expect_err("beyond the limit").to_string();
+            let told = e.contains("vertex 0: t ") && e.contains("must be within 2^50 ns");
+            assert!(told, "{e}");
+        }
     }
 
     #[test]

@@ -3,13 +3,14 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use csv::StringRecord;
+use csv::{Position, StringRecord};
 use nemoral_scene::glam::DVec3;
 use nemoral_scene::{
     ChunkCoord, DeadwoodRecord, DecayStage, ObjectId, ObjectKind, ObjectRecord, TreeRecord,
 };
 
 use crate::Error;
+use crate::error::{shown, shown_to};
 
 /// The columns with which every row starts.
 const ID_COLUMNS: &str = "id,chunk_x,chunk_y,item,image_id,label_id";
@@ -49,14 +50,16 @@ fn numbers(values: &[f64]) -> impl Iterator<Item = String> {
 /// Adds a row; two different rows of one id are an error.
 pub(crate) fn insert(rows: &mut Rows, table: &str, row: StringRecord) -> Result<(), Error> {
     let id: u64 = row[0].parse().map_err(|_| {
-        Error::invalid(format!("{table}.id"), format!("'{}'", &row[0]), "a true id")
+        let found = format!("'{}'", shown(&row[0]));
+        Error::invalid(format!("{table}.id"), found, "a true id")
     })?;
     match rows.insert(id, row) {
-        Some(old) if old != rows[&id] => Err(Error::invalid(
-            format!("{table}.{id}"),
-            format!("{old:?} and {:?}", rows[&id]),
-            "one thing",
-        )),
+        Some(old) if old != rows[&id] => {
+            let mut fields = old.iter().zip(&rows[&id]);
+            let (a, b) = fields.find(|(a, b)| a != b).unwrap_or_default();
+            let found = format!("'{}' and '{}'", shown(a), shown(b));
+            Err(Error::invalid(format!("{table}.{id}"), found, "one thing"))
+        }
         _ => Ok(()),
     }
 }
@@ -167,7 +170,7 @@ pub(crate) fn read_object_rows(path: &Path, text: &str) -> Result<Rows, Error> {
 fn read(path: &Path, text: &str, table: &str, columns: &str) -> Result<Rows, Error> {
     let (found, text) = text.split_once('\n').unwrap_or((text, ""));
     if found != columns {
-        let found: String = found.chars().take(200).collect();
+        let found = shown_to(200, found);
         return Err(Error::malformed(
             path,
             format!("columns are '{found}', must be '{columns}'"),
@@ -181,69 +184,118 @@ fn read(path: &Path, text: &str, table: &str, columns: &str) -> Result<Rows, Err
         .from_reader(text.as_bytes());
     for row in reader.records() {
         let row = row.map_err(|e| Error::malformed(path, e))?;
+        let line = row.position().map_or(0, line_of);
         if row.len() != width {
-            let message = format!("a row has {} fields, must have {width}", row.len());
+            let message = format!("line {line}: has {} fields, must have {width}", row.len());
             return Err(Error::malformed(path, message));
         }
-        insert(&mut rows, table, row).map_err(|e| Error::malformed(path, e))?;
+        let wrong = |e: Error| Error::malformed(path, format!("line {line}: {e}"));
+        insert(&mut rows, table, row).map_err(wrong)?;
     }
     Ok(rows)
+}
+
+/// The line of a row, of those after the first, which has the names of the columns.
+fn line_of(row: &Position) -> u64 {
+    row.line() + 1
+}
+
+/// Where a row is in its file; one that no file has is told by its id.
+fn place(row: &StringRecord) -> String {
+    match row.position() {
+        Some(at) => format!("line {}", line_of(at)),
+        None => format!("row '{}'", shown(row.get(0).unwrap_or_default())),
+    }
 }
 
 /// Reads the fields of a row one after the other.
 struct Fields<'a> {
     path: &'a Path,
     row: &'a StringRecord,
-    fields: csv::StringRecordIter<'a>,
+    /// The names of the columns after those of the id.
+    columns: &'static str,
+    /// How many fields have been taken.
+    taken: usize,
 }
 
 impl<'a> Fields<'a> {
-    fn new(path: &'a Path, row: &'a StringRecord) -> Self {
+    fn new(path: &'a Path, row: &'a StringRecord, columns: &'static str) -> Self {
         Self {
             path,
             row,
-            fields: row.iter(),
+            columns,
+            taken: 0,
         }
     }
 
     fn text(&mut self) -> &'a str {
-        self.fields.next().unwrap_or_default()
+        let text = self.row.get(self.taken).unwrap_or_default();
+        self.taken += 1;
+        text
     }
 
-    fn parse<T: std::str::FromStr>(&mut self) -> Result<T, Error> {
-        let path = self.path;
-        let text = self.text();
-        let bad = || {
-            Error::malformed(
-                path,
-                format!("'{text}' is no {}", std::any::type_name::<T>()),
-            )
-        };
-        text.parse().map_err(|_| bad())
+    /// The error of the field that was taken last, which must be what `allowed` says.
+    fn wrong(&self, allowed: &str) -> Error {
+        let last = self.taken.saturating_sub(1);
+        let mut columns = ID_COLUMNS.split(',').chain(self.columns.split(','));
+        let column = columns.nth(last).unwrap_or_default();
+        let value = shown(self.row.get(last).unwrap_or_default());
+        let place = place(self.row);
+        let message = format!("{place}, {column} = '{value}': must be {allowed}");
+        Error::malformed(self.path, message)
+    }
+
+    fn parse<T: std::str::FromStr>(&mut self, allowed: &str) -> Result<T, Error> {
+        self.text().parse().map_err(|_| self.wrong(allowed))
+    }
+
+    fn number(&mut self) -> Result<f64, Error> {
+        const ALLOWED: &str = "a finite number";
+        let number: f64 = self.parse(ALLOWED)?;
+        if number.is_finite() {
+            Ok(number)
+        } else {
+            Err(self.wrong(ALLOWED))
+        }
+    }
+
+    fn flag(&mut self) -> Result<bool, Error> {
+        self.parse("true or false")
     }
 
     fn kind(&mut self) -> Result<ObjectKind, Error> {
-        let (path, name) = (self.path, self.text());
+        let name = self.text();
         let kind = ObjectKind::ALL.iter().find(|k| k.name() == name);
-        (kind.copied()).ok_or_else(|| Error::malformed(path, format!("'{name}' is no kind")))
+        kind.copied().ok_or_else(|| {
+            let names: Vec<&str> = ObjectKind::ALL.iter().map(|k| k.name()).collect();
+            self.wrong(&format!("one of {}", names.join(", ")))
+        })
+    }
+
+    fn decay(&mut self) -> Result<DecayStage, Error> {
+        const ALLOWED: &str = "1 to 5";
+        let number = self.parse(ALLOWED)?;
+        DecayStage::from_number(number).ok_or_else(|| self.wrong(ALLOWED))
     }
 
     fn position(&mut self) -> Result<DVec3, Error> {
-        Ok(DVec3::new(self.parse()?, self.parse()?, self.parse()?))
+        Ok(DVec3::new(self.number()?, self.number()?, self.number()?))
     }
 
     /// The columns of the id, which must agree with each other.
     fn object(&mut self) -> Result<ObjectId, Error> {
+        const ALLOWED: &str = "a whole number of a true id";
         self.text();
-        let chunk = ChunkCoord::new(self.parse()?, self.parse()?);
-        let id = ObjectId::new(chunk, self.parse()?);
+        let chunk = ChunkCoord::new(self.parse(ALLOWED)?, self.parse(ALLOWED)?);
+        let id = ObjectId::new(chunk, self.parse(ALLOWED)?);
         // The ids of images and labels follow from the true id.
-        self.fields.nth(1);
+        self.taken += 2;
         id.filter(|&id| self.row.iter().zip(id_fields(id)).all(|(a, b)| a == b))
             .ok_or_else(|| {
                 let message = format!(
-                    "the id columns of row {} contradict each other",
-                    &self.row[0]
+                    "{}: the id columns of row '{}' contradict each other",
+                    place(self.row),
+                    shown(&self.row[0])
                 );
                 Error::malformed(self.path, message)
             })
@@ -252,20 +304,20 @@ impl<'a> Fields<'a> {
 
 pub(crate) fn trees(path: &Path, rows: &Rows) -> Result<Vec<TreeRecord>, Error> {
     let tree = |row| {
-        let mut f = Fields::new(path, row);
+        let mut f = Fields::new(path, row, TREE_COLUMNS);
         Ok(TreeRecord {
             object: f.object()?,
             species: f.text().to_owned(),
             position_m: f.position()?,
-            dbh_m: f.parse()?,
-            height_m: f.parse()?,
-            crown_base_m: f.parse()?,
-            crown_radius_m: f.parse()?,
-            leaf_area_m2: f.parse()?,
-            stem_volume_m3: f.parse()?,
-            lean_rad: f.parse::<f64>()?.to_radians(),
+            dbh_m: f.number()?,
+            height_m: f.number()?,
+            crown_base_m: f.number()?,
+            crown_radius_m: f.number()?,
+            leaf_area_m2: f.number()?,
+            stem_volume_m3: f.number()?,
+            lean_rad: f.number()?.to_radians(),
             age_class: f.text().to_owned(),
-            alive: f.parse()?,
+            alive: f.flag()?,
             field_id: f.text().to_owned(),
         })
     };
@@ -274,22 +326,18 @@ pub(crate) fn trees(path: &Path, rows: &Rows) -> Result<Vec<TreeRecord>, Error> 
 
 pub(crate) fn deadwood(path: &Path, rows: &Rows) -> Result<Vec<DeadwoodRecord>, Error> {
     let record = |row| {
-        let mut f = Fields::new(path, row);
+        let mut f = Fields::new(path, row, DEADWOOD_COLUMNS);
         Ok(DeadwoodRecord {
             object: f.object()?,
             kind: f.kind()?,
             species: f.text().to_owned(),
             position_m: f.position()?,
-            azimuth_deg: f.parse()?,
-            length_m: f.parse()?,
-            diameter_m: [f.parse()?, f.parse()?],
-            decay: {
-                let number = f.parse()?;
-                let none = || Error::malformed(path, format!("decay {number} is none of 1 to 5"));
-                DecayStage::from_number(number).ok_or_else(none)?
-            },
-            volume_m3: f.parse()?,
-            is_thrown: f.parse()?,
+            azimuth_deg: f.number()?,
+            length_m: f.number()?,
+            diameter_m: [f.number()?, f.number()?],
+            decay: f.decay()?,
+            volume_m3: f.number()?,
+            is_thrown: f.flag()?,
         })
     };
     rows.values().map(record).collect()
@@ -297,14 +345,14 @@ pub(crate) fn deadwood(path: &Path, rows: &Rows) -> Result<Vec<DeadwoodRecord>, 
 
 pub(crate) fn objects(path: &Path, rows: &Rows) -> Result<Vec<ObjectRecord>, Error> {
     let object = |row| {
-        let mut f = Fields::new(path, row);
+        let mut f = Fields::new(path, row, OBJECT_COLUMNS);
         Ok(ObjectRecord {
             object: f.object()?,
             kind: f.kind()?,
             species: f.text().to_owned(),
             position_m: f.position()?,
-            radius_m: f.parse()?,
-            height_m: f.parse()?,
+            radius_m: f.number()?,
+            height_m: f.number()?,
         })
     };
     rows.values().map(object).collect()
@@ -395,5 +443,102 @@ mod tests {
         assert!(objects(path, &rows).is_err());
         assert!(read_object_rows(path, &text.replace("granite,", "")).is_err());
         assert!(read_tree_rows(path, &text).is_err());
+    }
+
+    /// What is said of a table after a change of its text.
+    fn told<T>(
+        text: &str,
+        (from, to): (&str, &str),
+        rows: impl Fn(&Path, &str) -> Result<Rows, Error>,
+        records: impl Fn(&Path, &Rows) -> Result<Vec<T>, Error>,
+    ) -> String {
+        let (path, changed) = (Path::new("x.csv"), text.replacen(from, to, 1));
+        assert_ne!(text, changed, "{from}");
+        let read = rows(path, &changed).and_then(|rows| records(path, &rows).map(drop));
+        read.expect_err(to).to_string()
+    }
+
+    #[test]
+    fn wrong_fields_are_named_by_line_and_column() {
+        let object = ObjectId::new(ChunkCoord::new(1, 2), 3).expect("in range");
+        let tree = TreeRecord {
+            object,
+            species: "oak".to_owned(),
+            position_m: DVec3::ZERO,
+            dbh_m: 0.3,
+            height_m: 20.0,
+            crown_base_m: 8.0,
+            crown_radius_m: 2.5,
+            leaf_area_m2: 120.0,
+            stem_volume_m3: 0.7,
+            lean_rad: 0.0,
+            age_class: "young".to_owned(),
+            alive: true,
+            field_id: String::new(),
+        };
+        let text = encode_trees(&tree_rows(&[tree]).expect("one"));
+        for (from, to, says) in [
+            ("oak,0,", "oak,NaN,", "x_m = 'NaN': must be a finite"),
+            (",0.3,", ",inf,", "dbh_m = 'inf': must be a finite"),
+            (",0,young", ",1e999,young", "lean_deg = '1e999': must"),
+            (",true,", ",yes,", "alive = 'yes': must be true or false"),
+            (",1,2,3,", ",1,x,3,", "chunk_y = 'x': must be a whole"),
+        ] {
+            let told = told(&text, (from, to), read_tree_rows, trees);
+            assert!(told.contains(&format!("line 2, {says}")), "{told}");
+        }
+        let log = DeadwoodRecord {
+            object,
+            kind: ObjectKind::Log,
+            species: "oak".to_owned(),
+            position_m: DVec3::ZERO,
+            azimuth_deg: 90.0,
+            length_m: 4.0,
+            diameter_m: [0.3, 0.25],
+            decay: DecayStage::from_number(2).expect("a stage"),
+            volume_m3: 0.21,
+            is_thrown: false,
+        };
+        let text = encode_deadwood(&deadwood_rows(&[log]).expect("one"));
+        for (from, to, says) in [
+            (",90,", ",-inf,", "azimuth_deg = '-inf': must"),
+            (",0.25,", ",nan,", "small_diameter_m = 'nan': must"),
+            (",2,0.21,", ",7,0.21,", "decay = '7': must be 1 to 5"),
+            ("log,oak", "twig,oak", "kind = 'twig': must be one of tree,"),
+        ] {
+            let told = told(&text, (from, to), read_deadwood_rows, deadwood);
+            assert!(told.contains(&format!("line 2, {says}")), "{told}");
+        }
+    }
+
+    #[test]
+    fn long_fields_are_shortened_in_messages() {
+        let rock = ObjectRecord {
+            object: ObjectId::new(ChunkCoord::new(1, 2), 3).expect("in range"),
+            kind: ObjectKind::Rock,
+            species: "granite".to_owned(),
+            position_m: DVec3::ZERO,
+            radius_m: 1.5,
+            height_m: 1.0,
+        };
+        let text = encode_objects(&object_rows(&[rock]).expect("one"));
+        let row = text.lines().nth(1).expect("a row");
+        let (id, _) = row.split_once(',').expect("several fields");
+        let (long, zeros) = ("\u{1b}x".repeat(100_000), "0".repeat(100_000));
+        for (from, to) in [
+            ("rock".to_owned(), long.clone()),
+            (",1.5,".to_owned(), format!(",{long},")),
+            (format!("\n{id},"), format!("\n{long},")),
+            (format!("\n{id},"), format!("\n{zeros}{id},")),
+            (
+                row.to_owned(),
+                format!("{row}\n{}", row.replace("granite", &long)),
+            ),
+            ("radius_m".to_owned(), long.clone()),
+        ] {
+            let change = (from.as_str(), to.as_str());
+            let told = told(&text, change, read_object_rows, objects);
+            assert!(told.len() < 1500 && !told.contains('\u{1b}'), "{told}");
+        }
     }
 }

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
+use crate::error::shown_to;
 use crate::{DatasetHeader, Error};
 
 /// Refuses a header that differs from the one in the folder, and says where.
@@ -39,10 +40,11 @@ fn differs(root: &Path, field: &str, found: &Value, asked: &Value) -> Result<(),
     }
     if let (Value::Object(a), Value::Object(b)) = (found, asked) {
         for name in a.keys().chain(b.keys()) {
+            let shown = shown_to(80, name);
             let dotted = if field.is_empty() {
-                name.clone()
+                shown
             } else {
-                format!("{field}.{name}")
+                format!("{field}.{shown}")
             };
             let at = |map: &serde_json::Map<String, Value>| map.get(name).cloned();
             match (at(a), at(b)) {
@@ -57,11 +59,7 @@ fn differs(root: &Path, field: &str, found: &Value, asked: &Value) -> Result<(),
 fn mismatch(root: &Path, field: &str, found: Option<&Value>, asked: Option<&Value>) -> Error {
     let short = |value: Option<&Value>| {
         let text = value.map_or_else(|| "nothing".to_owned(), Value::to_string);
-        if text.chars().count() > 120 {
-            text.chars().take(120).chain("…".chars()).collect()
-        } else {
-            text
-        }
+        shown_to(120, &text)
     };
     Error::Mismatch {
         path: root.to_owned(),

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use nemoral_files::{EntryKind, Folder, Lock, is_temporary_name};
 use serde::{Deserialize, Serialize};
 
+use crate::error::shown_to;
 use crate::{DatasetHeader, Error, FORMAT_VERSION, FrameRecord, layout, limits, seal};
 
 /// `.nemoral/header.json`, sealed.
@@ -45,7 +46,8 @@ pub(crate) fn header(folder: &Folder) -> Result<Option<DatasetHeader>, Error> {
         return Ok(None);
     };
     let malformed = |message: String| Error::malformed(path.below(folder.root()), message);
-    let state: State = serde_json::from_str(json).map_err(|e| malformed(e.to_string()))?;
+    let unread = |e: serde_json::Error| malformed(shown_to(300, &e.to_string()));
+    let state: State = serde_json::from_str(json).map_err(unread)?;
     if state.format_version != FORMAT_VERSION {
         return Err(malformed(format!(
             "format_version is {}, this program reads {FORMAT_VERSION}",

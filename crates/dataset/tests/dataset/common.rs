@@ -114,6 +114,15 @@ pub(crate) fn header() -> DatasetHeader {
     }
 }
 
+/// A header as an opened data set has it: the configs of sequences are read when asked for.
+pub(crate) fn opened(header: &DatasetHeader) -> DatasetHeader {
+    let mut header = header.clone();
+    for sequence in &mut header.sequences {
+        sequence.config_toml.clear();
+    }
+    header
+}
+
 /// A sequence in this world.
 pub(crate) fn sequence(number: u32) -> SequenceSpec {
     let optical = RigidTransform::body_from_optical();

@@ -57,6 +57,9 @@ fn a_sensors_name_that_leads_outside_deletes_nothing() {
         "A",
         "velodyne",
         "con\u{0}",
+        "aux",
+        "con",
+        "com1",
     ] {
         for finished in [true, false] {
             let out = dir.path().join("out");
@@ -291,7 +294,7 @@ fn what_cannot_be_is_not_accepted() {
             j["sequences"][0]["site"] = json!({ "origin_m": origin_m, "epsg": epsg });
         }
     };
-    let lies: [Lie<'_>; 29] = [
+    let lies: [Lie<'_>; 32] = [
         ("world_from_body", &|j| {
             j["frames"][0]["world_from_body"][0][3] = json!(1e308)
         }),
@@ -327,6 +330,13 @@ fn what_cannot_be_is_not_accepted() {
         ("sensor name", &|j| {
             j["sequences"][0]["cameras"][0]["name"] = json!("../..")
         }),
+        ("sensor name", &|j| {
+            j["sequences"][0]["lidars"][0]["name"] = json!("lpt9")
+        }),
+        ("control character", &|j| {
+            j["ontology"]["classes"][0]["name"] = json!("sky\u{1b}[2J")
+        }),
+        ("time_s", &|j| j["frames"][0]["time_s"] = json!(1.7e18)),
         ("width", &|j| {
             j["sequences"][0]["cameras"][0]["intrinsics"]["width"] = json!(60_000)
         }),
@@ -383,6 +393,61 @@ fn what_cannot_be_is_not_accepted() {
         "{report}"
     );
     assert!(merged(&[&root], &dir.path().join("out")).is_err());
+}
+
+#[test]
+fn a_strangers_text_is_short_and_plain_in_messages() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let root = dir.path().join("set");
+    write(&root, &small(), &[0]);
+    let whole = fs::read(root.join("dataset.json")).expect("read");
+    let long = json!("\u{1b}[2J".repeat(100_000));
+    let places = [
+        "/seed",
+        "/frames/0/key",
+        "/frames/0/time_s",
+        "/frames/0/files/0/path",
+        "/frames/0/files/0/blake3",
+        "/sequences/0/split",
+        "/sequences/0/cameras/0/name",
+        "/sequences/0/lidars/0/name",
+        "/ontology/classes/0/name",
+    ];
+    for place in places {
+        fs::write(root.join("dataset.json"), &whole).expect("write");
+        tamper(&root, |json| match json.pointer_mut(place) {
+            Some(value) => *value = long.clone(),
+            // What is not split says nothing of it.
+            None => json["sequences"][0]["split"] = long.clone(),
+        });
+        let e = Dataset::open(&root).expect_err(place).to_string();
+        let shown = e.replace(&*root.to_string_lossy(), "");
+        let is_plain = !shown.contains(char::is_control);
+        assert!(shown.len() < 1000 && is_plain, "{place}: {shown}");
+    }
+}
+
+#[test]
+fn the_configs_of_sequences_are_read_when_they_are_asked_for() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let root = dir.path().join("set");
+    let dataset = write(&root, &small(), &[0]);
+    assert_eq!(dataset.manifest().header.sequences[0].config_toml, "");
+    assert!(dataset.sequence_config(0).is_ok() && dataset.sequence_config(1).is_err());
+    let name = "sequences/00/config.toml";
+    fs::write(root.join(name), "seed = 1\n").expect("write");
+    let dataset = Dataset::open(&root).expect("a config is for human readers");
+    let e = dataset.sequence_config(0).expect_err("changed").to_string();
+    assert!(e.contains("config.toml"), "{e}");
+    merged(&[&root], &dir.path().join("out")).expect_err("changed");
+    // No reader of configs takes so much.
+    tamper(&root, |json| {
+        let files = json["files"].as_array_mut().expect("a list");
+        let of_sequence = files.iter_mut().find(|file| file["path"] == name);
+        of_sequence.expect("listed")["bytes"] = json!((4 << 20) + 1);
+    });
+    let e = Dataset::open(&root).expect_err("too large").to_string();
+    assert!(e.contains("config.toml: bytes = 4194305: must be"), "{e}");
 }
 
 #[test]

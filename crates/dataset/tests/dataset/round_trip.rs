@@ -4,8 +4,8 @@
 use std::fs;
 use std::path::Path;
 
-use crate::common::{header, see, small, write};
-use nemoral_dataset::{Agreement, Dataset, DepthFormat, OpenMode, Writer, stats};
+use crate::common::{header, opened, see, small, write};
+use nemoral_dataset::{Agreement, Dataset, DepthFormat, FrameData, OpenMode, Writer, stats};
 use nemoral_scene::glam::DVec3;
 use nemoral_scene::{AnnotationKinds, Distortion, Intrinsics, Ontology, RigidTransform, Shutter};
 
@@ -14,7 +14,9 @@ fn a_data_set_comes_back() {
     let dir = tempfile::tempdir().expect("a folder");
     let header = header();
     let dataset = write(dir.path(), &header, &[0, 1, 3]);
-    assert_eq!(dataset.manifest().header, header);
+    assert_eq!(dataset.manifest().header, opened(&header));
+    let config = dataset.sequence_config(0).expect("a config");
+    assert_eq!(config, header.sequences[0].config_toml);
     assert_eq!(dataset.manifest().tracks[0].frames, [[0, 2], [3, 4]]);
     assert_eq!(dataset.manifest().tracks[0].length, 4);
     for (i, k) in [0, 1, 3].into_iter().enumerate() {
@@ -285,7 +287,7 @@ fn further_sensors_and_no_camera() {
     two.sequences[0].lidars.push(lidar);
     two.ontology = Ontology::fuel();
     let dataset = write(&dir.path().join("two"), &two, &[0]);
-    assert_eq!(dataset.manifest().header, two);
+    assert_eq!(dataset.manifest().header, opened(&two));
     let at = dir.path().join("two/sequences/00");
     for file in [
         "rear/image_2/000000.png",
@@ -473,7 +475,7 @@ fn rolling_shutters_agree_with_scans_and_flow() {
     };
     header.sequences[0].cameras[0].annotations.flow = true;
     let dataset = write(dir.path(), &header, &[0, 1, 2, 3]);
-    assert_eq!(dataset.manifest().header, header);
+    assert_eq!(dataset.manifest().header, opened(&header));
     assert_eq!(dataset.frames()[2].body_motion, crate::common::MOTION);
     let check = || nemoral_dataset::check(dir.path()).expect("check");
     let report = check();
@@ -525,7 +527,7 @@ fn lenses_come_back_and_agree_with_the_scans() {
     wide.intrinsics = Intrinsics::through_lens(320, 240, 2.2, fish).expect("sound");
     bent.sequences[0].cameras.push(wide);
     let dataset = write(&dir.path().join("bent"), &bent, &[0, 1]);
-    assert_eq!(dataset.manifest().header, bent);
+    assert_eq!(dataset.manifest().header, opened(&bent));
     let calibration = dataset.calibration(0).expect("calib");
     assert_eq!(calibration.distortion, lens);
     assert_eq!(calibration.further[0].distortion, fish);
@@ -646,6 +648,13 @@ fn impossible_headers_and_frames_are_refused() {
     );
     assert!(refused(&|h| h.sequences[0].lidars[0].name = "front".to_owned()).contains("unique"));
     assert!(refused(&|h| h.sequences[0].chunk_size_m = f64::NAN).contains("chunk_size_m"));
+    let long = "#".repeat((4 << 20) + 1);
+    for told in [
+        refused(&|h| h.config_toml = long.clone()),
+        refused(&|h| h.sequences[0].config_toml = long.clone()),
+    ] {
+        assert!(told.contains("config.toml = 4194305: must be"), "{told}");
+    }
     assert!(
         refused(&|h| h.sequences[0].lidars[0].body_from_lidar.translation_m.x = f64::NAN)
             .contains("top.mount")
@@ -678,6 +687,26 @@ fn impossible_headers_and_frames_are_refused() {
             .to_string()
             .contains("lidars")
     );
+    // What could not be listed at the end is refused at the beginning.
+    type Lie<'a> = (&'a str, &'a dyn Fn(&mut FrameData<'_>));
+    let lies: [Lie<'_>; 5] = [
+        ("time_s = 1700000000000000000: ", &|f| f.time_s = 1.7e18),
+        ("time_s = NaN: ", &|f| f.time_s = f64::NAN),
+        ("world_from_body", &|f| {
+            f.world_from_body.translation_m.x = 1.7e18
+        }),
+        ("body_motion", &|f| {
+            f.body_motion.linear_m_s.y = f64::INFINITY
+        }),
+        ("must be less than 10000000", &|f| f.index = 10_000_000),
+    ];
+    for (told, lie) in lies {
+        let mut frame = seen.data(&header);
+        lie(&mut frame);
+        let e = writer.write_frame(&frame).expect_err(told).to_string();
+        assert!(e.contains(told), "{e}");
+    }
+    assert!(writer.frames().is_empty() && !out.join("sequences").exists());
     let mut frame = seen.data(&header);
     frame.world_from_body.translation_m.x += 1.0;
     writer.write_frame(&frame).expect("written");
@@ -737,7 +766,8 @@ fn the_second_opening_of_a_manifest_is_the_first() {
     writer
         .write_frame(&see(&header, 0).data(&header))
         .expect("frame");
-    let written = crate::common::finish(writer, 4);
+    let mut written = crate::common::finish(writer, 4);
+    written.header = opened(&written.header);
     assert_eq!(
         Dataset::open(dir.path()).expect("open").manifest(),
         &written

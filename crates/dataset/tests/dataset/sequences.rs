@@ -9,7 +9,7 @@ use nemoral_dataset::{
 use nemoral_scene::Intrinsics;
 use nemoral_scene::{Ontology, TreeRecord};
 
-use crate::common::{objects, see, sequence, small, track, tree, trees};
+use crate::common::{objects, opened, see, sequence, small, track, tree, trees};
 
 /// The numbers of the sequences; their folders have two digits or more.
 const NUMBERS: [u32; 3] = [0, 7, 100];
@@ -91,7 +91,7 @@ fn each_sequence_has_sensors_a_world_and_files_of_its_own() {
     let header = three();
     write(dir.path(), &header, &all());
     let dataset = Dataset::open(dir.path()).expect("open");
-    assert_eq!(dataset.manifest().header, header);
+    assert_eq!(dataset.manifest().header, opened(&header));
     let widths: Vec<usize> = (0..9)
         .map(|i| dataset.read_frame(i).expect("frame").cameras[0].rgb.width())
         .collect();
@@ -104,6 +104,7 @@ fn each_sequence_has_sensors_a_world_and_files_of_its_own() {
         let folder = dir.path().join(format!("sequences/{number:02}"));
         let config = std::fs::read_to_string(folder.join("config.toml")).expect("config");
         assert_eq!(config, format!("seed = {}\n", 7 + number));
+        assert_eq!(dataset.sequence_config(number).expect("config"), config);
         assert!(dir.path().join(format!("poses/{number:02}.txt")).exists());
     }
     let report = check(dir.path()).expect("check");

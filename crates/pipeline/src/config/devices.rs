@@ -1,6 +1,6 @@
 //! LiDARs by their data sheets, as a layer of a config.
 
-use nemoral_lidar::{Device, ScannerParams, Wavelength};
+use nemoral_lidar::{Device, MotorParams, ScannerParams, Wavelength};
 use toml::{Table, Value};
 
 use super::{
@@ -78,7 +78,7 @@ fn lidar(device: Device) -> Lidar {
         },
         motor: match device {
             Device::ZebHorizon => LidarMotor {
-                turns_hz: 0.5,
+                turns_hz: MotorParams::default().turns_hz,
                 ..LidarMotor::default()
             },
             _ => LidarMotor::default(),

@@ -77,20 +77,32 @@ impl fmt::Display for ConfigError {
 /// The part of a line that is shown, the position in it of the character at `start` of the whole
 /// line, and the number of characters from there on.
 fn part_of_line(line: &str, start: usize) -> (String, usize, usize) {
+    let line = line.strip_suffix('\r').unwrap_or(line);
     let length = line.chars().count();
+    let characters = line.chars().map(visible);
     if length <= LINE {
-        return (line.to_owned(), start, length.saturating_sub(start));
+        return (characters.collect(), start, length.saturating_sub(start));
     }
     let from = start.saturating_sub(BEFORE).min(length - LINE);
     let (before, after) = (from > 0, from + LINE < length);
     let mut part: String = if before { "…" } else { "" }.to_owned();
-    part.extend(line.chars().skip(from).take(LINE));
+    part.extend(characters.skip(from).take(LINE));
     if after {
         part.push('…');
     }
     let indent = start - from + usize::from(before);
     let shown = LINE - (start - from).min(LINE);
     (part, indent, shown)
+}
+
+/// A character as a quoted line shows it. Control characters could do anything to a terminal, and
+/// their escapes would move what follows away from the carets below it.
+fn visible(c: char) -> char {
+    if c.is_control() && c != '\t' {
+        char::REPLACEMENT_CHARACTER
+    } else {
+        c
+    }
 }
 
 /// The errors in a request: all of them, or the first of many and the number of the others.
@@ -148,3 +160,21 @@ impl fmt::Display for ConfigErrors {
 }
 
 impl std::error::Error for ConfigErrors {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quoted_lines_are_short_and_plain() {
+        let long = "\u{1b}[2J\u{9b}".repeat(200);
+        for start in [0, 500, 999, 1000] {
+            let (part, indent, _) = part_of_line(&long, start);
+            let shown = part.chars().count();
+            assert!(shown <= LINE + 2 && indent <= shown, "{start}: {part}");
+            assert!(!part.contains(char::is_control), "{start}: {part}");
+        }
+        let (part, indent, rest) = part_of_line("a = \u{7}\tb\r", 4);
+        assert_eq!((&*part, indent, rest), ("a = \u{fffd}\tb", 4, 3));
+    }
+}

@@ -3,12 +3,14 @@
 use nemoral_scene::glam::DVec3;
 use nemoral_trajectory::NavigationParams;
 
-use super::{Config, Navigation};
+use super::{Config, Navigation, RobotPath};
+
+/// So short that errors at one place say nothing about those at the next.
+const AT_ONCE_S: f64 = 1e-9;
 
 impl Navigation {
-    /// Its errors.
-    #[must_use]
-    pub fn params(&self) -> NavigationParams {
+    /// Its errors, for a unit there on the body.
+    fn params(&self, unit_m: DVec3) -> NavigationParams {
         NavigationParams {
             horizontal_m: self.horizontal_m,
             vertical_m: self.vertical_m,
@@ -18,6 +20,7 @@ impl Navigation {
             drift_m: self.drift_m,
             heading_drift_rad: self.heading_drift_deg.to_radians(),
             loop_m: self.loop_m,
+            unit_m,
             lever_m: DVec3::from(self.lever_m),
             boresight_rad: self.boresight_deg.map(f64::to_radians),
         }
@@ -25,6 +28,25 @@ impl Navigation {
 }
 
 impl Config {
+    /// The errors of the navigation system, whose unit is beside the first LiDAR, or the first
+    /// camera if there is none.
+    pub(crate) fn navigation_params(&self) -> NavigationParams {
+        let lidar = self.all_lidars().next().map(|(_, l)| l.body_from_lidar());
+        let camera = self.all_cameras().next().map(|(_, c)| c.body_from_camera());
+        let sensor = lidar.or(camera);
+        let params = self
+            .navigation
+            .params(sensor.map_or(DVec3::ZERO, |mount| mount.translation_m));
+        match self.robot.path {
+            // Stations are put up and found one by one.
+            RobotPath::Stations(_) => NavigationParams {
+                correlation_s: AT_ONCE_S,
+                ..params
+            },
+            _ => params,
+        }
+    }
+
     /// What is impossible about the system of a data set: keys and messages.
     pub(super) fn navigation_problems(&self) -> Vec<(String, String)> {
         if !(self.navigation.enabled && self.balance.is_on()) {

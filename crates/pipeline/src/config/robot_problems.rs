@@ -10,6 +10,9 @@ use crate::InputFiles;
 /// The most frames of a sequence.
 const FRAMES_MAX: u64 = 10_000_000;
 
+/// The most steps of a gait in a second, as those of runners; scans know the pose 160 times in it.
+const STEPS_HZ: f64 = 5.0;
+
 impl Config {
     pub(super) fn robot_problems(&self, inputs: &InputFiles, out: &mut Problems) {
         let r = &self.robot;
@@ -67,7 +70,13 @@ impl Config {
             let must = format!("be less than chunks.visible_radius_m = {visible_m}");
             out.refuse("robot.flight.height_m", flight.height_m, &must);
         }
-        too_many_frames("robot.flight", r.flight_lines(flight).frames(), out);
+        let lines = r.flight_lines(flight);
+        if lines.frames() > FRAMES_MAX {
+            too_many_frames("robot.flight", lines.frames(), out);
+        } else if let Err(e) = lines.check() {
+            let must = format!("be {}", e.allowed);
+            out.refuse(&format!("robot.flight.{}", e.field), e.value, &must);
+        }
         if r.rest_s > 0.0 {
             let must = "be 0 with [robot.flight]: a drone is in motion on its lines";
             out.refuse("robot.rest_s", r.rest_s, must);
@@ -106,6 +115,13 @@ impl Config {
             out.refuse("robot.gait.step_m", step_m, &must);
         } else if step_m < 0.1 {
             out.refuse("robot.gait.step_m", step_m, "be 0 or at least 0.1");
+        } else if self.robot.speed_m_s > STEPS_HZ * step_m {
+            let must = format!(
+                "be at least {} with robot.speed_m_s = {}: {STEPS_HZ} steps a second",
+                self.robot.speed_m_s / STEPS_HZ,
+                self.robot.speed_m_s
+            );
+            out.refuse("robot.gait.step_m", step_m, &must);
         }
     }
 }

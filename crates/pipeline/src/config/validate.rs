@@ -1,6 +1,7 @@
 //! Combinations of keys that are impossible, though each value alone is allowed.
 
 use nemoral_assets::Species;
+use nemoral_files::InnerPath;
 use nemoral_lidar::ScanMirror;
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, ObjectId};
@@ -415,11 +416,17 @@ impl Config {
             let plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
             // Lamps have no folders.
             let reserved: &[&str] = if table == "lamps" { &[] } else { &RESERVED };
-            let taken = reserved.contains(&name.as_str());
+            let has_folder = !reserved.is_empty();
+            let taken = reserved.contains(&name.as_str())
+                || has_folder && InnerPath::new(name.as_str()).is_err();
             if name.is_empty() || name.len() > 32 || !name.chars().all(plain) || taken {
                 let mut message = format!(": a {what}'s name must be 1 to 32 of a-z, 0-9 and _");
-                if !reserved.is_empty() {
-                    message += &format!(", and none of {}", reserved.join(", "));
+                if has_folder {
+                    let reserved = reserved.join(", ");
+                    message += &format!(
+                        ", and none of {reserved}, nor a device's name on Windows (aux, con, nul, \
+                         prn, com0 to com9, lpt0 to lpt9)"
+                    );
                 }
                 out.add(&path, &message);
             }

@@ -233,7 +233,7 @@ impl Stage<Forest> for ScanStage {
     );
     type Output = Vec<Vec<LidarPoint>>;
     const ID: &'static str = "frame.scans";
-    const VERSION: u32 = 9;
+    const VERSION: u32 = 10;
 
     fn fingerprint(&self, _: &mut Hasher) {}
 

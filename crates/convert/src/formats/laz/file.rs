@@ -18,6 +18,9 @@ const HEADER_BYTES: u16 = 375;
 const VLR_HEADER_BYTES: usize = 54;
 /// Point format 6 without extra bytes.
 const POINT_BYTES: u16 = 30;
+/// The bytes of a header up to which it says which system and software made the file.
+pub(crate) const START_BYTES: usize = 90;
+const MADE_BY: [&str; 2] = ["nemoral", "nemoral-convert"];
 /// The extra dimensions: name, the specification's number of the type, and bytes.
 const EXTRA: [(&str, u8, u16); 9] = [
     ("class", 1, 1),
@@ -130,6 +133,20 @@ impl<W: Write + Seek + Send + Sync + 'static> LazWriter<W> {
     }
 }
 
+/// Whether this program wrote a file that begins so.
+pub(crate) fn is_own(start: &[u8]) -> bool {
+    let start = start.get(..START_BYTES).unwrap_or_default();
+    start.starts_with(b"LASF") && start.ends_with(&made_by())
+}
+
+fn made_by() -> Vec<u8> {
+    let mut out = Bytes::default();
+    for name in MADE_BY {
+        out.text(name, 32);
+    }
+    out.0
+}
+
 /// What the header says.
 struct Header {
     origin_m: DVec3,
@@ -162,7 +179,7 @@ impl Header {
         // The reference system, if there is one, is WKT, as point format 6 demands; times are of no
         // week.
         out.u16(1 << 4).bytes(&[0; 16]).bytes(&[1, 4]);
-        out.text("nemoral", 32).text("nemoral-convert", 32);
+        out.bytes(&made_by());
         // The day on which it was made is not known, so that equal data sets give equal bytes.
         out.u16(0).u16(0).u16(HEADER_BYTES);
         out.u32(u32::from(HEADER_BYTES) + self.record_bytes);

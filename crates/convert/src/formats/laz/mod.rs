@@ -22,7 +22,7 @@ use std::io::{self, Cursor};
 use nemoral_dataset::{Manifest, PlyPoint, SiteSpec};
 use nemoral_scene::{Ontology, RigidTransform};
 
-pub(crate) use self::file::{LazPoint, LazWriter, STEP_M, place_m};
+pub(crate) use self::file::{LazPoint, LazWriter, START_BYTES, STEP_M, is_own, place_m};
 use crate::labels::Labels;
 use crate::{Crs, Error, Format, Sink, Source, Table};
 

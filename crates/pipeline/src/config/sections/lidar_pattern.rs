@@ -153,7 +153,7 @@ section! {
     /// of the LiDAR's mount, counterclockwise from above. Points are in the frame of the mount.
     LidarMotor at "lidar.motor" {
         /// Turns per second; 0 for no motor.
-        turns_hz: f64 = 0.0, Real(0.0, 100.0), "no motor; ZEB Horizon: 0.5";
+        turns_hz: f64 = 0.0, Real(0.0, 100.0), "no motor; ZEB Horizon: 0.497";
         /// Angle from that axis to the scanner's own upright axis; 90 lays it on its side.
         tilt_deg: f64 = 90.0, Real(0.0, 180.0), "our choice: it sees in all directions";
     }

@@ -21,6 +21,7 @@ section! {
         /// Standard deviation of the heading.
         heading_deg: f64 = 0.08, Real(0.0, 45.0), "Applanix APX-15";
         /// Time after which these four errors agree with their former values by a factor of 1/e.
+        /// Those of stations are independent.
         correlation_s: f64 = 100.0, RealAbove(0.0, 1e6), "our choice: slower than a line";
         /// Drift of the place along each axis, metres after a metre; it grows with the root of the
         /// way.
@@ -28,11 +29,13 @@ section! {
         /// Drift of the heading, degrees after a metre; it grows with the root of the way.
         heading_drift_deg: f64 = 0.0, Real(0.0, 10.0), "satellites; handhelds: 0.02 to 0.1";
         /// Length of a loop, after which a place is recognised and drift is 0; 0 for the loop of
-        /// `[robot.lanes]`, and for none on other paths.
-        loop_m: f64 = 0.0, Real(0.0, 1e6), "lanes end where they begin";
+        /// `[robot.lanes]`, and for none on other paths. Where it is longer than the way, as 1e6,
+        /// no loop is closed.
+        loop_m: f64 = 0.0, Real(0.0, 1e6), "lanes end near where they begin";
         /// Error of the lever arm: forward, left, up.
         lever_m: [f64; 3] = [0.0; 3], Triple(-10.0, 10.0), "well measured";
-        /// Boresight angles, by which the sensors' mounts are known wrongly: roll, pitch, yaw.
+        /// Boresight angles, by which the sensors' mounts are known wrongly: roll, pitch, yaw. They
+        /// turn the body about its first LiDAR, or its first camera if there is none.
         boresight_deg: [f64; 3] = [0.0; 3], Triple(-10.0, 10.0), "well calibrated";
     }
 }

@@ -16,8 +16,9 @@ section! {
         spacing_s: f64 = 0.0, Real(0.0, 3600.0), "by metres";
         /// Speed, which gives times and the motion during a scan.
         speed_m_s: f64 = 1.0, RealAbove(0.0, 30.0), "walking pace";
-        /// Time at rest before a drive along a trail, a wander or a straight line, as inertial
-        /// estimators begin; it then speeds up by at most 1 m/s². 0 for full speed from the start.
+        /// Time at rest before a drive along a trail, a wander, lanes or a straight line, as
+        /// inertial estimators begin; it then speeds up by at most 1 m/s². 0 for full speed from
+        /// the start.
         rest_s: f64 = 0.0, Real(0.0, 3600.0), "in full motion";
         /// Start of the path, metres east.
         start_x_m: f64 = 0.0, Real(-1e8, 1e8), "the origin";
@@ -30,7 +31,7 @@ section! {
         wheelbase_m: f64 = 0.8, Real(0.1, 10.0), "a small tracked robot";
         /// Distance between tracks, over which the body's roll follows the ground.
         track_m: f64 = 0.6, Real(0.1, 10.0), "a small tracked robot";
-        /// Clearance from stems and rocks on a wander.
+        /// Clearance from stems and rocks on a wander, in lanes and at stations.
         clearance_m: f64 = 0.8, Real(0.0, 10.0), "half the robot's width and a margin";
     }
     plus {
@@ -107,9 +108,9 @@ section! {
 }
 
 section! {
-    /// Lanes up and down an area and back to where they began, as one walks a plot with a handheld
-    /// or backpack scanner, past stems and rocks. The middle of the area is the start, its length
-    /// is along the heading.
+    /// Lanes up and down an area and back to near where they began, as one walks a plot with a
+    /// handheld or backpack scanner, past stems and rocks. The middle of the area is the start, its
+    /// length is along the heading.
     PathLanes at "robot.lanes", one of "the robot's path" {
         /// Length of the area, along the lanes.
         length_m: f64 = 30.0, Real(1.0, 1000.0), "a plot of 30 m";

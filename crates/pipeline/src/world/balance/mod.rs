@@ -254,7 +254,6 @@ fn straight_on((place_m, forward): Heading, distance_m: f64) -> Stance {
     Stance::OnWheels {
         position_m: place_m + forward * distance_m,
         forward,
-        sway: RigidTransform::IDENTITY,
     }
 }
 
@@ -291,6 +290,10 @@ impl RobotTrajectory {
     ) -> Result<Heading, Error> {
         match self.stance(frame, offset_s, surroundings)? {
             Stance::OnWheels {
+                position_m,
+                forward,
+            }
+            | Stance::OnFoot {
                 position_m,
                 forward,
                 ..

@@ -93,6 +93,9 @@ fn further_cameras_are_as_the_first_but_for_what_they_say() {
             "cameras.x.widthpx: no such key; did you mean `width_px`",
         ),
         ("[cameras.image_3]", "a camera's name must be"),
+        ("[cameras.aux]", "cameras.aux: a camera's name must be"),
+        ("[cameras.com1]", "nor a device's name on Windows"),
+        ("[lidars.con]", "lidars.con: a LiDAR's name must be"),
         (
             "[cameras.top]\n[lidars.top]",
             "there is a camera of that name, cameras.top",

@@ -1,0 +1,84 @@
+//! What a conversion was asked for, by which one that is there is gone on with or replaced.
+
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use super::Mode;
+use crate::{Error, digest};
+
+/// What decides a conversion's bytes.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) struct Request {
+    /// This program.
+    pub(crate) converter: String,
+    /// The format's name.
+    pub(crate) format: String,
+    /// The digest of what all states of the data set have in common, which may get further frames
+    /// and sequences.
+    #[serde(default)]
+    pub(crate) data_set: Option<String>,
+    /// The digest of the data set's `dataset.json`.
+    pub(crate) source: String,
+    /// The digest of the class table, if one was given.
+    pub(crate) ontology: Option<String>,
+}
+
+impl Request {
+    pub(super) fn digest(&self) -> String {
+        digest(&serde_json::to_vec(self).expect("a request has string keys"))
+    }
+
+    /// Whether a conversion that was found is gone on with; `false` if it is replaced.
+    ///
+    /// # Errors
+    /// [`Error::Mismatch`] if it may be neither.
+    pub(super) fn goes_on(&self, path: &Path, found: &Self, mode: Mode) -> Result<bool, Error> {
+        match mode {
+            Mode::Fresh | Mode::Overwrite => Ok(false),
+            Mode::Resume => {
+                self.compare(path, found)?;
+                self.same(path, found, "source", |r| Some(&r.source))?;
+                Ok(true)
+            }
+            Mode::Renew => {
+                self.compare_data_set(path, found)?;
+                Ok(found.source == self.source)
+            }
+        }
+    }
+
+    /// Refuses a conversion that was made of another data set, or in another way. It may have been
+    /// made of another state of the data set.
+    pub(super) fn compare_data_set(&self, path: &Path, found: &Self) -> Result<(), Error> {
+        self.compare(path, found)?;
+        self.same(path, found, "data set", |r| r.data_set.as_ref())
+    }
+
+    /// Refuses a conversion that was made in another way, whatever it was made of.
+    fn compare(&self, path: &Path, found: &Self) -> Result<(), Error> {
+        self.same(path, found, "converter", |r| Some(&r.converter))?;
+        self.same(path, found, "format", |r| Some(&r.format))?;
+        self.same(path, found, "ontology", |r| r.ontology.as_ref())
+    }
+
+    fn same(
+        &self,
+        path: &Path,
+        found: &Self,
+        field: &'static str,
+        value: impl Fn(&Self) -> Option<&String>,
+    ) -> Result<(), Error> {
+        let (found, asked) = (value(found), value(self));
+        if found == asked {
+            return Ok(());
+        }
+        let shown = |value: Option<&String>| value.map_or_else(|| "none".to_owned(), String::clone);
+        Err(Error::Mismatch {
+            path: path.to_owned(),
+            field,
+            found: shown(found),
+            asked: shown(asked),
+        })
+    }
+}
