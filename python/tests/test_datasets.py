@@ -51,6 +51,10 @@ def test_estimated_poses_lie_beside_true_ones(cache: Path, tmp_path: Path) -> No
     for cloud, estimate in zip(clouds, [False, True]):
         assert nemoral.cloud(out, cloud, estimated_poses=estimate) > 100
     assert clouds[0].read_bytes() != clouds[1].read_bytes()
+    own = tmp_path / "own.ply"
+    poses = out / "sequences" / "00" / "poses_estimated.txt"
+    assert nemoral.cloud(out, own, poses=poses) > 100
+    assert own.read_bytes() == clouds[1].read_bytes()
 
 
 def test_functions_are_the_commands(written: Path, cache: Path, tmp_path: Path) -> None:

@@ -236,6 +236,7 @@ WRONG: dict[str, Callable[[nemoral.Forest], object]] = {
     "parts none": lambda f: nemoral.merge([], "out"),
     "voxel_m": lambda f: nemoral.cloud("x", voxel_m=-1),
     "estimated": lambda f: nemoral.cloud("x", estimated_poses="y"),  # type: ignore[arg-type]
+    "poses": lambda f: nemoral.cloud("x", estimated_poses=True, poses="y"),
     "format": lambda f: nemoral.convert("x", "y", "kity"),
     "dataset": lambda f: nemoral.Dataset(3),  # type: ignore[arg-type]
     "vertices": lambda f: nemoral.RayScene().add_mesh([[0, 0]], [[0, 1, 2]]),

@@ -178,6 +178,9 @@ pub(crate) struct Cloud {
     /// Registers scans by poses_estimated.txt instead of the true poses.
     #[arg(long)]
     pub(crate) estimated_poses: bool,
+    /// Registers scans by your own poses, in the form of poses.txt.
+    #[arg(long, value_name = "FILE", conflicts_with = "estimated_poses")]
+    pub(crate) poses: Option<PathBuf>,
     /// Which sequence, if there are several.
     #[arg(long, value_name = "K")]
     pub(crate) sequence: Option<u32>,

@@ -8,7 +8,7 @@ use clap::CommandFactory;
 use nemoral_convert::{
     ConvertParams, LazCloudParams, Mode, Table, convert_watched, laz_cloud, laz_note,
 };
-use nemoral_dataset::{CloudParams, MergeParams, OpenMode};
+use nemoral_dataset::{CloudParams, CloudPoses, MergeParams, OpenMode};
 use nemoral_pipeline::config::{
     Preset, SequenceConfig, Sequences, SiteFiles, annotated_toml, json_schema, reference_page,
 };
@@ -111,7 +111,11 @@ fn run_cloud(a: Cloud) -> Result<bool, Failure> {
     let params = CloudParams {
         voxel_m: a.voxel,
         pure: a.pure,
-        estimated_poses: a.estimated_poses,
+        poses: match a.poses {
+            Some(file) => CloudPoses::File(file),
+            None if a.estimated_poses => CloudPoses::Estimated,
+            None => CloudPoses::True,
+        },
         sequence: a.sequence,
         crop: a.crop,
         only: a.only_class,

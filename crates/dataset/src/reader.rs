@@ -545,13 +545,49 @@ impl Dataset {
         &self,
         sequence: u32,
     ) -> Result<Option<Vec<RigidTransform>>, Error> {
+        let poses = self.estimated_poses(sequence)?;
+        poses
+            .map(|poses| self.in_world(sequence, poses))
+            .transpose()
+    }
+
+    /// The body's pose in the world at each frame of the whole sequence, by a file of somebody's in
+    /// the form of `poses.txt`. Rotations that were rounded to three digits are taken as they are
+    /// meant.
+    pub(crate) fn world_from_body_by(
+        &self,
+        sequence: u32,
+        path: &Path,
+    ) -> Result<Vec<RigidTransform>, Error> {
+        let length = self.track(sequence)?.length;
+        let text = nemoral_files::read_text(path, limits::lines_bytes(length.saturating_mul(2)))?;
+        let rows = kitti::decode_poses(path, &text)?;
+        if let Some(line) = rows.iter().position(|rows| !kitti::is_nearly_pose(rows)) {
+            let message = format!("line {}: must be a rotation and a place", line + 1);
+            return Err(Error::malformed(path, message));
+        }
+        if rows.len() as u64 != length {
+            let message = format!(
+                "has {} lines: must have one for each of the sequence's {length} frames",
+                rows.len()
+            );
+            return Err(Error::malformed(path, message));
+        }
+        self.in_world(sequence, rows.iter().map(kitti::from_rows).collect())
+    }
+
+    /// Poses relative to the reference sensor at frame 0 as those of the body in the world.
+    fn in_world(
+        &self,
+        sequence: u32,
+        poses: Vec<RigidTransform>,
+    ) -> Result<Vec<RigidTransform>, Error> {
         let world_from_frame0 = self.track(sequence)?.world_from_frame0();
         let spec = self.manifest.header.sequence(sequence);
         let spec = spec.expect("a manifest's tracks are of sequences");
         let reference_from_body = spec.body_from_reference().inverse();
         let in_world = |pose| world_from_frame0 * pose * reference_from_body;
-        let poses = self.estimated_poses(sequence)?;
-        Ok(poses.map(|poses| poses.into_iter().map(in_world).collect()))
+        Ok(poses.into_iter().map(in_world).collect())
     }
 
     pub(crate) fn has_estimated_poses(&self, sequence: u32) -> bool {

@@ -134,6 +134,7 @@ fn assert_same_files(a: &Path, b: &Path) {
 }
 
 #[test]
+#[ignore = "half a minute: .ci/full runs it"]
 fn a_frame_alone_is_that_of_a_whole_run() {
     let folder = tempfile::tempdir().expect("a folder");
     let out = folder.path().join("seven");

@@ -7,7 +7,9 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use nemoral_convert::{ConvertParams, Converted, FormatName, Mode, Table};
-use nemoral_dataset::{Cloud, CloudParams, FrameDone, MergeParams, OpenMode, Quantiles, Watch};
+use nemoral_dataset::{
+    Cloud, CloudParams, CloudPoses, FrameDone, MergeParams, OpenMode, Quantiles, Watch,
+};
 use nemoral_pipeline::{Done, FrameSelection, Observer, Request, SequenceFrames};
 use pyo3::prelude::*;
 use pyo3::types::PyList;
@@ -236,6 +238,7 @@ pub(crate) fn cloud(
     voxel_m: Option<f64>,
     pure: bool,
     estimated_poses: bool,
+    poses: Option<PathBuf>,
     sequence: Option<u32>,
     only: Vec<String>,
     progress: Option<Py<PyAny>>,
@@ -243,7 +246,11 @@ pub(crate) fn cloud(
     let params = CloudParams {
         voxel_m,
         pure,
-        estimated_poses,
+        poses: match poses {
+            Some(file) => CloudPoses::File(file),
+            None if estimated_poses => CloudPoses::Estimated,
+            None => CloudPoses::True,
+        },
         sequence,
         only,
         ..CloudParams::default()

@@ -174,6 +174,7 @@ def cloud(
     voxel_m: float | None = None,
     pure: bool = False,
     estimated_poses: bool = False,
+    poses: Path | None = None,
     sequence: SupportsIndex | None = None,
     only: Iterable[str] = (),
     progress: Listen = None,
@@ -187,6 +188,8 @@ def cloud(
         voxel_m: keep one point in each cube of this side, metres.
         pure: leave out mixed returns and false alarms.
         estimated_poses: register scans by `poses_estimated.txt` instead of the true poses.
+        poses: a file in the form of `poses.txt`, with a line for each frame, by which scans are
+            registered instead: what your odometry or SLAM made of the data set.
         sequence: which one, if there are several.
         only: names of classes and of fine semantics (:data:`nemoral.SEMANTICS`), of which points
             are kept; all if empty.
@@ -199,9 +202,14 @@ def cloud(
     number = None if sequence is None else arguments.whole("sequence", sequence, 0, 2**32 - 1)
     is_pure = arguments.flag("pure", pure)
     is_estimated = arguments.flag("estimated_poses", estimated_poses)
+    own = None if poses is None else arguments.path("poses", poses)
+    if is_estimated and own is not None:
+        raise arguments.refuse("poses", own, "None with estimated_poses=True")
     folder, file = arguments.path("path", path), arguments.path("out", out)
     with listening(progress) as listener:
-        return _native.cloud(folder, file, side, is_pure, is_estimated, number, names, listener)
+        return _native.cloud(
+            folder, file, side, is_pure, is_estimated, own, number, names, listener
+        )
 
 
 def convert(

@@ -181,6 +181,7 @@ def cloud(
     voxel_m: float | None,
     pure: bool,
     estimated_poses: bool,
+    poses: str | None,
     sequence: int | None,
     only: list[str],
     progress: object | None,

@@ -5,7 +5,9 @@ use std::fs;
 use std::path::Path;
 use std::sync::LazyLock;
 
-use nemoral_dataset::{CloudParams, Dataset, MergeParams, OpenMode, Writer, check, cloud, stats};
+use nemoral_dataset::{
+    CloudParams, CloudPoses, Dataset, MergeParams, OpenMode, Writer, check, cloud, stats,
+};
 
 use crate::base::{Files, files, shards};
 use crate::edits::{Instructions, Part, Thing};
@@ -118,7 +120,11 @@ fn look(root: &Path, scratch: &Scratch, tasks: Tasks) {
         let params = CloudParams {
             voxel_m: tasks.has(2).then_some(0.05),
             pure: tasks.has(3),
-            estimated_poses: tasks.has(4),
+            poses: if tasks.has(4) {
+                CloudPoses::Estimated
+            } else {
+                CloudPoses::True
+            },
             ..CloudParams::default()
         };
         let _ = cloud(root, &scratch.path().join("cloud.ply"), params);

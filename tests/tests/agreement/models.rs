@@ -367,6 +367,7 @@ fn sensors_agree_on_models() {
 }
 
 #[test]
+#[ignore = "half a minute: .ci/full runs it"]
 fn the_same_models_make_the_same_forest() {
     let again = world();
     let frame = |world: &World, threads| record(&world.forest, &world.runner(threads), 3);

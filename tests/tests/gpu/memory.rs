@@ -38,6 +38,7 @@ impl InstancedScene for Bags {
 }
 
 #[test]
+#[ignore = "half a minute: .ci/full runs it"]
 fn memory_is_bounded_and_reported() {
     let Some(gpu) = gpu("bounded memory") else {
         return;

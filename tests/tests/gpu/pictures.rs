@@ -150,6 +150,7 @@ impl SkyVisibility for Tufts {
 }
 
 #[test]
+#[ignore = "half a minute: .ci/full runs it"]
 fn pictures_of_two_threads_are_those_taken_in_turn() {
     let Some(gpu) = gpu("pictures at once") else {
         return;

@@ -65,6 +65,7 @@ fn relations_miss_trees_that_grew_by_others() {
 
 /// The measures of the unaltered species are in docs/measurements/realism.md.
 #[test]
+#[ignore = "half a minute: .ci/full runs it"]
 fn heights_that_scatter_otherwise_are_noticed() {
     let heights = |name: &str, height_sd: f64, slenderness: Option<[f64; 2]>| {
         let mut species = Species::built_in(name).expect("built in");

@@ -187,6 +187,7 @@ fn low(world: &World, at: ChunkCoord) -> (Vec<Instance>, Vec<Instance>) {
 }
 
 #[test]
+#[ignore = "half a minute: .ci/full runs it"]
 fn they_are_the_stands_own_and_stand_on_its_ground() {
     let world = &*OAKS;
     let assets = world

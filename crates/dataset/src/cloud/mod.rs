@@ -4,7 +4,7 @@ mod crop;
 mod ply;
 
 use std::collections::HashSet;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use nemoral_scene::glam::{DVec2, DVec3};
 use nemoral_scene::{Ontology, PointFlags, RigidTransform, Semantic, TreeRecord};
@@ -16,6 +16,19 @@ use crate::{Dataset, Error, FrameRecord, PlyPoint, SequenceSpec, SiteSpec, Watch
 pub use crop::Crop;
 pub use ply::cloud;
 
+/// By which poses scans are registered.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum CloudPoses {
+    /// By the true ones.
+    #[default]
+    True,
+    /// By those that the robot's navigation system estimates, with their errors.
+    Estimated,
+    /// By those of a file in the form of `poses.txt`, with a line for each frame of the whole
+    /// sequence: what a program for odometry or mapping made of the data set.
+    File(PathBuf),
+}
+
 /// What goes into a cloud.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CloudParams {
@@ -24,9 +37,8 @@ pub struct CloudParams {
     pub voxel_m: Option<f64>,
     /// Whether mixed returns and false alarms are left out.
     pub pure: bool,
-    /// Whether scans are registered by the poses that the robot's navigation system estimates,
-    /// with their errors, instead of the true ones.
-    pub estimated_poses: bool,
+    /// By which poses scans are registered.
+    pub poses: CloudPoses,
     /// Which sequence; may be `None` if there is only one.
     pub sequence: Option<u32>,
     /// The part of the world that is kept; `None` keeps all.
@@ -47,16 +59,16 @@ pub struct Cloud {
     number: u32,
     params: CloudParams,
     only: Only,
-    /// The body's pose in the world at each frame of the sequence, if it is the estimated one.
-    estimated: Option<Vec<RigidTransform>>,
+    /// The body's pose in the world at each frame of the sequence, if it is not the true one.
+    world_from_body: Option<Vec<RigidTransform>>,
     watch: Watch,
 }
 
 /// A point of a cloud.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CloudPoint {
-    /// The measured position in the world, by the scanner's true pose, or by the estimated one
-    /// ([`CloudParams::estimated_poses`]).
+    /// The measured position in the world, by the scanner's true pose, or by another one
+    /// ([`CloudParams::poses`]).
     pub world_m: DVec3,
     /// The surface's normal in the world.
     pub normal: DVec3,
@@ -83,8 +95,8 @@ impl Cloud {
     /// # Errors
     /// If there is no such sequence, or there are several and none is named, if it has no
     /// LiDAR, if its scans were written raw (not deskewed) or without PLY, if estimated poses are
-    /// asked for and it has none, if `voxel_m` is out of range, or if `only` has a name that is no
-    /// class.
+    /// asked for and it has none, if a file is no poses or has not one for each frame, if `voxel_m`
+    /// is out of range, or if `only` has a name that is no class.
     pub fn open(dir: &Path, params: CloudParams) -> Result<Self, Error> {
         if let Some(side) = params.voxel_m.filter(|v| !VOXEL_M.contains(v)) {
             let allowed = format!("{} to {} m", VOXEL_M.start(), VOXEL_M.end());
@@ -102,15 +114,17 @@ impl Cloud {
             return Err(Error::invalid("sequence", found, allowed));
         };
         let only = Only::new(&params.only, &dataset.manifest().header.ontology)?;
-        let estimated = (params.estimated_poses)
-            .then(|| estimated(&dataset, number))
-            .transpose()?;
+        let world_from_body = match &params.poses {
+            CloudPoses::True => None,
+            CloudPoses::Estimated => Some(estimated(&dataset, number)?),
+            CloudPoses::File(path) => Some(dataset.world_from_body_by(number, path)?),
+        };
         let this = Self {
             dataset,
             number,
             params,
             only,
-            estimated,
+            world_from_body,
             watch: Watch::default(),
         };
         if this.spec().lidars.is_empty() {
@@ -226,7 +240,7 @@ impl Cloud {
 
     /// The pose by which a frame's scans are registered.
     fn world_from_body(&self, frame: &FrameRecord) -> RigidTransform {
-        match &self.estimated {
+        match &self.world_from_body {
             // One for each frame of the sequence, and a manifest lists none beyond its end.
             Some(poses) => poses[frame.index as usize],
             None => frame.world_from_body(),

@@ -13,7 +13,7 @@ use crate::formats::ply;
 /// of frames, as a binary PLY at `out`: for plots that are scanned from stations, and for maps of
 /// drives.
 ///
-/// Positions are the measured ones, registered by the true poses unless the estimated ones are
+/// Positions are the measured ones, registered by the true poses unless others are
 /// asked for. Every point has its class, its object (`chunk_x`, `chunk_y`, `item` as in
 /// `trees.csv` and `instances.csv`), frame, LiDAR, return, true range, normal and its class's
 /// colour. Returns how many points were written. The file appears when it is whole.

@@ -134,11 +134,20 @@ fn push_rows(out: &mut String, rows: &Rows) {
 
 /// Whether a matrix is a rotation, but for rounding, and a place within bounds.
 pub(crate) fn is_pose(rows: &Rows) -> bool {
+    is_pose_within(1e-6, rows)
+}
+
+/// The same for what other programs write with few digits.
+pub(crate) fn is_nearly_pose(rows: &Rows) -> bool {
+    is_pose_within(2e-3, rows)
+}
+
+fn is_pose_within(tolerance: f64, rows: &Rows) -> bool {
     let axes = rows.map(|[x, y, z, _]| DVec3::new(x, y, z));
     let [x, y, z] = axes;
-    let unit = |axis: DVec3| (axis.length_squared() - 1.0).abs() < 1e-6;
+    let unit = |axis: DVec3| (axis.length_squared() - 1.0).abs() < tolerance;
     axes.into_iter().all(unit)
-        && x.cross(y).distance(z) < 1e-6
+        && x.cross(y).distance(z) < tolerance
         && is_place(DVec3::from(rows.map(|row| row[3])))
 }
 

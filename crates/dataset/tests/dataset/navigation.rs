@@ -5,8 +5,8 @@ use std::fs;
 use std::path::Path;
 
 use nemoral_dataset::{
-    Cloud, CloudParams, CloudPoint, Dataset, DatasetHeader, Error, Manifest, MergeParams, OpenMode,
-    WorldTables, Writer, check, merge,
+    Cloud, CloudParams, CloudPoint, CloudPoses, Dataset, DatasetHeader, Error, Manifest,
+    MergeParams, OpenMode, WorldTables, Writer, check, merge,
 };
 use nemoral_scene::RigidTransform;
 use nemoral_scene::glam::DVec3;
@@ -60,9 +60,9 @@ fn estimates() -> Vec<RigidTransform> {
         .collect()
 }
 
-fn points(dir: &Path, estimated_poses: bool) -> Result<Vec<CloudPoint>, Error> {
+fn points(dir: &Path, poses: CloudPoses) -> Result<Vec<CloudPoint>, Error> {
     let params = CloudParams {
-        estimated_poses,
+        poses,
         ..CloudParams::default()
     };
     let mut points = Vec::new();
@@ -86,8 +86,36 @@ fn estimates_come_back_and_register_clouds() -> Result<(), Error> {
         assert!(found.translation_m.distance(asked.translation_m) < 1e-9);
         assert!(found.rotation.angle_between(asked.rotation) < 1e-7);
     }
-    let truth = points(dir.path(), false)?;
-    let moved = points(dir.path(), true)?;
+    let truth = points(dir.path(), CloudPoses::True)?;
+    let moved = points(dir.path(), CloudPoses::Estimated)?;
+    // Poses of another program are in the same form, with fewer digits.
+    let text = fs::read_to_string(dir.path().join(FILE)).expect("a file");
+    let few = |number: &str| format!("{:.6}", number.parse::<f64>().expect("a number"));
+    let few = |line: &str| line.split(' ').map(few).collect::<Vec<_>>().join(" ");
+    let lines: Vec<String> = text.lines().map(few).collect();
+    let other = tempfile::tempdir().expect("a folder");
+    let own = other.path().join("slam.txt");
+    let write_own = |text: &str| fs::write(&own, text).expect("a writable folder");
+    write_own(&lines.join("\n"));
+    let by_own = points(dir.path(), CloudPoses::File(own.clone()))?;
+    for (a, b) in moved.iter().zip(&by_own) {
+        assert!(a.world_m.distance(b.world_m) < 1e-4);
+    }
+    for (wrong, message) in [
+        (
+            lines[1..].join("\n"),
+            "must have one for each of the sequence's",
+        ),
+        (
+            text.replacen("0", "7", 1),
+            "line 1: must be a rotation and a place",
+        ),
+        ("no numbers\n".to_owned(), "line 1"),
+    ] {
+        write_own(&wrong);
+        let error = points(dir.path(), CloudPoses::File(own.clone())).expect_err("wrong poses");
+        assert!(error.to_string().contains(message), "{error}");
+    }
     assert_eq!(truth.len(), moved.len());
     let poses = track(FRAMES).poses;
     for (truth, moved) in truth.iter().zip(&moved) {
@@ -111,7 +139,7 @@ fn a_data_set_without_estimates_says_so() -> Result<(), Error> {
     let dataset = Dataset::open(dir.path())?;
     assert!(dataset.estimated_poses(0)?.is_none());
     assert!(dataset.estimated_world_from_body(0)?.is_none());
-    let error = points(dir.path(), true)
+    let error = points(dir.path(), CloudPoses::Estimated)
         .expect_err("there are none")
         .to_string();
     assert!(error.contains("navigation.enabled"), "{error}");

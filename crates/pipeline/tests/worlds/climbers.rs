@@ -153,6 +153,7 @@ fn lianas_hold_on_to_their_tree() {
 }
 
 #[test]
+#[ignore = "half a minute: .ci/full runs it"]
 fn more_clematis_hangs_at_meadows() {
     let world = world("meadow-edge", &["climbers.clematis=0.15"]);
     let found = on_trees(&world, 5);

@@ -31,6 +31,7 @@ fn with_flight<'a>(settings: &[&'a str]) -> Vec<&'a str> {
 }
 
 #[test]
+#[ignore = "half a minute: .ci/full runs it"]
 fn what_a_flight_does_not_see_is_told() -> Result<(), Error> {
     let dir = tempfile::tempdir().expect("a folder");
     let told = |name: &str, more: &[&str]| {

@@ -72,6 +72,7 @@ fn presets_of_the_paper_and_the_demo_have_none() {
 }
 
 #[test]
+#[ignore = "half a minute: .ci/full runs it"]
 fn leaves_lie_on_the_mesh_of_the_ground() {
     for (preset, settings) in [
         ("beech", &[][..]),

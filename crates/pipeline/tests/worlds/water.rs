@@ -27,6 +27,7 @@ fn chunks() -> impl Iterator<Item = ChunkCoord> {
 }
 
 #[test]
+#[ignore = "half a minute: .ci/full runs it"]
 fn nothing_stands_or_lies_in_water_but_stones() {
     let runner = VALLEY.runner(2);
     let (mut wet, mut rocks, mut objects) = (0, 0, 0);
