@@ -11,7 +11,7 @@ use nemoral_scene::{
 use crate::formats::{Size, annotations, exr, images, kitti, npy, ply, scan, tables};
 use crate::{
     Calibration, CameraFile, DepthFormat, Error, FileRecord, FrameRecord, Manifest, PlyPoint,
-    SequenceSpec, TrackRecord, layout,
+    SequenceSpec, TrackRecord, layout, limits,
 };
 
 /// A finished data set on disk. Every file that is read is compared with its size and checksum in

@@ -187,7 +187,9 @@ fn files_that_are_no_poses_of_the_frames_are_refused() -> Result<(), Error> {
         reseal(dir.path(), FILE);
         let report = check(dir.path())?.to_string();
         assert!(report.contains(told), "{report}");
-        let error = points(dir.path(), true).expect_err("no poses").to_string();
+        let error = points(dir.path(), CloudPoses::Estimated)
+            .expect_err("no poses")
+            .to_string();
         assert!(
             error.contains("poses_estimated.txt") && error.contains(told),
             "{error}"
