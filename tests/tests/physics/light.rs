@@ -113,8 +113,8 @@ fn mean_is_near_followed(stands: &[&str], skies: &[&str]) {
                 }
                 let (ratio, greener) = (a.y / b.y, green(a) - green(b));
                 println!("{stand}, {sky}, {part}: {ratio:.2}, green {greener:+.3} ({n} pixels)");
-                // Under clouds oak-mixed is too dark below: its ground by a sixth, its low plants by an
-                // eighth.
+                // Under clouds oak-mixed is too dark below: its ground by a sixth, its low plants
+                // by an eighth.
                 let least = if part == "ground" { 0.8 } else { 0.87 };
                 if !(least..1.1).contains(&ratio) || greener.abs() >= 0.02 {
                     off.push(format!("{stand}, {sky}, {part}: {ratio:.2} {greener:+.3}"));
