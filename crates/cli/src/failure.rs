@@ -46,6 +46,9 @@ fn remedy(error: &nemoral_dataset::Error) -> &'static str {
 fn remedy_of_conversion(error: &nemoral_convert::Error) -> &'static str {
     match error {
         nemoral_convert::Error::Exists { .. } => RESUME_OR_OVERWRITE,
+        nemoral_convert::Error::Mismatch { .. } => {
+            "; remove that folder, or replace it by `nemoral convert --overwrite`"
+        }
         nemoral_convert::Error::TileExists { .. } => {
             "; --overwrite replaces all tiles of this name"
         }

@@ -1,4 +1,4 @@
-//! All that the program writes on standard output and standard error.
+//! What commands write on standard output and standard error.
 //!
 //! Names and messages may come from a stranger's files, and a terminal obeys control characters: it
 //! clears its screen, or worse. People therefore read escapes in their place.

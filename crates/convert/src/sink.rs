@@ -5,8 +5,9 @@
 //! *before* them. So every file of the folder is in some record, and a step is done if its record
 //! was made for the same request and all files agree with it.
 //!
-//! A file is removed or replaced only if it is as a record of it says, or is a step's own that is
-//! written again: anybody can make records, and with them name files of others.
+//! A file is removed or replaced only if it is as a record of it says, holds nothing (it is empty,
+//! or zeros alone), or is a step's own that is written again: anybody can make records, and with
+//! them name files of others.
 
 mod compare;
 mod records;
@@ -178,7 +179,7 @@ impl Sink {
         let folder = Folder::new(root);
         match (Self::admit(&folder, mode)?, mode) {
             (Some(found), Mode::Overwrite) => {
-                let records = Records::read(&folder, "", false, found.finished.as_deref())?;
+                let records = Records::read(&folder, None, found.finished.as_deref())?;
                 records.refuse_changed(&folder)?;
             }
             (Some(found), _) => request.compare_data_set(root, &found.request)?,
@@ -212,6 +213,7 @@ impl Sink {
             && let Some(files) = &finished
             && files.iter().all(|f| is_whole(&folder, f))
         {
+            let _lock = records::lock_if_begun(&folder)?;
             remove_leftovers(&folder)?;
             remove_state(&folder)?;
             let bytes = files.iter().map(|f| f.bytes).sum();
@@ -296,15 +298,9 @@ impl Sink {
         self.refuse_others(&file)?;
         // It says in which folder there may be a temporary file.
         self.put_record(key, &file)?;
-        match path.parent() {
-            Some(parent) => self.folder.create_folders(&parent)?,
-            None => self.folder.create_root()?,
-        }
-        // This refuses links on the way.
-        self.folder.kind(&path)?;
         let target = path.below(self.folder.root());
         let mut stream = Stream {
-            inner: BufWriter::new(PendingFile::create(&target)?),
+            inner: BufWriter::new(self.folder.begin(&path)?),
             hasher: blake3::Hasher::new(),
             bytes: 0,
             path: target.clone(),

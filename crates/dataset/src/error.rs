@@ -3,6 +3,8 @@
 use std::io;
 use std::path::PathBuf;
 
+use nemoral_scene::excerpt;
+
 /// Why a data set could not be written, read, checked or merged.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -172,37 +174,7 @@ impl Error {
     }
 }
 
-/// A text of a data set's files as a message shows it: short, and in one line.
+/// A text of a data set's files as most messages show it.
 pub(crate) fn shown(text: &str) -> String {
-    shown_to(40, text)
-}
-
-/// The same with up to so many characters.
-pub(crate) fn shown_to(most: usize, text: &str) -> String {
-    let mut short = String::new();
-    for c in text.chars().take(most) {
-        match c {
-            // They do no harm, and JSON is full of them.
-            '"' | '\'' | '\\' => short.push(c),
-            _ => short.extend(c.escape_debug()),
-        }
-    }
-    if text.chars().nth(most).is_some() {
-        short.push('…');
-    }
-    short
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn texts_are_shown_short_and_in_one_line() {
-        assert_eq!(shown("größe \"x\" '\\'"), "größe \"x\" '\\'");
-        assert_eq!(shown("a\nb\u{1b}[2J\u{202e}"), "a\\nb\\u{1b}[2J\\u{202e}");
-        assert_eq!(shown(&"x".repeat(40)), "x".repeat(40));
-        assert_eq!(shown(&"x".repeat(1 << 20)), "x".repeat(40) + "…");
-        assert_eq!(shown_to(3, "[1,2]"), "[1,…");
-    }
+    excerpt(text, 40)
 }

@@ -3,13 +3,13 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use nemoral_files::InnerPath;
+use nemoral_files::{DEVICE_NAMES, InnerPath};
 use nemoral_scene::glam::DVec3;
 use nemoral_scene::{AnnotationKinds, Intrinsics, Ontology, RigidTransform, Shutter};
 use serde::{Deserialize, Serialize};
 
 use crate::error::shown;
-use crate::{Error, FileRecord, SequenceSpec, Split, limits, serde_scene};
+use crate::{Error, FileRecord, SequenceSpec, Split, layout, limits, serde_scene};
 
 /// The name of the further camera that is KITTI's right one: its pictures are in `image_3`, its
 /// projection is `P3`.
@@ -161,20 +161,21 @@ impl DatasetHeader {
             let allowed = "in order of their numbers, each once";
             return Err(Error::invalid("sequences", "…", allowed));
         }
-        let of_sequences = self.sequences.iter().map(|s| &s.config_toml);
-        for config in std::iter::once(&self.config_toml).chain(of_sequences) {
-            check_config(config)?;
+        check_config(layout::CONFIG, &self.config_toml)?;
+        for sequence in &self.sequences {
+            let name = layout::sequence_file(sequence.number, layout::CONFIG);
+            check_config(&name, &sequence.config_toml)?;
         }
         self.sequences.iter().try_for_each(SequenceSpec::validate)
     }
 }
 
 /// Refuses a config that is longer than those that are read.
-fn check_config(config_toml: &str) -> Result<(), Error> {
+fn check_config(name: &str, config_toml: &str) -> Result<(), Error> {
     let bytes = config_toml.len();
     if bytes as u64 > limits::CONFIG_BYTES {
         let allowed = format!("at most {}", limits::CONFIG_BYTES);
-        return Err(Error::invalid("bytes of config.toml", bytes, allowed));
+        return Err(Error::invalid(format!("bytes of {name}"), bytes, allowed));
     }
     Ok(())
 }
@@ -225,8 +226,10 @@ pub(crate) fn check_sensor_name(name: &str) -> Result<(), Error> {
     let plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_' || c == '-';
     let is_plain = (1..=64).contains(&name.len()) && name.chars().all(plain);
     if !is_plain || RESERVED.contains(&name) || InnerPath::new(name).is_err() {
-        let allowed = "1 to 64 of a-z, 0-9, '_' and '-', none of the layout's own folders, and no \
-                       device's name on Windows (aux, con, nul, prn, com0 to com9, lpt0 to lpt9)";
+        let allowed = format!(
+            "1 to 64 of a-z, 0-9, '_' and '-', none of the layout's own folders, and no device's \
+             name on Windows ({DEVICE_NAMES})"
+        );
         let found = format!("'{}'", shown(name));
         return Err(Error::invalid("sensor name", found, allowed));
     }

@@ -2,11 +2,10 @@
 
 use std::path::Path;
 
-use nemoral_scene::RigidTransform;
 use nemoral_scene::glam::{DQuat, DVec3};
+use nemoral_scene::{RigidTransform, excerpt};
 use serde::{Deserialize, Serialize};
 
-use crate::error::shown_to;
 use crate::{Dataset, Error, FileRecord, layout, serde_scene};
 
 /// The inertial measurement unit of a sequence.
@@ -176,7 +175,7 @@ fn columns<const N: usize>(
 ) -> Result<(i64, [[f64; 4]; N]), Error> {
     let wide = 1 + sizes.iter().sum::<usize>();
     let bad = || {
-        let shown = shown_to(200, line);
+        let shown = excerpt(line, 200);
         Error::malformed(path, format!("'{shown}' is not {wide} numbers"))
     };
     let mut fields = line.split(',');

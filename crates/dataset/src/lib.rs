@@ -132,6 +132,7 @@ pub use frame::{CameraData, FrameData, LidarData, Track, WorldTables};
 pub use header::{CameraSpec, DatasetHeader, DepthFormat, LidarSpec};
 pub use imu::{ImuReading, ImuSpec, ImuTexts};
 pub use layout::input_path;
+pub use limits::CONFIG_BYTES;
 pub use manifest::{FORMAT_VERSION, FrameRecord, Manifest, TrackRecord};
 pub use merge::{MergeParams, merge, merge_watched};
 pub use nemoral_files::InnerPath;

@@ -44,7 +44,7 @@ pub(crate) const MAX_INPUTS: usize = 1024;
 /// Data card, class table, description of an inertial measurement unit.
 pub(crate) const TEXT_BYTES: u64 = 16 << 20;
 /// The config of the data set or of a sequence: the most that the reader of configs takes.
-pub(crate) const CONFIG_BYTES: u64 = 4 << 20;
+pub const CONFIG_BYTES: u64 = 4 << 20;
 
 /// A line of `poses.txt` or `times.txt` has at most twelve numbers of 25 characters.
 pub(crate) const fn lines_bytes(frames: u64) -> u64 {

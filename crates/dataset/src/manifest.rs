@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 
 use nemoral_files::{Folder, InnerPath};
 use nemoral_scene::glam::DVec3;
-use nemoral_scene::{RigidTransform, Twist};
+use nemoral_scene::{RigidTransform, Twist, excerpt};
 use serde::{Deserialize, Serialize};
 
-use crate::error::{shown, shown_to};
+use crate::error::shown;
 use crate::formats::kitti;
 use crate::header::is_place;
 use crate::{
@@ -178,7 +178,7 @@ impl Manifest {
             return Err("is empty".to_owned());
         }
         // Such errors quote what they have found.
-        let unread = |e: serde_json::Error| shown_to(300, &e.to_string());
+        let unread = |e: serde_json::Error| excerpt(&e.to_string(), 300);
         let version: Version = serde_json::from_str(text).map_err(unread)?;
         if version.format_version != FORMAT_VERSION {
             return Err(format!(

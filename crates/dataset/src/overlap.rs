@@ -1,20 +1,16 @@
 //! How much of a scan the frame before has seen already.
 
-use std::collections::HashMap;
-
-use nemoral_scene::glam::{DVec3, I64Vec3};
+use nemoral_scene::glam::DVec3;
 
 /// Points nearer than this are of the same place, metres.
 pub(crate) const NEAR_M: f64 = 0.1;
-/// A sphere around any point reaches into two cells along each axis.
-const CELL_M: f64 = 2.0 * NEAR_M;
-/// The most points of a cell that are compared one by one.
+/// The most points of a box that are compared one by one.
 const FEW: usize = 16;
 /// The most steps of a comparison for each point of both scans. Tens are usual; thousands take
 /// scans of which nearly all points are just too far from nearly all of the other's.
 const MOST_STEPS: u64 = 2000;
 
-/// Points in a box.
+/// Points in a box: a node of a k-d tree.
 struct Part {
     low: DVec3,
     high: DVec3,
@@ -27,6 +23,12 @@ enum Points {
 }
 
 impl Part {
+    /// The points whose coordinates are finite: nothing is near one that is nowhere.
+    fn of(mut points: Vec<DVec3>) -> Self {
+        points.retain(|p| p.is_finite());
+        Self::new(&mut points)
+    }
+
     /// Points whose coordinates are finite; they are sorted on the way.
     fn new(points: &mut [DVec3]) -> Self {
         let low = points.iter().copied().fold(DVec3::INFINITY, DVec3::min);
@@ -70,60 +72,24 @@ impl Part {
     }
 }
 
-/// The points of a scan by cells of space.
-struct Grid {
-    cells: HashMap<I64Vec3, Part>,
-    count: usize,
-}
-
-impl Grid {
-    fn new(points: &[DVec3]) -> Self {
-        let mut cells: HashMap<I64Vec3, Vec<DVec3>> = HashMap::new();
-        // Nothing is near a point that is nowhere.
-        for &p in points.iter().filter(|p| p.is_finite()) {
-            cells.entry(cell_of(p)).or_default().push(p);
-        }
-        let parts = cells.into_iter();
-        let parts = parts.map(|(cell, mut points)| (cell, Part::new(&mut points)));
-        Self {
-            cells: parts.collect(),
-            count: points.len(),
+/// How many points are near one of a scan with `count` points; `None` if that takes too many steps.
+fn count_near(scan: &Part, count: usize, points: &[DVec3]) -> Option<usize> {
+    let most = MOST_STEPS.saturating_mul((count + points.len()) as u64);
+    let (mut near, mut steps) = (0, 0);
+    for &p in points {
+        near += usize::from(p.is_finite() && scan.has_near(p, &mut steps));
+        if steps > most {
+            return None;
         }
     }
-
-    fn has_near(&self, p: DVec3, steps: &mut u64) -> bool {
-        let lowest = cell_of(p - NEAR_M);
-        p.is_finite()
-            && (0..8_i64).any(|corner| {
-                let offset = I64Vec3::new(corner & 1, corner >> 1 & 1, corner >> 2);
-                // Places may be so far away that their cells are the last ones that have numbers.
-                let part = self.cells.get(&lowest.saturating_add(offset));
-                part.is_some_and(|part| part.has_near(p, steps))
-            })
-    }
-
-    /// How many of these points are near one of the grid's; `None` if that takes too many steps.
-    fn count_near(&self, points: &[DVec3]) -> Option<usize> {
-        let most = MOST_STEPS.saturating_mul((self.count + points.len()) as u64);
-        let (mut near, mut steps) = (0, 0);
-        for &p in points {
-            near += usize::from(self.has_near(p, &mut steps));
-            if steps > most {
-                return None;
-            }
-        }
-        Some(near)
-    }
-}
-
-fn cell_of(p: DVec3) -> I64Vec3 {
-    (p / CELL_M).floor().as_i64vec3()
+    Some(near)
 }
 
 /// Compares each scan with the one before it in the same sequence.
 #[derive(Default)]
 pub(crate) struct Overlap {
-    before: Option<(u32, Grid)>,
+    /// The sequence of the scan before, the number of its points, and these.
+    before: Option<(u32, usize, Part)>,
     shares: Vec<f64>,
 }
 
@@ -134,13 +100,13 @@ impl Overlap {
         if points.is_empty() {
             return;
         }
-        if let Some((of, grid)) = &self.before
+        if let Some((of, count, scan)) = &self.before
             && *of == sequence
-            && let Some(near) = grid.count_near(&points)
+            && let Some(near) = count_near(scan, *count, &points)
         {
             self.shares.push(near as f64 / points.len() as f64);
         }
-        self.before = Some((sequence, Grid::new(&points)));
+        self.before = Some((sequence, points.len(), Part::of(points)));
     }
 
     /// For each frame but the first of a sequence, the share of its points near one of the frame
@@ -177,7 +143,7 @@ mod tests {
     proptest! {
         #[test]
         fn a_part_finds_what_its_points_have(a in lattice(), b in lattice()) {
-            let part = Part::new(&mut a.clone());
+            let part = Part::of(a.clone());
             for p in b {
                 let expected = a.iter().any(|q| q.distance_squared(p) <= NEAR_M * NEAR_M);
                 prop_assert_eq!(part.has_near(p, &mut 0), expected, "{}", p);
@@ -196,18 +162,18 @@ mod tests {
     }
 
     #[test]
-    fn full_cells_take_few_steps() {
+    fn equal_places_take_few_steps() {
         const COUNT: usize = 250_000;
-        // All in one cell, in a row of a quarter of a millimetre.
+        // A row of a quarter of a millimetre.
         let row = |x_m: f64| -> Vec<DVec3> {
             let at = |i: usize| DVec3::new(x_m + 1e-9 * i as f64, 0.05, 0.05);
             (0..COUNT).map(at).collect()
         };
-        let grid = Grid::new(&row(0.01));
+        let scan = Part::of(row(0.01));
         for (x_m, expected) in [(0.19, 0), (0.05, COUNT)] {
             let (mut near, mut steps) = (0, 0);
             for p in row(x_m) {
-                near += usize::from(grid.has_near(p, &mut steps));
+                near += usize::from(scan.has_near(p, &mut steps));
             }
             assert_eq!(near, expected);
             // Each point with each takes 6e10.

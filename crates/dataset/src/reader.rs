@@ -523,16 +523,9 @@ impl Dataset {
         let path = layout::sequence_file(sequence, layout::ESTIMATED_POSES);
         let rows = self.load_text(&path, kitti::decode_poses)?;
         // Nothing else says where these poses are.
-        if let Some(line) = rows.iter().position(|rows| !kitti::is_pose(rows)) {
-            let message = format!("line {}: must be a rotation and a place", line + 1);
-            return Err(Error::malformed(self.root().join(&path), message));
-        }
-        let length = self.track(sequence)?.length;
-        if rows.len() as u64 != length {
-            let message = format!("has {} lines, the sequence {length} frames", rows.len());
-            return Err(Error::malformed(self.root().join(&path), message));
-        }
-        Ok(Some(rows.iter().map(kitti::from_rows).collect()))
+        let path = self.root().join(&path);
+        let poses = self.poses_of_frames(sequence, (&path, &rows), kitti::is_pose)?;
+        Ok(Some(poses))
     }
 
     /// The body's pose in the world at each frame of the whole sequence, as a navigation system
@@ -560,12 +553,26 @@ impl Dataset {
         path: &Path,
     ) -> Result<Vec<RigidTransform>, Error> {
         let length = self.track(sequence)?.length;
-        let text = nemoral_files::read_text(path, limits::lines_bytes(length.saturating_mul(2)))?;
+        // Others may write more digits than we do.
+        let limit = limits::lines_bytes(length.saturating_mul(2));
+        let text = nemoral_files::read_text(path, limit)?;
         let rows = kitti::decode_poses(path, &text)?;
-        if let Some(line) = rows.iter().position(|rows| !kitti::is_nearly_pose(rows)) {
+        let poses = self.poses_of_frames(sequence, (path, &rows), kitti::is_nearly_pose)?;
+        self.in_world(sequence, poses)
+    }
+
+    /// The poses of a file, which has one for each frame of a sequence.
+    fn poses_of_frames(
+        &self,
+        sequence: u32,
+        (path, rows): (&Path, &[kitti::Rows]),
+        is_pose: fn(&kitti::Rows) -> bool,
+    ) -> Result<Vec<RigidTransform>, Error> {
+        if let Some(line) = rows.iter().position(|rows| !is_pose(rows)) {
             let message = format!("line {}: must be a rotation and a place", line + 1);
             return Err(Error::malformed(path, message));
         }
+        let length = self.track(sequence)?.length;
         if rows.len() as u64 != length {
             let message = format!(
                 "has {} lines: must have one for each of the sequence's {length} frames",
@@ -573,7 +580,7 @@ impl Dataset {
             );
             return Err(Error::malformed(path, message));
         }
-        self.in_world(sequence, rows.iter().map(kitti::from_rows).collect())
+        Ok(rows.iter().map(kitti::from_rows).collect())
     }
 
     /// Poses relative to the reference sensor at frame 0 as those of the body in the world.

@@ -144,7 +144,9 @@ fn objection(text: &str) -> Option<&'static str> {
     })
 }
 
-/// Windows takes these for devices, whatever follows the first dot.
+/// The names that Windows takes for devices, whatever follows the first dot, in words.
+pub const DEVICE_NAMES: &str = "aux, con, nul, prn, com0 to com9, lpt0 to lpt9";
+
 fn is_device(component: &str) -> bool {
     let stem = component.split('.').next().unwrap_or(component);
     let stem = stem.trim_end().to_ascii_uppercase();

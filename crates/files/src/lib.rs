@@ -52,7 +52,7 @@ mod syncer;
 
 pub use error::{Error, PathError};
 pub use folder::{Entry, EntryKind, Folder, Lock};
-pub use inner_path::InnerPath;
+pub use inner_path::{DEVICE_NAMES, InnerPath};
 pub use pending::{PendingFile, is_temporary_name, scratch_beside, write};
 pub use read::{is_same, read, read_text};
 pub use syncer::Syncer;

@@ -1,5 +1,7 @@
 //! The error of this crate.
 
+use nemoral_scene::excerpt;
+
 /// Why a file is not what it should be.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
@@ -28,16 +30,7 @@ impl ImportError {
     }
 }
 
-/// A text of a file as a message shows it: short, and in one line.
+/// A text of a file as messages show it.
 pub(crate) fn shown(text: &str) -> String {
-    const SHOWN: usize = 40;
-    let mut short: String = text
-        .chars()
-        .take(SHOWN)
-        .flat_map(char::escape_debug)
-        .collect();
-    if text.chars().nth(SHOWN).is_some() {
-        short.push('…');
-    }
-    short
+    excerpt(text, 40)
 }

@@ -131,12 +131,18 @@ impl BeamAxes {
     /// The axes of a beam, in the LiDAR frame, of which `up` is as near to the given one as it can
     /// be.
     pub(crate) fn along(forward: DVec3, up: DVec3) -> Self {
-        let any = if forward.y.abs() < 0.5 {
-            DVec3::Y
+        let across = up.cross(forward);
+        let left = if across.length_squared() > 1e-20 {
+            across.normalize()
         } else {
-            DVec3::X
+            // Along `up` any direction is as good.
+            let any = if forward.y.abs() < 0.5 {
+                DVec3::Y
+            } else {
+                DVec3::X
+            };
+            any.reject_from_normalized(forward).normalize()
         };
-        let left = up.cross(forward).try_normalize().unwrap_or(any);
         Self {
             forward,
             left,
@@ -201,6 +207,20 @@ mod tests {
                     .sum();
                 let ratio = variance / (width / FWHM).powi(2);
                 assert!((ratio - 0.687).abs() < 0.04, "{rings} {ratio}");
+            }
+        }
+    }
+
+    #[test]
+    fn axes_are_at_right_angles_in_every_direction() {
+        let oblique = DVec3::new(0.6, -0.48, 0.64);
+        for forward in [DVec3::X, DVec3::Y, DVec3::NEG_Z, oblique, -oblique] {
+            for up in [DVec3::Z, DVec3::Y, oblique, oblique + 1e-13 * DVec3::X] {
+                let axes = BeamAxes::along(forward, up);
+                assert!((axes.left.length() - 1.0).abs() < 1e-12);
+                assert!(axes.left.dot(forward).abs() < 1e-12);
+                assert!(axes.up.distance(forward.cross(axes.left)) < 1e-12);
+                assert!(axes.up.dot(up) > -1e-12, "{forward} {up}");
             }
         }
     }

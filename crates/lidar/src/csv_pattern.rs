@@ -2,8 +2,8 @@
 
 use std::io::BufRead;
 
-use nemoral_scene::DirectionCone;
 use nemoral_scene::glam::DVec3;
+use nemoral_scene::{DirectionCone, excerpt};
 
 use crate::pattern::direction;
 use crate::{Pulse, ScanPattern};
@@ -141,13 +141,9 @@ fn row(text: &str) -> Result<Pulse, String> {
     })
 }
 
-/// A field as a message shows it: in quotes, in one line, and short.
+/// A field as a message shows it.
 fn shown(field: &str) -> String {
-    const SHOWN: usize = 40;
-    match field.char_indices().nth(SHOWN) {
-        Some((at, _)) => format!("{:?}", format!("{}…", &field[..at])),
-        None => format!("{field:?}"),
-    }
+    format!("\"{}\"", excerpt(field, 40))
 }
 
 impl ScanPattern for CsvPattern {

@@ -19,9 +19,9 @@ pub struct MotorParams {
 }
 
 impl Default for MotorParams {
-    /// Half a turn a second, nearly, of a scanner that lies on its side, as on handheld mappers. No
-    /// head turns a whole number of times in that, so that the lines of one turn are not those of
-    /// the next.
+    /// Half a turn a second, nearly, of a scanner that lies on its side, as on handheld mappers.
+    /// Heads of 5, 10 or 20 Hz do not turn a whole number of times in that, so that the lines of
+    /// one turn are not those of the next.
     fn default() -> Self {
         Self {
             turns_hz: 0.497,
@@ -106,8 +106,8 @@ impl ScanPattern for Motorised {
         self.pattern.identity(number)
     }
 
-    fn up(&self, pulse: &Pulse) -> DVec3 {
-        self.turned(self.pattern.up(pulse), pulse.time_s)
+    fn up(&self, time_s: f64) -> DVec3 {
+        self.turned(self.pattern.up(time_s), time_s)
     }
 
     fn field_of_view(&self) -> DirectionCone {

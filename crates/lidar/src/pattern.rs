@@ -36,9 +36,9 @@ pub trait ScanPattern: Send + Sync {
         number
     }
 
-    /// The z axis of the scanner itself, in the LiDAR frame, when it fires a pulse of this pattern:
-    /// the vertical width of the beam lies along it. By default it is that of the frame.
-    fn up(&self, _pulse: &Pulse) -> DVec3 {
+    /// The z axis of the scanner itself, in the LiDAR frame, at the time of a pulse: the vertical
+    /// width of the beam lies along it. By default it is that of the frame.
+    fn up(&self, _time_s: f64) -> DVec3 {
         DVec3::Z
     }
 

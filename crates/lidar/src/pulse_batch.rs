@@ -72,7 +72,7 @@ impl ScanContext<'_> {
             }
             pose_of.push(poses.len() as u32 - 1);
             let pose = &poses[poses.len() - 1];
-            self.aim_pulse(pose, (pulse, self.jittered(number, pulse.direction)), rays);
+            self.aim_pulse(pose, fired_s, self.jittered(number, pulse.direction), rays);
         }
         PulseBatch {
             start,
@@ -82,11 +82,12 @@ impl ScanContext<'_> {
         }
     }
 
-    /// Sets the rays of a pulse whose true direction in the LiDAR frame is given.
+    /// Sets the rays of a pulse, given when it is fired and its true direction in the LiDAR frame.
     fn aim_pulse(
         &self,
         scene_from_lidar: &RigidTransform,
-        (pulse, direction): (&Pulse, DVec3),
+        fired_s: f64,
+        direction: DVec3,
         rays: &mut [Ray],
     ) {
         let in_scene = |v| scene_from_lidar.transform_vector(v);
@@ -102,7 +103,7 @@ impl ScanContext<'_> {
             *only = ray(in_scene(direction));
             return;
         }
-        let axes = BeamAxes::along(direction, self.pattern.up(pulse)).map(in_scene);
+        let axes = BeamAxes::along(direction, self.pattern.up(fired_s)).map(in_scene);
         for (ray_of_part, part) in rays.iter_mut().zip(self.sub_rays) {
             *ray_of_part = ray(axes.towards(part));
         }

@@ -32,8 +32,8 @@ fn a_motor_turns_each_pulse_by_its_time() {
         let motor = DMat3::from_rotation_z(TAU * 0.5 * a.time_s) * DMat3::from_rotation_x(0.7);
         assert!((motor.transpose() * b.direction).distance(a.direction) < 1e-9);
         // The beam's section turns with the scanner.
-        assert_eq!(still.up(&a), DVec3::Z);
-        assert!((motor.transpose() * turned.up(&b)).distance(DVec3::Z) < 1e-9);
+        assert_eq!(still.up(a.time_s), DVec3::Z);
+        assert!((motor.transpose() * turned.up(b.time_s)).distance(DVec3::Z) < 1e-9);
     }
     assert_eq!(
         turned.pulses(100, 50),

@@ -105,6 +105,10 @@ fn estimated(
     poses: &[(f64, RigidTransform)],
 ) -> Result<Vec<RigidTransform>, Error> {
     let mut params = config.navigation_params();
+    // Stations are put up and found one by one.
+    if matches!(config.robot.path, RobotPath::Stations(_)) {
+        params.correlation_s = 0.0;
+    }
     if params.loop_m == 0.0 {
         params.loop_m = trajectory.trajectory.loop_m().unwrap_or(0.0);
     }

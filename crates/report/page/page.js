@@ -104,6 +104,7 @@ function show(asked) {
   choose(get("camera"), whole.views.map((v) => v.name));
   choose(get("lidar"), whole.scans.map((s) => s.name));
   get("viewer").hidden = get("slide").hidden = whole.views.length === 0;
+  for (const id of ["frames", "scan"]) get(`${id}-note`)?.remove();
   attempt("frames", showView);
   attempt("scan", showScan);
   if (frame.sequence !== Number(get("world").value)) {

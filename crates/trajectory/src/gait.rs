@@ -6,8 +6,8 @@ use nemoral_scene::glam::DVec3;
 use nemoral_scene::{ParamError, RigidTransform};
 
 /// The sway of a walker's body, by the way: it goes up and down and pitches once a step, goes from
-/// side to side and rolls once in two steps, about a body that is upright on any slope. Who stands
-/// still at the start does not sway.
+/// side to side and rolls once in two steps, about a body that is upright on any slope. A walker
+/// at the start does not sway.
 ///
 /// Sines for each are a simplification; walkers' bodies move by 2 to 3 cm and some degrees.
 #[derive(Clone, Copy, Debug, PartialEq)]

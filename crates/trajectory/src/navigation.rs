@@ -17,8 +17,8 @@ const DRIFT: Domain = Domain::new("trajectory.navigation.drift");
 ///   heading's drift does to later places is part of `drift_m`.
 /// - *Misalignment* is constant: how the sensors' mounts are known to the body.
 ///
-/// Places are those of the navigation's unit, `unit_m` on the body, about which errors of attitude
-/// turn: a sensor beside it stays where the unit is.
+/// It estimates the place of a reference point on the body, about which errors of attitude turn it:
+/// a sensor there stays there.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct NavigationParams {
     /// Standard deviation of the wandering of the place, east and north each, metres.
@@ -29,7 +29,7 @@ pub struct NavigationParams {
     pub roll_pitch_rad: f64,
     /// That of the heading, radians.
     pub heading_rad: f64,
-    /// The time constant of wandering, seconds, above 0.
+    /// The time constant of wandering, seconds; with 0, errors of poses are independent.
     pub correlation_s: f64,
     /// Drift of the place along each axis, metres after a metre; `k` times as much after `k²` m.
     pub drift_m: f64,
@@ -38,8 +38,8 @@ pub struct NavigationParams {
     /// The length of a loop, after which a place is recognised and drift is 0, metres; 0 if none
     /// ever is.
     pub loop_m: f64,
-    /// Where its unit is on the body, metres: beside the sensor that matters.
-    pub unit_m: DVec3,
+    /// The point on the body whose place is estimated, metres: that of the sensor that matters.
+    pub reference_point_m: DVec3,
     /// A constant error of the place, in the body's axes, metres: a wrong lever arm.
     pub lever_m: DVec3,
     /// A constant error of the attitude, in the body's axes: roll, pitch and yaw, radians; the
@@ -54,14 +54,17 @@ impl NavigationParams {
             ("vertical_m", self.vertical_m),
             ("roll_pitch_rad", self.roll_pitch_rad),
             ("heading_rad", self.heading_rad),
+            ("correlation_s", self.correlation_s),
             ("drift_m", self.drift_m),
             ("heading_drift_rad", self.heading_drift_rad),
             ("loop_m", self.loop_m),
         ] {
             ParamError::check_at_least_zero(field, value)?;
         }
-        ParamError::check_positive("correlation_s", self.correlation_s)?;
-        for (field, place_m) in [("unit_m", self.unit_m), ("lever_m", self.lever_m)] {
+        for (field, place_m) in [
+            ("reference_point_m", self.reference_point_m),
+            ("lever_m", self.lever_m),
+        ] {
             ParamError::check(place_m.is_finite(), field, place_m, "finite")?;
         }
         let boresight_rad = DVec3::from(self.boresight_rad);
@@ -117,7 +120,7 @@ impl Navigation {
     /// A navigation system whose errors are those of `key`.
     ///
     /// # Errors
-    /// If a deviation is below 0 or not finite, or `correlation_s` is not above 0.
+    /// If a value is below 0 or not finite.
     pub fn new(params: NavigationParams, key: Key) -> Result<Self, ParamError> {
         params.check()?;
         Ok(Self {
@@ -143,7 +146,12 @@ impl Navigation {
                     (now.travelled_m - before.travelled_m).max(0.0),
                 ),
             };
-            let correlation = libm::exp(-passed_s / self.params.correlation_s);
+            let constant_s = self.params.correlation_s;
+            let correlation = if constant_s > 0.0 {
+                libm::exp(-passed_s / constant_s)
+            } else {
+                0.0
+            };
             let new = libm::sqrt(1.0 - correlation * correlation);
             let mut rng = self.wandering.item(number as u64).rng();
             for error in &mut wandering {
@@ -182,10 +190,10 @@ impl Navigation {
             * turned(roll, pitch, 0.0)
             * turned(bore_roll, bore_pitch, bore_yaw);
         let rotation = rotation.normalize();
-        let of_unit_m = pose.transform_point(p.unit_m + p.lever_m) + of_place;
+        let point_m = pose.transform_point(p.reference_point_m + p.lever_m) + of_place;
         RigidTransform {
             rotation,
-            translation_m: of_unit_m - rotation * p.unit_m,
+            translation_m: point_m - rotation * p.reference_point_m,
         }
     }
 }

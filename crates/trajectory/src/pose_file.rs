@@ -1,7 +1,7 @@
 //! Poses from a file: TUM or KITTI.
 
-use nemoral_scene::RigidTransform;
 use nemoral_scene::glam::{DMat3, DQuat, DVec3};
+use nemoral_scene::{RigidTransform, excerpt};
 
 use crate::Error;
 
@@ -50,18 +50,11 @@ pub fn read_poses(
         if line.trim().is_empty() || line.trim_start().starts_with('#') {
             continue;
         }
-        let wrong = |expected: &'static str| {
-            // A long line is shortened in the message.
-            let (end, cut) = match line.char_indices().nth(80) {
-                Some((end, _)) => (end, "…"),
-                None => (line.len(), ""),
-            };
-            Error::Line {
-                origin: origin.to_owned(),
-                line: i + 1,
-                shown: format!("{:?}{cut}", &line[..end]),
-                expected,
-            }
+        let wrong = |expected: &'static str| Error::Line {
+            origin: origin.to_owned(),
+            line: i + 1,
+            shown: format!("\"{}\"", excerpt(line, 80)),
+            expected,
         };
         let numbers: Option<Vec<f64>> = line
             .split_whitespace()

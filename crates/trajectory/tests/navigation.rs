@@ -16,7 +16,7 @@ const NONE: NavigationParams = NavigationParams {
     drift_m: 0.0,
     heading_drift_rad: 0.0,
     loop_m: 0.0,
-    unit_m: DVec3::ZERO,
+    reference_point_m: DVec3::ZERO,
     lever_m: DVec3::ZERO,
     boresight_rad: [0.0; 3],
 };
@@ -169,21 +169,41 @@ fn a_boresight_angle_is_a_step_between_strips() {
     assert!((step_m - 0.105).abs() < 5e-4, "{step_m}");
 }
 
-/// A sensor beside the unit is turned in its place, however far from the body's origin it is.
+/// Without a time constant, errors at one place say nothing about those at the next, however soon
+/// that is.
 #[test]
-fn errors_of_attitude_turn_about_the_unit() {
-    let unit_m = DVec3::new(0.4, -0.1, 1.2);
+fn errors_without_a_time_constant_are_independent() {
+    let params = NavigationParams {
+        horizontal_m: 1.0,
+        correlation_s: 0.0,
+        ..NONE
+    };
+    let truth = drive(20_000, 1e-6, 1.0);
+    let found = estimated(params, 4, &truth);
+    let east: Vec<f64> = (found.iter().zip(&truth))
+        .map(|(found, (_, truth))| errors(found, truth)[0])
+        .collect();
+    assert!((deviation(east.iter().copied()) - 1.0).abs() < 0.03);
+    let products = east.windows(2).map(|pair| pair[0] * pair[1]);
+    let correlation = products.sum::<f64>() / 20_000.0;
+    assert!(correlation.abs() < 0.03, "{correlation}");
+}
+
+/// A sensor at the reference point is turned in its place, however far from the body's origin it is.
+#[test]
+fn errors_of_attitude_turn_about_the_reference_point() {
+    let point_m = DVec3::new(0.4, -0.1, 1.2);
     let params = NavigationParams {
         roll_pitch_rad: 0.02,
         heading_rad: 0.05,
         heading_drift_rad: 0.01,
-        unit_m,
+        reference_point_m: point_m,
         boresight_rad: [0.03, -0.05, 0.1],
         ..NONE
     };
     let truth = drive(20, 1.0, 1.0);
     for (found, (_, truth)) in estimated(params, 3, &truth).iter().zip(&truth) {
-        let [found_m, true_m] = [found, truth].map(|pose| pose.transform_point(unit_m));
+        let [found_m, true_m] = [found, truth].map(|pose| pose.transform_point(point_m));
         assert!(found_m.distance(true_m) < 1e-12);
         assert!(found.rotation.angle_between(truth.rotation) > 0.05);
     }
@@ -241,7 +261,7 @@ fn wrong_values_are_refused_by_name() {
         ),
         (
             NavigationParams {
-                correlation_s: 0.0,
+                correlation_s: -1.0,
                 ..NONE
             },
             "correlation_s",

@@ -83,6 +83,8 @@ pub(super) fn look(folder: &Folder) -> Result<Option<Found>, Error> {
     if has(MANIFEST) {
         let text = folder.read_text(&inner(MANIFEST)?, RECORD_BYTES)?;
         let manifest = unseal(&text).and_then(|json| serde_json::from_str::<Manifest>(json).ok());
+        // A file that is listed once is compared once.
+        let manifest = manifest.filter(|m| m.files.is_sorted_by(|a, b| a.path < b.path));
         let Some(Manifest { request, files }) = manifest else {
             let cause = format!("'{MANIFEST}' was changed, or is another program's");
             return Err(damaged(cause));
@@ -125,13 +127,12 @@ pub(super) struct Records {
 }
 
 impl Records {
-    /// The records of a folder. `goes_on` says whether those of the request with this digest are
-    /// gone on with; `finished` are the files of a finished conversion, which are gone on with or
-    /// not as a whole.
+    /// The records of a folder. Those of the request with the digest `goes_on_with` are gone on
+    /// with; `finished` are the files of a finished conversion, which are gone on with if there is
+    /// such a digest.
     pub(super) fn read(
         folder: &Folder,
-        request: &str,
-        goes_on: bool,
+        goes_on_with: Option<&str>,
         finished: Option<&[FileRecord]>,
     ) -> Result<Self, Error> {
         let mut records = Self::default();
@@ -143,12 +144,12 @@ impl Records {
                 continue;
             };
             if let Some(record) = Record::read(folder, key)? {
-                let is_kept = goes_on && record.request == request;
+                let is_kept = goes_on_with == Some(record.request.as_str());
                 records.add(key, record.files, is_kept);
             }
         }
         if let Some(files) = finished {
-            records.add(FINISHED, files.to_vec(), goes_on);
+            records.add(FINISHED, files.to_vec(), goes_on_with.is_some());
         }
         Ok(records)
     }
@@ -235,16 +236,20 @@ pub(super) fn take_over(
     finished: Option<Vec<FileRecord>>,
 ) -> Result<(Lock, Records), Error> {
     let digest = request.digest();
-    // Where somebody is converting, they hold the lock, and their files are theirs.
-    let has_state = folder.kind(&inner(STATE)?)?.is_some();
-    let early = has_state.then(|| lock(folder)).transpose()?;
-    let records = Records::read(folder, &digest, goes_on, finished.as_deref())?;
+    let early = lock_if_begun(folder)?;
+    let goes_on_with = goes_on.then_some(digest.as_str());
+    let records = Records::read(folder, goes_on_with, finished.as_deref())?;
     records.refuse_changed(folder)?;
     folder.create_folders(&inner(STATE_STEPS)?)?;
     let lock = match early {
         Some(lock) => lock,
         None => lock(folder)?,
     };
+    // Another process may have ended between the first look and the lock.
+    if look(folder)?.and_then(|found| found.finished) != finished {
+        let path = folder.root().to_owned();
+        return Err(nemoral_files::Error::Locked { path }.into());
+    }
     // What a finished conversion owns stays owned while it is made again or replaced.
     if let Some(files) = finished {
         let record = Record {
@@ -259,6 +264,12 @@ pub(super) fn take_over(
     folder.remove_file(&inner(MANIFEST)?)?;
     records.clear(folder)?;
     Ok((lock, records))
+}
+
+/// The lock where somebody may be converting, who holds it and whose files are theirs.
+pub(super) fn lock_if_begun(folder: &Folder) -> Result<Option<Lock>, Error> {
+    let has_state = folder.kind(&inner(STATE)?)?.is_some();
+    has_state.then(|| lock(folder)).transpose()
 }
 
 fn lock(folder: &Folder) -> Result<Lock, Error> {

@@ -15,7 +15,7 @@ pub(crate) struct Request {
     /// The format's name.
     pub(crate) format: String,
     /// The digest of what all states of the data set have in common, which may get further frames
-    /// and sequences.
+    /// and sequences; `None` in conversions of layout 5 and before.
     #[serde(default)]
     pub(crate) data_set: Option<String>,
     /// The digest of the data set's `dataset.json`.

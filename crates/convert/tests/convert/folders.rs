@@ -221,6 +221,7 @@ fn list(out: &Path, file: FileRecord) {
     let mut content = whole["content"].clone();
     let files = content["files"].as_array_mut().expect("a list");
     files.push(serde_json::to_value(file).expect("plain"));
+    files.sort_by(|a, b| a["path"].as_str().cmp(&b["path"].as_str()));
     let content = content.to_string();
     let digest = blake3::hash(content.as_bytes()).to_hex();
     let sealed = format!("{{\"blake3\":\"{digest}\",\"content\":{content}}}\n");

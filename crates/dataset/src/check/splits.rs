@@ -3,9 +3,8 @@
 use std::collections::{BTreeMap, HashMap};
 use std::hash::{DefaultHasher, Hash, Hasher};
 
-use nemoral_scene::TreeRecord;
+use nemoral_scene::{TreeRecord, excerpt};
 
-use crate::error::shown_to;
 use crate::{DatasetHeader, SequenceSpec, Split};
 
 /// The files of a site, which would give several worlds the same trees, ground or trails.
@@ -32,7 +31,7 @@ pub(super) fn common_sources(header: &DatasetHeader) -> Vec<String> {
             let &mut (first, of_first) = entry.or_insert((number, split));
             if of_first != split {
                 // A whole digest is shown.
-                let value = shown_to(80, &value);
+                let value = excerpt(&value, 80);
                 found.push(format!(
                     "{name} = {value} of sequence {number} ({split}) is that of sequence {first} \
                      ({of_first}), too: it must differ between splits"

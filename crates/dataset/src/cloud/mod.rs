@@ -117,7 +117,13 @@ impl Cloud {
         let world_from_body = match &params.poses {
             CloudPoses::True => None,
             CloudPoses::Estimated => Some(estimated(&dataset, number)?),
-            CloudPoses::File(path) => Some(dataset.world_from_body_by(number, path)?),
+            CloudPoses::File(path) => {
+                let poses = dataset.world_from_body_by(number, path);
+                Some(poses.map_err(|e| {
+                    let allowed = format!("a file with a pose for each frame: {e}");
+                    Error::invalid("poses", path.display(), allowed)
+                })?)
+            }
         };
         let this = Self {
             dataset,

@@ -4,9 +4,8 @@ use std::fmt::Write;
 use std::path::Path;
 
 use nemoral_scene::glam::{DMat3, DQuat, DVec3};
-use nemoral_scene::{Distortion, Intrinsics, RigidTransform};
+use nemoral_scene::{Distortion, Intrinsics, RigidTransform, excerpt};
 
-use crate::error::shown_to;
 use crate::header::{RIGHT, is_place};
 use crate::{Error, SequenceSpec};
 
@@ -139,7 +138,8 @@ pub(crate) fn is_pose(rows: &Rows) -> bool {
 
 /// The same for what other programs write with few digits.
 pub(crate) fn is_nearly_pose(rows: &Rows) -> bool {
-    is_pose_within(2e-3, rows)
+    // Three digits may be off by so much in the product of two axes.
+    is_pose_within(3e-3, rows)
 }
 
 fn is_pose_within(tolerance: f64, rows: &Rows) -> bool {
@@ -239,7 +239,7 @@ pub(crate) fn decode_calibration(path: &Path, text: &str) -> Result<Calibration,
     let named = |name: &str| {
         let lines = || text.lines().filter_map(|l| l.split_once(": "));
         // Sensors' names are of the file.
-        let shown = shown_to(80, name);
+        let shown = excerpt(name, 80);
         match lines().filter(|(n, _)| *n == name).collect::<Vec<_>>()[..] {
             [(_, rest)] => matrix(path, &shown, rest),
             ref found => Err(Error::malformed(

@@ -3,14 +3,14 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use csv::{Position, StringRecord};
+use csv::StringRecord;
 use nemoral_scene::glam::DVec3;
 use nemoral_scene::{
-    ChunkCoord, DeadwoodRecord, DecayStage, ObjectId, ObjectKind, ObjectRecord, TreeRecord,
+    ChunkCoord, DeadwoodRecord, DecayStage, ObjectId, ObjectKind, ObjectRecord, TreeRecord, excerpt,
 };
 
 use crate::Error;
-use crate::error::{shown, shown_to};
+use crate::error::shown;
 
 /// The columns with which every row starts.
 const ID_COLUMNS: &str = "id,chunk_x,chunk_y,item,image_id,label_id";
@@ -170,7 +170,7 @@ pub(crate) fn read_object_rows(path: &Path, text: &str) -> Result<Rows, Error> {
 fn read(path: &Path, text: &str, table: &str, columns: &str) -> Result<Rows, Error> {
     let (found, text) = text.split_once('\n').unwrap_or((text, ""));
     if found != columns {
-        let found = shown_to(200, found);
+        let found = excerpt(found, 200);
         return Err(Error::malformed(
             path,
             format!("columns are '{found}', must be '{columns}'"),
@@ -184,7 +184,7 @@ fn read(path: &Path, text: &str, table: &str, columns: &str) -> Result<Rows, Err
         .from_reader(text.as_bytes());
     for row in reader.records() {
         let row = row.map_err(|e| Error::malformed(path, e))?;
-        let line = row.position().map_or(0, line_of);
+        let line = line(&row);
         if row.len() != width {
             let message = format!("line {line}: has {} fields, must have {width}", row.len());
             return Err(Error::malformed(path, message));
@@ -195,17 +195,9 @@ fn read(path: &Path, text: &str, table: &str, columns: &str) -> Result<Rows, Err
     Ok(rows)
 }
 
-/// The line of a row, of those after the first, which has the names of the columns.
-fn line_of(row: &Position) -> u64 {
-    row.line() + 1
-}
-
-/// Where a row is in its file; one that no file has is told by its id.
-fn place(row: &StringRecord) -> String {
-    match row.position() {
-        Some(at) => format!("line {}", line_of(at)),
-        None => format!("row '{}'", shown(row.get(0).unwrap_or_default())),
-    }
+/// The line of a row in its file, whose first line has the names of the columns.
+fn line(row: &StringRecord) -> u64 {
+    row.position().map_or(0, |at| at.line() + 1)
 }
 
 /// Reads the fields of a row one after the other.
@@ -240,8 +232,8 @@ impl<'a> Fields<'a> {
         let mut columns = ID_COLUMNS.split(',').chain(self.columns.split(','));
         let column = columns.nth(last).unwrap_or_default();
         let value = shown(self.row.get(last).unwrap_or_default());
-        let place = place(self.row);
-        let message = format!("{place}, {column} = '{value}': must be {allowed}");
+        let line = line(self.row);
+        let message = format!("line {line}, {column} = '{value}': must be {allowed}");
         Error::malformed(self.path, message)
     }
 
@@ -293,8 +285,8 @@ impl<'a> Fields<'a> {
         id.filter(|&id| self.row.iter().zip(id_fields(id)).all(|(a, b)| a == b))
             .ok_or_else(|| {
                 let message = format!(
-                    "{}: the id columns of row '{}' contradict each other",
-                    place(self.row),
+                    "line {}: the id columns of row '{}' contradict each other",
+                    line(self.row),
                     shown(&self.row[0])
                 );
                 Error::malformed(self.path, message)

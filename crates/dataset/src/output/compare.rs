@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
+use nemoral_scene::excerpt;
 use serde_json::Value;
 
-use crate::error::shown_to;
 use crate::{DatasetHeader, Error};
 
 /// Refuses a header that differs from the one in the folder, and says where.
@@ -40,7 +40,7 @@ fn differs(root: &Path, field: &str, found: &Value, asked: &Value) -> Result<(),
     }
     if let (Value::Object(a), Value::Object(b)) = (found, asked) {
         for name in a.keys().chain(b.keys()) {
-            let shown = shown_to(80, name);
+            let shown = excerpt(name, 80);
             let dotted = if field.is_empty() {
                 shown
             } else {
@@ -59,7 +59,7 @@ fn differs(root: &Path, field: &str, found: &Value, asked: &Value) -> Result<(),
 fn mismatch(root: &Path, field: &str, found: Option<&Value>, asked: Option<&Value>) -> Error {
     let short = |value: Option<&Value>| {
         let text = value.map_or_else(|| "nothing".to_owned(), Value::to_string);
-        shown_to(120, &text)
+        excerpt(&text, 120)
     };
     Error::Mismatch {
         path: root.to_owned(),

@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 
 use nemoral_files::{EntryKind, Folder, Lock, is_temporary_name};
+use nemoral_scene::excerpt;
 use serde::{Deserialize, Serialize};
 
-use crate::error::shown_to;
 use crate::{DatasetHeader, Error, FORMAT_VERSION, FrameRecord, layout, limits, seal};
 
 /// `.nemoral/header.json`, sealed.
@@ -46,7 +46,7 @@ pub(crate) fn header(folder: &Folder) -> Result<Option<DatasetHeader>, Error> {
         return Ok(None);
     };
     let malformed = |message: String| Error::malformed(path.below(folder.root()), message);
-    let unread = |e: serde_json::Error| malformed(shown_to(300, &e.to_string()));
+    let unread = |e: serde_json::Error| malformed(excerpt(&e.to_string(), 300));
     let state: State = serde_json::from_str(json).map_err(unread)?;
     if state.format_version != FORMAT_VERSION {
         return Err(malformed(format!(

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use nemoral_scene::excerpt;
 use nemoral_scene::glam::{DMat2, DMat3, DMat4, DQuat, DVec2, DVec3, Vec3};
 
 use super::buffers::{Buffers, content, decoded, item};
@@ -48,7 +49,7 @@ fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), ImportError> {
 
 fn parse(json: &[u8]) -> Result<Document, ImportError> {
     let document: Document = serde_json::from_slice(json)
-        .map_err(|e| ImportError::file(format!("is no glTF: {}", long(&e.to_string()))))?;
+        .map_err(|e| ImportError::file(format!("is no glTF: {}", excerpt(&e.to_string(), 200))))?;
     let version = &document.asset.version;
     if !version.starts_with("2.") {
         let reason = format!("is glTF {}, and must be 2.0", shown(version));
@@ -66,15 +67,6 @@ fn parse(json: &[u8]) -> Result<Document, ImportError> {
         )));
     }
     Ok(document)
-}
-
-/// A message of another library, in one line and not endless.
-fn long(message: &str) -> String {
-    message
-        .chars()
-        .take(200)
-        .flat_map(char::escape_debug)
-        .collect()
 }
 
 /// The names of the files that a file needs.

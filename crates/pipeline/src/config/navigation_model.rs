@@ -3,14 +3,11 @@
 use nemoral_scene::glam::DVec3;
 use nemoral_trajectory::NavigationParams;
 
-use super::{Config, Navigation, RobotPath};
-
-/// So short that errors at one place say nothing about those at the next.
-const AT_ONCE_S: f64 = 1e-9;
+use super::{Config, Navigation};
 
 impl Navigation {
-    /// Its errors, for a unit there on the body.
-    fn params(&self, unit_m: DVec3) -> NavigationParams {
+    /// Its errors, with a reference point on the body.
+    fn params(&self, reference_point_m: DVec3) -> NavigationParams {
         NavigationParams {
             horizontal_m: self.horizontal_m,
             vertical_m: self.vertical_m,
@@ -20,7 +17,7 @@ impl Navigation {
             drift_m: self.drift_m,
             heading_drift_rad: self.heading_drift_deg.to_radians(),
             loop_m: self.loop_m,
-            unit_m,
+            reference_point_m,
             lever_m: DVec3::from(self.lever_m),
             boresight_rad: self.boresight_deg.map(f64::to_radians),
         }
@@ -28,23 +25,14 @@ impl Navigation {
 }
 
 impl Config {
-    /// The errors of the navigation system, whose unit is beside the first LiDAR, or the first
+    /// The errors of the navigation system, whose reference point is the first LiDAR, or the first
     /// camera if there is none.
     pub(crate) fn navigation_params(&self) -> NavigationParams {
         let lidar = self.all_lidars().next().map(|(_, l)| l.body_from_lidar());
         let camera = self.all_cameras().next().map(|(_, c)| c.body_from_camera());
         let sensor = lidar.or(camera);
-        let params = self
-            .navigation
-            .params(sensor.map_or(DVec3::ZERO, |mount| mount.translation_m));
-        match self.robot.path {
-            // Stations are put up and found one by one.
-            RobotPath::Stations(_) => NavigationParams {
-                correlation_s: AT_ONCE_S,
-                ..params
-            },
-            _ => params,
-        }
+        let reference_point_m = sensor.map_or(DVec3::ZERO, |mount| mount.translation_m);
+        self.navigation.params(reference_point_m)
     }
 
     /// What is impossible about the system of a data set: keys and messages.

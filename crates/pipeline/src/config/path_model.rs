@@ -28,7 +28,7 @@ impl Robot {
         }
     }
 
-    /// The sway of who walks; `None` if the robot rolls.
+    /// A walker's sway; `None` if the robot rolls.
     pub(crate) fn gait(&self) -> Option<Gait> {
         let gait = &self.gait;
         (gait.step_m > 0.0).then(|| Gait {

@@ -10,7 +10,7 @@ use crate::InputFiles;
 /// The most frames of a sequence.
 const FRAMES_MAX: u64 = 10_000_000;
 
-/// The most steps of a gait in a second, as those of runners; scans know the pose 160 times in it.
+/// The most steps of a gait in a second, as runners take; `PoseTrack` has 160 poses in it.
 const STEPS_HZ: f64 = 5.0;
 
 impl Config {
@@ -117,8 +117,8 @@ impl Config {
             out.refuse("robot.gait.step_m", step_m, "be 0 or at least 0.1");
         } else if self.robot.speed_m_s > STEPS_HZ * step_m {
             let must = format!(
-                "be at least {} with robot.speed_m_s = {}: {STEPS_HZ} steps a second",
-                self.robot.speed_m_s / STEPS_HZ,
+                "be so long that there are at most {STEPS_HZ} steps a second with \
+                 robot.speed_m_s = {}",
                 self.robot.speed_m_s
             );
             out.refuse("robot.gait.step_m", step_m, &must);
@@ -126,11 +126,11 @@ impl Config {
     }
 }
 
-/// Refuses lines with more frames than a sequence may have.
+/// Refuses a path with more frames than a sequence may have.
 fn too_many_frames(path: &str, frames: u64, out: &mut Problems) {
     if frames > FRAMES_MAX {
         let message = format!(
-            ": its lines have more than {FRAMES_MAX} frames: must have fewer, by a larger \
+            ": it has more than {FRAMES_MAX} frames: must have fewer, by a larger \
              robot.spacing_s or robot.spacing_m"
         );
         out.add(path, &message);

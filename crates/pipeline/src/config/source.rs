@@ -13,8 +13,8 @@ use crate::Error;
 /// The tables that say what is drawn for each sequence: `ranges` is the older name.
 pub(super) const VARY_TABLES: [&str; 2] = ["vary", "ranges"];
 
-/// The largest config file.
-const FILE_BYTES: u64 = 4 << 20;
+/// The largest config file: as large as those that a data set may have.
+const FILE_BYTES: u64 = nemoral_dataset::CONFIG_BYTES;
 
 /// TOML text with its name and its values.
 #[derive(Clone)]

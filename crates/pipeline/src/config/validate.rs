@@ -1,7 +1,7 @@
 //! Combinations of keys that are impossible, though each value alone is allowed.
 
 use nemoral_assets::Species;
-use nemoral_files::InnerPath;
+use nemoral_files::{DEVICE_NAMES, InnerPath};
 use nemoral_lidar::ScanMirror;
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, ObjectId};
@@ -424,8 +424,7 @@ impl Config {
                 if has_folder {
                     let reserved = reserved.join(", ");
                     message += &format!(
-                        ", and none of {reserved}, nor a device's name on Windows (aux, con, nul, \
-                         prn, com0 to com9, lpt0 to lpt9)"
+                        ", and none of {reserved}, nor a device's name on Windows ({DEVICE_NAMES})"
                     );
                 }
                 out.add(&path, &message);

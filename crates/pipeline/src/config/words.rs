@@ -1,5 +1,6 @@
 //! Quotations of what a user wrote in messages, which are shortened if they are long.
 
+use nemoral_scene::excerpt;
 use toml::Value;
 
 /// The number of characters of a key or a value that are shown.
@@ -7,10 +8,7 @@ const SHOWN: usize = 60;
 
 /// Shortens long text.
 pub(crate) fn cut(text: &str) -> String {
-    match text.char_indices().nth(SHOWN) {
-        Some((at, _)) => format!("{}…", &text[..at]),
-        None => text.to_owned(),
-    }
+    excerpt(text, SHOWN)
 }
 
 /// A value as TOML; numbers with hundreds of digits are written with an exponent.
@@ -24,10 +22,7 @@ pub(super) fn shown(value: &Value) -> String {
             format!("[{}, …]", shown(&items[0]))
         }
         Value::Table(table) if table.len() > SHOWN => "{…}".to_owned(),
-        Value::String(text) => {
-            let short = cut(text);
-            Value::String(short).to_string()
-        }
+        Value::String(text) => format!("\"{}\"", cut(text)),
         other => cut(&other.to_string()),
     }
 }

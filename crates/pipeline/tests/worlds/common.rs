@@ -29,7 +29,7 @@ pub(crate) fn refused(settings: &[&str]) -> String {
 
 /// What a run tells its user.
 #[derive(Default)]
-struct Notes(Mutex<Vec<String>>);
+pub(crate) struct Notes(pub(crate) Mutex<Vec<String>>);
 
 impl Observer for Notes {
     fn note(&self, message: &str) {

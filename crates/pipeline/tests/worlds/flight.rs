@@ -139,7 +139,17 @@ fn impossible_flights_are_refused() {
         (&["robot.flight.width_m=-1"], "robot.flight.width_m"),
         (
             &["robot.spacing_s=0.00001", "robot.flight.length_m=5000"],
-            "robot.flight: its lines have more than 10000000 frames",
+            "robot.flight: it has more than 10000000 frames",
+        ),
+        (
+            &[
+                "robot.spacing_s=1",
+                "robot.flight.crossed=false",
+                "robot.flight.length_m=5000",
+                "robot.flight.width_m=5000",
+                "robot.flight.line_spacing_m=1",
+            ],
+            "robot.flight.line_spacing_m = 1: must be wide enough for at most 10,000 km of lines",
         ),
         (
             &["balance.targets.trunks=0.2"],

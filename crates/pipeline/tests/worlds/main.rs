@@ -2,6 +2,7 @@
 //! keeps a processor busy for seconds but seldom two.
 #![allow(clippy::print_stdout, reason = "what was measured, for --nocapture")]
 
+mod balance;
 mod cliffs;
 mod climbers;
 mod closed_vegetation;

@@ -59,13 +59,14 @@ fn a_walk_is_a_loop_that_sways_and_drifts() -> Result<(), Error> {
     let frames = estimated.len() as f64;
     assert!((120.0..136.0).contains(&frames), "{frames}");
     // Drift is 0 where the walk begins, and nearly so where the loop is closed again. Places are
-    // those of the navigation's unit, beside the scanner.
-    let unit_m = DVec3::new(0.35, 0.0, 1.2);
+    // those of the scanner.
+    let scanner_m = DVec3::new(0.35, 0.0, 1.2);
     let sequence = sequences(&WALK)?.get(0)?;
     let recorder = Recorder::new(sequence, Backend::Cpu, grown(), 2)?;
     let off_m = |frame: usize| -> Result<f64, Error> {
         let truth = recorder.pose(frame as u64)?.world_from_body();
-        let [true_m, found_m] = [truth, estimated[frame]].map(|pose| pose.transform_point(unit_m));
+        let [true_m, found_m] =
+            [truth, estimated[frame]].map(|pose| pose.transform_point(scanner_m));
         Ok(true_m.distance(found_m))
     };
     let (last, half) = (estimated.len() - 1, estimated.len() / 2);
@@ -85,7 +86,7 @@ fn a_walk_is_a_loop_that_sways_and_drifts() -> Result<(), Error> {
     let most_m = truth.iter().zip(&walked).map(off).fold(0.0, f64::max);
     assert!((0.005..0.5).contains(&most_m), "{most_m}");
 
-    // Who walks goes up and down: by 2.5 cm, which a steady robot does not.
+    // A walker goes up and down by 2.5 cm, and a robot that rolls does not.
     let heights = |settings: &[&str]| -> Result<Vec<f64>, Error> {
         let sequence = sequences(&with_walk(settings))?.get(0)?;
         let recorder = Recorder::new(sequence, Backend::Cpu, grown(), 2)?;
@@ -114,8 +115,12 @@ fn walks_that_cannot_be_are_refused() {
         ),
         (&["robot.gait.step_m=0.01"], "must be 0 or at least 0.1"),
         (
+            &["robot.speed_m_s=5"],
+            "robot.gait.step_m = 0.65: must be so long that there are at most 5 steps a second",
+        ),
+        (
             &["robot.spacing_s=0.000001"],
-            "robot.lanes: its lines have more than 10000000 frames",
+            "robot.lanes: it has more than 10000000 frames",
         ),
     ] {
         let text = refused(&with_walk(settings));

@@ -82,7 +82,9 @@ impl Default for RobotPath {
 
 section! {
     /// The sway of a walker who carries the sensors along a trail, a wander, lanes or a straight
-    /// line: up and down and a pitch once a step, from side to side and a roll once in two steps.
+    /// line: up and down and a pitch once a step, from side to side and a roll once in two steps. A
+    /// walker is upright on any slope; `robot.wheelbase_m` and `robot.track_m` then only smooth the
+    /// height.
     RobotGait at "robot.gait" {
         /// Length of a step, at least 0.1; 0 for a robot that rolls.
         step_m: f64 = 0.0, Real(0.0, 3.0), "wheels or tracks; walkers with a scanner: 0.65";

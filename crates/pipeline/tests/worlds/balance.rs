@@ -5,25 +5,25 @@
     clippy::disallowed_methods,
     reason = "tests, examples and benchmarks use files directly"
 )]
-#![allow(clippy::print_stdout, reason = "what was measured, for --nocapture")]
 
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
 use std::sync::atomic::AtomicBool;
-use std::sync::{LazyLock, Mutex};
 
 use nemoral_dataset::{Dataset, Manifest, MergeParams, OpenMode, merge, stats};
 use nemoral_pipeline::config::{Config, Layers, Sequences};
 use nemoral_pipeline::plan::Runner;
 use nemoral_pipeline::world::trajectory::Surroundings;
 use nemoral_pipeline::{
-    Backend, Done, ForestPlan, FrameSelection, Observer, Recorder, Request, SequenceFrames,
-    generate,
+    Backend, ForestPlan, FrameSelection, Recorder, Request, SequenceFrames, generate,
 };
 use nemoral_realism::{grown, store};
 use nemoral_scene::Semantic;
 use nemoral_scene::glam::DVec3;
+
+use crate::common::Notes;
 
 /// A small forest with rocks here and there and without logs.
 const SMALL: [&str; 17] = [
@@ -56,18 +56,6 @@ fn layers(more: &[&str]) -> Layers {
 
 fn load(more: &[&str]) -> Config {
     layers(more).load().unwrap_or_else(|e| panic!("{e}"))
-}
-
-/// Keeps what is noted.
-#[derive(Default)]
-struct Notes(Mutex<Vec<String>>);
-
-impl Observer for Notes {
-    fn note(&self, message: &str) {
-        self.0.lock().expect("no panic").push(message.to_owned());
-    }
-
-    fn frame(&self, _: Done) {}
 }
 
 fn make(out: &Path, config: &Config, shard: Option<(u64, u64)>, mode: OpenMode) -> Vec<String> {
