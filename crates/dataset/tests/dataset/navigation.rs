@@ -178,7 +178,10 @@ fn files_that_are_no_poses_of_the_frames_are_refused() -> Result<(), Error> {
     let first = text.split(' ').next().expect("a number");
     let zeros = "0 0 0 0 0 0 0 0 0 0 0 0\n";
     for (hostile, told) in [
-        (text[..end].to_owned(), "has 2 lines, the sequence 3 frames"),
+        (
+            text[..end].to_owned(),
+            "has 2 lines: must have one for each of the sequence's 3 frames",
+        ),
         (text.replacen(first, "NaN", 1), "line 1: must be a rotation"),
         (
             format!("{}{zeros}", &text[..end]),
