@@ -20,6 +20,7 @@ SECTORS = 36
 STEP_S = 0.5
 FARTHEST_M = 30.0
 OFF_TRAIL_M = 6.0
+NEAR_M = 3.0  # How far along the trail a step may lead: a trail may come near itself.
 ROBOT_M = 0.4
 STEPS = 200
 
@@ -47,6 +48,9 @@ class TrailEnv(gym.Env[np.ndarray, np.ndarray]):
         self._make = lambda seed: nemoral.Forest(config, seed, **{**keys, **overrides})
         self._forest = self._make(7)
         self._seed = 7
+        frames = self._forest.frames
+        if frames < 2:
+            raise ValueError(f"frames = {frames}: must be at least 2, which show the trail")
         self.observation_space = gym.spaces.Box(0.0, 1.0, (SECTORS + 2,), np.float32)
         self.action_space = gym.spaces.Box(-1.0, 1.0, (2,), np.float32)
 
@@ -58,16 +62,20 @@ class TrailEnv(gym.Env[np.ndarray, np.ndarray]):
             self._seed = int(options["world"])
             self._forest = self._make(self._seed)
         last = self._forest.frames - 1
-        count = min(self._forest.frames, 100)
+        count = min(last + 1, 100)
         # The middle of the trail, as the sequence's own drive has it.
         picks = np.linspace(0, last, count).astype(int)
         self._path = np.array([self._forest.pose(int(k))[:2, 3] for k in picks])
+        self._ways = np.diff(self._path, axis=0)
+        lengths = np.linalg.norm(self._ways, axis=1)
+        self._along_m = np.concatenate([[0.0], np.cumsum(lengths)])
         start = int(self.np_random.integers(0, max(1, count // 2)))
         ahead = self._path[min(start + 1, count - 1)] - self._path[max(start - 1, 0)]
         self._place = self._path[start].copy()
         self._heading = float(np.arctan2(ahead[1], ahead[0]))
         self._steps = 0
-        self._done_m = self._progress_m()
+        self._progress_m = float(self._along_m[start])
+        self._locate()
         return self._observe(), self._where()
 
     def step(
@@ -78,10 +86,11 @@ class TrailEnv(gym.Env[np.ndarray, np.ndarray]):
         ahead = np.array([np.cos(self._heading), np.sin(self._heading)])
         before, self._place = self._place, self._place + speed * STEP_S * ahead
         self._steps += 1
-        progress = self._progress_m()
-        reward, self._done_m = progress - self._done_m, progress
+        done_m = self._progress_m
+        self._locate()
+        reward = self._progress_m - done_m
         crashed = self._crashes(before)
-        lost = self._off_trail_m() > OFF_TRAIL_M
+        lost = self._off_trail_m > OFF_TRAIL_M
         if crashed or lost:
             reward -= 10.0
         info = {"crashed": crashed, "lost": lost, **self._where()}
@@ -113,15 +122,18 @@ class TrailEnv(gym.Env[np.ndarray, np.ndarray]):
         apart = np.linalg.norm(discs[:, :2] - nearest, axis=1) - discs[:, 2]
         return bool((apart < ROBOT_M).any())
 
-    def _distances(self) -> np.ndarray:
-        return np.linalg.norm(self._path - self._place, axis=1)
-
-    def _off_trail_m(self) -> float:
-        return float(self._distances().min())
-
-    def _progress_m(self) -> float:
-        steps = np.linalg.norm(np.diff(self._path, axis=0), axis=1)
-        return float(np.concatenate([[0.0], np.cumsum(steps)])[self._distances().argmin()])
+    def _locate(self) -> None:
+        """Finds the place of the trail that is nearest to the robot, near the one before."""
+        begins, ways = self._path[:-1], self._ways
+        squares = np.maximum((ways**2).sum(axis=1), 1e-9)
+        shares = (((self._place - begins) * ways).sum(axis=1) / squares).clip(0.0, 1.0)
+        apart = np.linalg.norm(begins + shares[:, None] * ways - self._place, axis=1)
+        first, end = self._along_m[:-1], self._along_m[1:]
+        near = (end >= self._progress_m - NEAR_M) & (first <= self._progress_m + NEAR_M)
+        at = int(np.where(near, apart, np.inf).argmin())
+        self._off_trail_m = float(apart[at])
+        self._nearest = at + round(float(shares[at]))
+        self._progress_m = float(first[at] + shares[at] * (end[at] - first[at]))
 
     def _observe(self) -> np.ndarray:
         pose = self._forest.stand(*self._place, self._heading)
@@ -134,7 +146,7 @@ class TrailEnv(gym.Env[np.ndarray, np.ndarray]):
             angle = np.arctan2(tall[:, 1], tall[:, 0])
             sector = ((angle + np.pi) / (2 * np.pi) * SECTORS).astype(int) % SECTORS
             np.minimum.at(ranges, sector, np.linalg.norm(tall[:, :2], axis=1))
-        target = self._path[min(self._distances().argmin() + 3, len(self._path) - 1)] - self._place
+        target = self._path[min(self._nearest + 3, len(self._path) - 1)] - self._place
         bearing = np.arctan2(target[1], target[0]) - self._heading
         trail = (np.array([np.cos(bearing), np.sin(bearing)]) + 1) / 2
         seen = np.concatenate([np.clip(ranges / FARTHEST_M, 0, 1), trail])

@@ -2,8 +2,9 @@
 
     python measure_stems.py PLOT.laz TREES.csv FOLDER [RADIUS]
 
-Trees whose stem at breast height lies within RADIUS (all, if it is not given) of the middle of the
-inventory are compared.
+PLOT.laz and TREES.csv are made by one `nemoral cloud PLOT --out PLOT.laz --trees TREES.csv`, so
+that both are in the same coordinates, also on a site of one's own. Trees that stand in the plot,
+within RADIUS (all, if it is not given) of the middle of the inventory, are compared.
 """
 
 import csv
@@ -36,8 +37,9 @@ def main(plot, trees, folder, radius="inf"):
     height, dbh, x, y = found.T
     fitted = dbh > 0.0
 
+    # Trees outside may reach into the plot with a part of their crowns.
     with open(trees, newline="") as file:
-        rows = list(csv.DictReader(file))
+        rows = [row for row in csv.DictReader(file) if row["foot_inside"] == "true"]
     place = np.array([[float(row["x_m"]), float(row["y_m"])] for row in rows])
     true_dbh = np.array([float(row["dbh_m"]) for row in rows])
     true_height = np.array([float(row["height_m"]) for row in rows])
@@ -51,6 +53,8 @@ def main(plot, trees, folder, radius="inf"):
         if distance[nearest] < NEAR_M and nearest not in used and thick[nearest]:
             used.add(nearest)
             pairs.append((i, nearest))
+    if not pairs:
+        sys.exit("no stem was found near a tree: are the cloud and the table of the same plot?")
     i, k = np.array(pairs).T
     off_mm = (dbh[i] - true_dbh[k]) * 1000
     near = np.abs(off_mm) < 50
@@ -62,8 +66,10 @@ def main(plot, trees, folder, radius="inf"):
     )
     off_m = height[i] - true_height[k]
     print(f"heights: median {np.median(off_m):+.2f} m, 90 % within {np.quantile(abs(off_m), 0.9):.2f} m")
-    missed = [f"{true_dbh[t]:.2f}" for t in np.flatnonzero(thick) if t not in used]
-    print(f"missed, by diameter: {' '.join(sorted(missed)) or 'none'}")
+    sectors = [row["stem_sectors_1_3m"] for row in rows]
+    missed = [t for t in np.flatnonzero(thick) if t not in used]
+    told = sorted(f"{true_dbh[t]:.2f} ({sectors[t]})" for t in missed)
+    print(f"missed, by diameter (and sectors of 16 seen): {', '.join(told) or 'none'}")
 
 
 if __name__ == "__main__":

@@ -82,7 +82,17 @@ def test_functions_are_the_commands(written: Path, cache: Path, tmp_path: Path) 
     stats = nemoral.stats(out)
     assert stats["frames"] == 2 and stats.text.strip() == command("stats", str(out)).stdout.strip()
     assert nemoral.cloud(out, tmp_path / "cloud.ply") > 100
+    head = (tmp_path / "cloud.ply").read_bytes().partition(b"end_header")[0]
+    assert b"property double time\n" in head and b"property uchar ring\n" in head
     assert nemoral.convert(out, tmp_path / "kitti", "kitti")[0] == 2
+    boxes = []
+    for min_px in (0, 40):
+        nemoral.convert(out, tmp_path / f"yolo{min_px}", "yolo", min_px=min_px)
+        labels = (tmp_path / f"yolo{min_px}").glob("labels/*/*.txt")
+        boxes.append(sum(len(path.read_text().splitlines()) for path in labels))
+    assert boxes[0] > boxes[1]
+    with pytest.raises(nemoral.Error, match="min_px = 40"):
+        nemoral.convert(out, tmp_path / "tum", "tum", min_px=40)
     assert nemoral.report(out, tmp_path / "report.html") > 1000
 
 

@@ -59,6 +59,8 @@ def test_inventories_are_those_of_the_data_set(forest: nemoral.Forest, written: 
         assert trees["species"][at] == table["species"][i]
         assert trees["dbh_m"][at] == pytest.approx(table["dbh_m"][i], abs=1e-3)
     objects = forest.objects(low[0], low[1], high[0], high[1])
+    # What lies on a trail is no column of a file.
+    assert set(objects) - {"on_trail"} == set(nemoral.Dataset(written).objects())
     assert set(objects["kind"]) <= {"tree", "stump", "shrub", "rock"}
     discs = forest.obstacles(low[0], low[1], high[0], high[1])
     in_the_way = ~objects["on_trail"]

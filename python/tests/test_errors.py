@@ -191,6 +191,10 @@ def masked(alpha: Any) -> int:
     return nemoral.RayScene().add_mesh(np.eye(3), [[0, 1, 2]], uv=uv, alpha=alpha)
 
 
+def scan(*pose: Any, **motion: Any) -> nemoral.Scan:
+    return nemoral.Scanner("avia", pulses=5).scan(nemoral.RayScene(), *pose, **motion)
+
+
 WRONG: dict[str, Callable[[nemoral.Forest], object]] = {
     "seed": lambda f: nemoral.Forest("demo", -1),
     "seed of text": lambda f: nemoral.Forest("demo", "7"),  # type: ignore[arg-type]
@@ -238,6 +242,7 @@ WRONG: dict[str, Callable[[nemoral.Forest], object]] = {
     "estimated": lambda f: nemoral.cloud("x", estimated_poses="y"),  # type: ignore[arg-type]
     "poses": lambda f: nemoral.cloud("x", estimated_poses=True, poses="y"),
     "format": lambda f: nemoral.convert("x", "y", "kity"),
+    "min_px": lambda f: nemoral.convert("x", "y", "yolo", min_px=-1),
     "dataset": lambda f: nemoral.Dataset(3),  # type: ignore[arg-type]
     "vertices": lambda f: nemoral.RayScene().add_mesh([[0, 0]], [[0, 1, 2]]),
     "vertices nan": lambda f: nemoral.RayScene().add_mesh([[NAN, 0, 0]] * 3, [[0, 1, 2]]),
@@ -254,6 +259,11 @@ WRONG: dict[str, Callable[[nemoral.Forest], object]] = {
     "reflectance": lambda f: nemoral.RayScene().add_mesh(np.eye(3), [[0, 1, 2]], reflectance=2),
     "mesh": lambda f: nemoral.RayScene().add_instances(0, np.eye(4)),
     "rays of a scene": lambda f: nemoral.RayScene().cast([1, 2, 3]),
+    "origin": lambda f: nemoral.RayScene([NAN, 0, 0]),
+    "origin far": lambda f: nemoral.RayScene([1e9, 0, 0]),
+    "origin flat": lambda f: nemoral.RayScene([0, 0]),
+    "vertices far": lambda f: nemoral.RayScene().add_mesh(np.eye(3) + 5e6, [[0, 1, 2]]),
+    "rays far": lambda f: nemoral.RayScene().cast([0, 5e6, 0, 0, 0, 1]),
     "rays too long": lambda f: nemoral.RayScene().cast([0, 0, 0, 3.4e38, 3.4e38, 0]),
     "rays too short": lambda f: nemoral.RayScene().occluded([0, 0, 0, 0, 1e-31, 0]),
     "rays of nan": lambda f: nemoral.RayScene().cast([NAN] * 6),
@@ -265,6 +275,11 @@ WRONG: dict[str, Callable[[nemoral.Forest], object]] = {
     "max_range_m": lambda f: nemoral.Scanner("avia", max_range_m=NAN),
     "scene": lambda f: nemoral.Scanner("avia").scan(None),  # type: ignore[arg-type]
     "scan pose": lambda f: nemoral.Scanner("avia").scan(nemoral.RayScene(), np.zeros((4, 4))),
+    "scan pose far": lambda f: scan(np.eye(4) + 5e6 * np.eye(4, k=3)),
+    "scan velocity": lambda f: scan(velocity=(INF, 0, 0)),
+    "scan turn_rate": lambda f: scan(turn_rate=(0, 0, 11)),
+    "scan turn_rate flat": lambda f: scan(turn_rate=(0, 1)),
+    "deskew": lambda f: nemoral.Scanner("avia", deskew=1),  # type: ignore[arg-type]
     "octaves": lambda f: nemoral.Terrain(octaves=0),
     "terrain place": lambda f: nemoral.Terrain().height_m(INF, 0),
     "radius_m": lambda f: nemoral.poisson_disks([0, 0], [1, 1], 0),

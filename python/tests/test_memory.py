@@ -5,6 +5,7 @@ from __future__ import annotations
 import multiprocessing
 import os
 import threading
+import time
 from pathlib import Path
 
 import numpy as np
@@ -30,6 +31,55 @@ def test_memory_is_flat_over_frames(forest: nemoral.Forest) -> None:
     before = resident_mb()
     some(60)
     assert resident_mb() - before < 30
+
+
+def tasks() -> int:
+    """How many threads this process has."""
+    return len(os.listdir("/proc/self/task"))
+
+
+@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="reads Linux's /proc")
+def test_worlds_grow_by_the_threads_of_now(cache: Path) -> None:
+    before = nemoral.threads()
+    try:
+        nemoral.set_threads(8)
+        forest = nemoral.Forest("demo", 7, cache=cache, **{**SMALL, "sequences": 2})
+        forest.frame(0)
+        nemoral.set_threads(1)
+        # Threads that are no longer needed end.
+        time.sleep(0.5)
+        base, peak, is_done = tasks(), 0, threading.Event()
+
+        def watch() -> None:
+            nonlocal peak
+            while not is_done.is_set():
+                peak = max(peak, tasks())
+                time.sleep(0.001)
+
+        watcher = threading.Thread(target=watch)
+        watcher.start()
+        forest.frame(0, sequence=1)
+        is_done.set()
+        watcher.join()
+        # The watcher and the one that computes, and not eight that grow.
+        assert base < peak < base + 5
+    finally:
+        nemoral.set_threads(before)
+
+
+def test_reading_a_config_drops_no_grown_world(cache: Path) -> None:
+    forest = nemoral.Forest("demo", 7, cache=cache, **{**SMALL, "sequences": 4})
+    for world in (1, 2):
+        forest.pose(0, sequence=world)
+    assert forest._native.grown == [1, 2]
+    assert "seed 7" in repr(forest) and forest.drawn(3) == {}
+    seeds = {forest.config(world)["seed"] for world in range(4)}
+    assert len(seeds) == 4 and forest.seed in seeds
+    assert forest._native.grown == [1, 2]
+    # A world that is grown has the same config.
+    before = forest.config(3)
+    forest.pose(0, sequence=3)
+    assert forest._native.grown == [2, 3] and forest.config(3) == before
 
 
 def test_frames_of_several_threads_are_equal(forest: nemoral.Forest) -> None:

@@ -98,6 +98,114 @@ def test_a_scanner_at_a_mesh() -> None:
                        atol=1e-3)
 
 
+def test_a_scanner_moves() -> None:
+    scene = nemoral.RayScene()
+    scene.add_mesh(np.array([[10, -50, -50], [10, 50, -50], [10, 50, 50], [10, -50, 50]]), HALVES)
+
+    def scan(deskew: bool, **motion: Any) -> nemoral.Scan:
+        scanner = nemoral.Scanner("avia", noise="off", pulses=2000, rings=0, deskew=deskew)
+        return pickle.loads(pickle.dumps(scanner)).scan(scene, **motion)
+
+    drive = {"velocity": (20.0, 0, 0)}
+    raw, deskewed = scan(False, **drive), scan(True, **drive)
+    assert len(raw) == len(deskewed) == 2000
+    # It drives towards the wall; points are where it was when it fired, or where it is in the
+    # middle of the scan.
+    assert np.allclose(raw["x"], 10 - 20 * raw.time_s, atol=1e-3) and np.ptp(raw["x"]) > 0.1
+    assert np.allclose(deskewed["x"], 10, atol=1e-3)
+    turn = {"turn_rate": (0, 0, 5.0)}
+    raw, angle = scan(False, **turn), 5 * scan(False, **turn).time_s
+    assert np.allclose(raw["x"] * np.cos(angle) - raw["y"] * np.sin(angle), 10, atol=2e-3)
+    assert np.abs(raw["x"] - 10).max() > 0.02
+    assert np.allclose(scan(True, **turn)["x"], 10, atol=1e-3)
+    still = {"velocity": (0, 0, 0), "turn_rate": (0, 0, 0)}
+    for deskew in (False, True):
+        assert scan(deskew, **still).tobytes() == scan(deskew).tobytes()
+
+
+UTM = np.array([500_000.25, 5_400_000.5, 300.0])
+
+
+def test_georeferenced_meshes_need_an_origin() -> None:
+    sheet = SQUARE * np.float32([2, 0.5, 1])
+    quarter = np.array([[0, -1, 0, 20], [1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1.0]])
+    local = np.eye(4)
+    local[0, 3] = 10
+
+    def scene(of_world: nemoral.RayScene, world_m: np.ndarray) -> nemoral.RayScene:
+        placed = of_world.add_mesh(world_m + sheet, HALVES, semantic=1)
+        leaf = of_world.add_mesh(sheet, HALVES, semantic=2, place=False)
+        there, turned = local.copy(), quarter.copy()
+        there[:3, 3] += world_m
+        # About the sheet's middle.
+        turned[:3, 3] += world_m - turned[:3, :3] @ world_m
+        of_world.add_instances(leaf, there, instances=[7])
+        of_world.add_instances(placed, turned, instances=[8])
+        return of_world
+
+    here = scene(nemoral.RayScene(), np.zeros(3))
+    far = scene(nemoral.RayScene(UTM + (3, -2, 40)), UTM)
+    rng = np.random.default_rng(3)
+    rays = down(rng.uniform(-3, 24, 1000), rng.uniform(-3, 3, 1000)).astype(np.float64)
+    moved = rays + np.concatenate([UTM, np.zeros(3)])
+    again = pickle.loads(pickle.dumps(far))
+    assert np.array_equal(again.origin, UTM + (3, -2, 40))
+    expected = here.cast(rays)
+    assert set(expected["instance_ids"]) == {0, 7, 8, here.INVALID_ID}
+    for one in (far, again, scene(nemoral.RayScene(UTM - 1), UTM)):
+        found = one.cast(moved)
+        assert np.allclose(found["t_hit"], expected["t_hit"], atol=1e-4)
+        assert np.array_equal(found["instance_ids"], expected["instance_ids"])
+        assert np.array_equal(found["semantic"], expected["semantic"])
+        assert np.array_equal(one.occluded(moved), np.isfinite(expected["t_hit"]))
+    # Of what was pickled further instances are where they should be.
+    farther = np.eye(4)
+    farther[1, 3] = 50
+    again.add_instances(0, farther)
+    ray = down(np.array(1.0), np.array(50.0)) + [*UTM, 0, 0, 0]
+    assert again.cast(ray)["t_hit"] == pytest.approx(5)
+
+
+def test_a_scan_of_georeferenced_meshes() -> None:
+    scanner = nemoral.Scanner("avia", noise="off", pulses=500, rings=0)
+    pose = np.array([[0, 0, 1, 0], [0, 1, 0, 0], [-1, 0, 0, 5], [0, 0, 0, 1.0]])
+    here, far = nemoral.RayScene(), nemoral.RayScene(UTM + 2)
+    here.add_mesh(60 * SQUARE, HALVES)
+    far.add_mesh(UTM + 60 * SQUARE, HALVES)
+    moved = pose.copy()
+    moved[:3, 3] += UTM
+    one, two = scanner.scan(here, pose), scanner.scan(far, moved)
+    assert len(one) == len(two) == 500 and np.allclose(one.xyz, two.xyz, atol=1e-3)
+    # Without a pose it stands at the origin, 2 m above the sheet.
+    down_there = scanner.scan(far)
+    assert len(down_there) > 100 and np.allclose(down_there["z"], -2, atol=1e-3)
+
+
+def test_what_is_far_from_the_origin_is_refused() -> None:
+    place = np.eye(4)
+    place[:3, 3] = UTM
+    scene = nemoral.RayScene()
+    leaf = scene.add_mesh(SQUARE, HALVES, place=False)
+    calls: dict[str, Any] = {
+        "vertices[0]": lambda: scene.add_mesh(UTM + SQUARE, HALVES),
+        "vertices[3]": lambda: scene.add_mesh([*SQUARE[:3], UTM], HALVES, place=False),
+        "transforms[1]": lambda: scene.add_instances(leaf, [np.eye(4), place]),
+        "rays[0]": lambda: scene.cast([*UTM, 0, 0, -1]),
+        "pose": lambda: nemoral.Scanner("avia", pulses=5).scan(scene, place),
+    }
+    for key, call in calls.items():
+        with pytest.raises(nemoral.ConfigError, match="within 16384 m of the origin") as raised:
+            call()
+        assert raised.value.key == key and "5400000.5" in str(raised.value)
+        assert ("RayScene(origin=...)" in str(raised.value)) == (key != "vertices[3]")
+    # Nothing of it was added, and what is coarse already is taken as it is.
+    assert repr(scene) == "RayScene(1 meshes, 0 instances)"
+    scene.add_mesh((UTM + SQUARE).astype(np.float32), HALVES)
+    ray = np.array([*UTM, 0, 0, -1], np.float32)
+    ray[[0, 2]] += (0.5, 5)
+    assert scene.cast(ray)["t_hit"] == 5
+
+
 def test_terrain_slopes_are_its_gradient() -> None:
     terrain = nemoral.Terrain(seed=5, max_height_m=9)
     x, y = np.meshgrid(np.linspace(-50, 50, 11), np.linspace(0, 80, 9))

@@ -1,4 +1,6 @@
-"""What several clients need of a data set: mounts, lenses and scans, by numpy alone."""
+"""What several clients need of a data set: mounts, lenses, scans and objects, by numpy alone."""
+
+import csv
 
 import numpy as np
 
@@ -41,6 +43,18 @@ def frames(manifest, sequence):
     return [f | {"pose": matrix(f["world_from_body"])} for f in mine]
 
 
+def kinds(dataset, frame):
+    """The kinds of objects by their ids in a frame's instance maps: of several with the same id,
+    which are 16 chunks apart, that of the nearest one.
+    """
+    body = np.array(frame["world_from_body"])[:2, 3]
+    table = dataset / "sequences" / f"{frame['sequence']:02}" / "instances.csv"
+    with open(table, newline="") as file:
+        rows = list(csv.DictReader(file))
+    rows.sort(key=lambda row: -np.hypot(*(body - [float(row["x_m"]), float(row["y_m"])])))
+    return {int(row["image_id"]): row["kind"] for row in rows}
+
+
 def scan(dataset, manifest, frame):
     """The first LiDAR's points in the world, homogeneous."""
     folder = dataset / "sequences" / f"{frame['sequence']:02}" / "velodyne"
@@ -73,3 +87,13 @@ def project(k, points):
         else:
             assert lens["model"] == "none", lens
         return np.column_stack([k["fx"] * x + k["cx"], k["fy"] * y + k["cy"]])
+
+
+def shows(k, points, colours, picture, depth):
+    """Which points in a camera's frame its picture shows: with their colours, as far away."""
+    pixels = project(k, points)
+    inside = (points[:, 2] > 0) & (pixels > 0).all(1) & (pixels < [k["width"], k["height"]]).all(1)
+    column, row = np.floor(pixels[inside]).astype(int).T
+    same = abs(depth[row, column] - points[inside, 2]) < 1e-3
+    inside[inside] = same & (picture[row, column] == colours[inside]).all(1)
+    return inside

@@ -5,12 +5,12 @@
 Needs numpy, pillow, pycocotools.
 """
 
-import csv
 import json
 import sys
 from pathlib import Path
 
 import numpy as np
+from common import kinds
 from PIL import Image
 from pycocotools.coco import COCO
 from pycocotools.cocoeval import COCOeval
@@ -21,12 +21,7 @@ def ids(path):
     return rgb[..., 0] + 256 * rgb[..., 1] + 65536 * rgb[..., 2]
 
 
-def kinds_of(sequence):
-    with open(sequence / "instances.csv", newline="") as file:
-        return {int(row["image_id"]): row["kind"] for row in csv.DictReader(file)}
-
-
-def check(dataset, out, split):
+def check(dataset, frames, out, split):
     """Checks the lists of a split (`_train`), or of all; how many of what there are."""
     coco = COCO(str(out / f"instances{split}.json"))
     panoptic = json.loads((out / f"panoptic{split}.json").read_text())
@@ -37,7 +32,7 @@ def check(dataset, out, split):
     for image in coco.loadImgs(coco.getImgIds()):
         sequence, frame, camera = Path(image["file_name"]).stem.split("_", 2)
         folder = dataset / "sequences" / sequence
-        kinds = kinds_of(folder)
+        kind_of = kinds(dataset, frames[int(sequence), int(frame)])
         if (folder / camera).exists():
             folder = folder / camera
         instance = ids(folder / "instance" / f"{frame}.png")
@@ -52,7 +47,7 @@ def check(dataset, out, split):
             assert a["area"] == np.count_nonzero(mask) == np.count_nonzero(inside), a["id"]
             # The box is the least one.
             assert all(edge.any() for edge in (inside[0], inside[-1], inside[:, 0], inside[:, -1]))
-            assert names[a["category_id"]] == kinds[a["instance_id"]]
+            assert names[a["category_id"]] == kind_of[a["instance_id"]]
             assert not found[box][inside].any()
             found[box][inside] = a["instance_id"]
             objects += 1
@@ -89,8 +84,10 @@ def check(dataset, out, split):
 
 def main(dataset, out):
     dataset, out = Path(dataset), Path(out)
+    manifest = json.loads((dataset / "dataset.json").read_text())
+    frames = {(f["sequence"], f["index"]): f for f in manifest["frames"]}
     splits = [path.stem.removeprefix("instances") for path in sorted(out.glob("instances*.json"))]
-    counts = np.sum([check(dataset, out, split) for split in splits], axis=0)
+    counts = np.sum([check(dataset, frames, out, split) for split in splits], axis=0)
     pictures, objects, parts = counts.tolist()
     print(f"coco: {pictures} pictures, {objects} objects, {parts} segments equal; AP 1.0")
 

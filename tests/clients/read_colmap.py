@@ -3,7 +3,8 @@
     python read_colmap.py DATASET CONVERTED
 
 Needs numpy, pillow, pycolmap. The points of scans are projected by pycolmap's own camera models and
-poses, and by the data set's mounts and lenses.
+poses, and by the data set's mounts and lenses. A picture shows each of the model's own points, as
+far away as its depth says.
 """
 
 import json
@@ -12,18 +13,30 @@ from pathlib import Path
 
 import numpy as np
 import pycolmap
-from common import cameras, frames, mount, project, scan
+from common import cameras, frames, mount, project, scan, shows
+from PIL import Image
+
+
+def depth_of(dataset, sequence, camera, name):
+    folder = dataset / "sequences" / f"{sequence:02}"
+    folder = folder / camera if (folder / camera).exists() else folder
+    npy = folder / "depth" / f"{name}.npy"
+    return np.load(npy) if npy.exists() else np.asarray(Image.open(npy.with_suffix(".png"))) / 256
 
 
 def main(dataset, out):
     dataset, out = Path(dataset), Path(out)
     manifest = json.loads((dataset / "dataset.json").read_text())
-    images = points = 0
+    images = points = own = 0
     worst = 0.0
     for folder in sorted(p for p in out.iterdir() if (p / "sparse").exists()):
         model = pycolmap.Reconstruction(str(folder / "sparse" / "0"))
         frame0 = np.vstack([np.loadtxt(folder / "frame0.txt").reshape(3, 4), [0, 0, 0, 1]])
         by_name = {i.name: i for i in model.images.values()}
+        own_points = np.array([p.xyz for p in model.points3D.values()])
+        colours = np.array([p.color for p in model.points3D.values()])
+        assert all(p.track.length() == 0 for p in model.points3D.values())
+        shown = np.zeros(len(own_points), bool)
         for frame in frames(manifest, int(folder.name)):
             world = scan(dataset, manifest, frame)
             for camera in cameras(manifest, frame["sequence"]):
@@ -46,9 +59,16 @@ def main(dataset, out):
                     worst = max(worst, abs(np.asarray(found) - pixels[inside]).max())
                 images += 1
                 points += int(inside.sum())
+                depth = depth_of(dataset, frame["sequence"], camera["name"], f"{frame['index']:06}")
+                picture = np.asarray(Image.open(folder / "images" / image.name))
+                there = own_points @ pose.rotation.matrix().T + pose.translation
+                shown |= shows(k, there, colours, picture, depth)
+        assert len(shown) > 0 and shown.all(), (len(shown), shown.sum())
+        own += len(shown)
     assert images == sum(len(cameras(manifest, f["sequence"])) for f in manifest["frames"])
     assert worst < 1e-5, worst
-    print(f"colmap: {images} pictures, {points} points on the same pixel to {worst:.1e}")
+    print(f"colmap: {images} pictures, {points} points on the same pixel to {worst:.1e}; {own} own "
+          "points")
 
 
 main(*sys.argv[1:])

@@ -60,9 +60,29 @@ def main(dataset, out):
     assert not errors, errors
     print(f"hf: {len(rows)} rows equal; Croissant: 0 errors, "
           f"{len(metadata.ctx.issues.warnings)} warnings {sorted(metadata.ctx.issues.warnings)}")
-    parts = {f"-{names[split]}" if split else "" for split in own.values()}
+    part_of = {name: f"-{name}" if any(own.values()) else "" for name in loaded}
+    parts = part_of.values()
     croissant = mlcroissant.Dataset(jsonld=str(out / "croissant.json"))
-    assert sum(1 for part in parts for _ in croissant.records(f"pictures{part}")) == expected
+    described = {}
+    for part in parts:
+        records = list(croissant.records(f"pictures{part}"))
+        by_path = {r[f"pictures{part}/file_name"]: r for r in records}
+        described |= {(part, path): r for path, r in by_path.items()}
+        for map_ in ("image", "semantic", "instance", "depth", "normals"):
+            column = "file_name" if map_ == "image" else f"{map_}_file_name"
+            listed = {r[f"pictures{part}/{column}"] for r in records}
+            pictures = {r[f"{map_}{part}/path"]: r for r in croissant.records(f"{map_}{part}")}
+            assert pictures.keys() == listed, map_
+            content = next(iter(pictures.values()))[f"{map_}{part}/content"]
+            assert isinstance(content, Image.Image)
+    assert len(described) == expected
+    for split, row in rows:
+        part = part_of[split]
+        path = f"{row['sequence']:02}/image/{row['frame']:06}_{row['camera']}.png".encode()
+        record = described[part, path]
+        for column in ("distortion", "world_from_camera"):
+            # Its JSON's last digits are not exact.
+            assert np.allclose(record[f"pictures{part}/{column}"], row[column]), column
 
 
 main(*sys.argv[1:])

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pykitti
+from common import cameras
 
 
 def matrix(rows):
@@ -19,7 +20,8 @@ def matrix(rows):
 
 def main(dataset, out):
     dataset, out = Path(dataset), Path(out)
-    frames = json.loads((dataset / "dataset.json").read_text())["frames"]
+    manifest = json.loads((dataset / "dataset.json").read_text())
+    frames = manifest["frames"]
     worst = pictures = points = 0
     for sequence in sorted({f["sequence"] for f in frames}):
         mine = [f for f in frames if f["sequence"] == sequence]
@@ -47,6 +49,11 @@ def main(dataset, out):
         tr = drive.calib.T_cam0_velo
         calib = dict(l.split(": ") for l in (source / "calib.txt").read_text().splitlines())
         assert abs(tr - matrix([float(v) for v in calib["Tr"].split()])).max() < 1e-12
+        # The first pixel's centre is at (0, 0).
+        for camera in cameras(manifest, sequence)[:1]:
+            k = camera["intrinsics"]
+            intrinsics = [[k["fx"], 0, k["cx"] - 0.5], [0, k["fy"], k["cy"] - 0.5], [0, 0, 1]]
+            assert abs(drive.calib.K_cam2 - intrinsics).max() < 1e-9
     assert worst < 1e-9, worst
     print(f"kitti: {len(frames)} frames, {pictures} pictures, {points} points; poses to {worst:.1e}")
 

@@ -137,6 +137,10 @@ def main(dataset, out):
                         assert abs(transform(t.transform) - pose).max() < 1e-12
                     assert not sensors
                     continue
+                if channel.topic == "/label_info":
+                    names = {c.class_id: c.class_name for c in message.class_map}
+                    assert names == {c["id"]: c["name"] for c in manifest["ontology"]["classes"]}
+                    continue
                 stamp = getattr(message, "header", None) or message.transforms[0].header
                 time = stamp.stamp.sec * 10**9 + stamp.stamp.nanosec
                 is_scan = channel.topic.endswith("/points")
@@ -192,7 +196,14 @@ def main(dataset, out):
                         else:
                             truth = np.asarray(Image.open(depth.with_suffix(".png"))) / 256
                         found = np.frombuffer(data, "<f4").reshape(shape)
-                        assert (found == truth.astype(np.float32)).all()
+                        assert message.encoding == "32FC1"
+                        # Where nothing is, depth is infinite (REP 117).
+                        assert (found == np.where(truth > 0, truth, np.inf)).all()
+                    elif what == "instance":
+                        rgb = np.asarray(Image.open(folder / "instance" / f"{name}.png"))
+                        truth = rgb.astype(np.int32) @ [1, 256, 65536]
+                        assert message.encoding == "32SC1"
+                        assert (np.frombuffer(data, "<i4").reshape(shape) == truth).all()
                     elif what == "semantic":
                         truth = np.asarray(Image.open(folder / "semantic" / f"{name}.png"))
                         assert (np.frombuffer(data, np.uint8).reshape(shape) == truth).all()
@@ -203,7 +214,8 @@ def main(dataset, out):
                     pictures += 1
         # The drive of this data set is as long as its frames.
         assert seen.pop("/imu", 0) == len(readings)
-        assert {n for t, n in seen.items() if t != "/tf_static"} == {len(frames)}, seen
+        assert seen.pop("/tf_static") == seen.pop("/label_info") == 1
+        assert set(seen.values()) == {len(frames)}, seen
     print(f"mcap: {count} messages, {points} points, {pictures} pictures equal")
 
 

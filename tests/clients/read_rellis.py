@@ -5,11 +5,13 @@
 Needs numpy, pillow. The data set has the paper's classes.
 """
 
+import json
 import re
 import sys
 from pathlib import Path
 
 import numpy as np
+from common import cameras
 from PIL import Image
 
 # Background, Terrain, Traversable, Trunks, Canopy, Shrubs, Herbaceous, Rocks.
@@ -22,6 +24,11 @@ def pairs(file):
 
 def main(dataset, out):
     dataset, out = Path(dataset), Path(out)
+    manifest = json.loads((dataset / "dataset.json").read_text())
+    for info in out.glob("*/camera_info.txt"):
+        k = cameras(manifest, int(info.parent.name))[0]["intrinsics"]
+        # The first pixel's centre is at (0, 0).
+        assert np.allclose(np.loadtxt(info), [k["fx"], k["fy"], k["cx"] - 0.5, k["cy"] - 0.5])
     pictures = points = 0
     for split in ("train", "val", "test"):
         for picture, label in pairs(out / f"{split}.lst"):

@@ -36,13 +36,13 @@ def check_metadata(bag, drive, sensors, readings):
     with Reader(bag) as folder, Reader(files[0]) as file:
         for reader in (folder, file):
             counts = {topic: info.msgcount for topic, info in reader.topics.items()}
-            # The mounts are told once.
-            assert counts.pop("/tf_static") == 1
+            # Mounts and classes are told once.
+            assert counts.pop("/tf_static") == counts.pop("/label_info") == 1
             topics = {f"/{sensor}/{what}" for sensor, all in sensors.items() for what in all}
             topics |= {"/tf", "/odom"}
             assert counts.pop("/imu", 0) == readings
             assert counts == dict.fromkeys(topics, len(drive)), counts
-            assert reader.message_count == 1 + len(topics) * len(drive) + readings
+            assert reader.message_count == 2 + len(topics) * len(drive) + readings
             assert reader.start_time == min(drive)
             # rosbags counts the last nanosecond in.
             assert reader.end_time - 1 == max(drive)
@@ -51,7 +51,7 @@ def check_metadata(bag, drive, sensors, readings):
         assert said == found
         for connection in folder.connections:
             (offered,) = connection.ext.offered_qos_profiles
-            late = connection.topic == "/tf_static"
+            late = connection.topic in ("/tf_static", "/label_info")
             expected = QosDurability.TRANSIENT_LOCAL if late else QosDurability.VOLATILE
             assert offered.durability == expected and offered.depth == 10
         return folder.message_count
@@ -81,11 +81,14 @@ def check_points(message, folder, name, time, deskewed):
 
 
 def check_picture(message, path):
-    """A picture's size, and its pixels; those of depth are metres."""
+    """A picture's size, and its pixels; those of depth are metres, infinite for nothing."""
     if path.parent.name == "depth":
         npy = path.with_suffix(".npy")
         depth = np.load(npy) if npy.exists() else np.asarray(Image.open(path)) / 256
-        truth, encoding = depth.astype("<f4"), "32FC1"
+        truth, encoding = np.where(depth > 0, depth, np.inf).astype("<f4"), "32FC1"
+    elif path.parent.name == "instance":
+        rgb = np.asarray(Image.open(path)).astype("<i4")
+        truth, encoding = (rgb @ [1, 256, 65536]).astype("<i4"), "32SC1"
     else:
         truth = np.asarray(Image.open(path))
         encoding = "mono8" if truth.ndim == 2 else "rgb8"
@@ -108,7 +111,8 @@ def main(dataset, out):
         mounts = {s["name"]: mount(s["body_from_lidar"]) for s in scanners}
         mounts |= {s["name"]: mount(s["body_from_camera"]) for s in lenses}
         sensors = {s["name"]: ["points"] for s in scanners}
-        sensors |= {s["name"]: ["image", "semantic", "depth", "camera_info"] for s in lenses}
+        of_camera = ["image", "semantic", "instance", "depth", "camera_info"]
+        sensors |= {s["name"]: of_camera for s in lenses}
         unit = next(s for s in manifest["sequences"] if s["number"] == sequence).get("imu")
         readings = 0
         if unit:
@@ -130,6 +134,10 @@ def main(dataset, out):
                     for sensor, t in found.items():
                         pose = transform(t.translation, t.rotation)
                         assert abs(pose - mounts[sensor]).max() < 1e-12
+                    continue
+                if connection.topic == "/label_info":
+                    names = {c.class_id: c.class_name for c in message.class_map}
+                    assert names == {c["id"]: c["name"] for c in manifest["ontology"]["classes"]}
                     continue
                 header = getattr(message, "header", None) or message.transforms[0].header
                 stamp = header.stamp.sec * 10**9 + header.stamp.nanosec

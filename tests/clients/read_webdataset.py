@@ -18,6 +18,7 @@ from PIL import Image
 def main(dataset, out):
     dataset, out = Path(dataset), Path(out)
     manifest = json.loads((dataset / "dataset.json").read_text())
+    names = {str(c["id"]): c["name"] for c in manifest["ontology"]["classes"]}
     frames = {(f["sequence"], f["index"]): f for f in manifest["frames"]}
     shards = sorted(str(p) for p in out.glob("*.tar"))
     samples = points = 0
@@ -26,14 +27,22 @@ def main(dataset, out):
         frame = frames.pop((info["sequence"], info["frame"]))
         assert info["time_s"] == frame["time_s"]
         assert np.allclose(info["world_from_body"], frame["world_from_body"], atol=1e-9)
+        assert info["classes"] == names
         name = f"{frame['index']:06}"
         source = dataset / "sequences" / f"{frame['sequence']:02}"
         for i, camera in enumerate(cameras(manifest, frame["sequence"])):
             key, folder = camera["name"], source if i == 0 else source / camera["name"]
-            for map_ in ("semantic", "instance", "normals"):
-                native = np.asarray(Image.open(folder / map_ / f"{name}.png").convert("RGB"))
+            for map_ in ("instance", "normals"):
+                native = np.asarray(Image.open(folder / map_ / f"{name}.png"))
                 assert (sample[f"{key}.{map_}.png"] == native).all(), map_
             assert sample[f"{key}.rgb.png"].shape == native.shape
+            # Numbers of the palette, which RGB would have as colours.
+            native = np.asarray(Image.open(folder / "semantic" / f"{name}.png"))
+            assert (sample[f"{key}.semantic.png"] == native[..., None]).all()
+            said, k = info["cameras"][i], camera["intrinsics"]
+            model = k.get("distortion", {"model": "none"})["model"]
+            assert said["lens"] == {"none": "pinhole"}.get(model, model)
+            assert (said["cx"], said["cy"]) == (k["cx"], k["cy"])
             depth = folder / "depth" / name
             if depth.with_suffix(".npy").exists():
                 truth = np.load(depth.with_suffix(".npy"))

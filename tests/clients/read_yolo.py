@@ -5,26 +5,29 @@
 Needs numpy, pillow, pyyaml.
 """
 
-import csv
+import json
 import sys
 from pathlib import Path
 
 import numpy as np
 import yaml
+from common import kinds
 from PIL import Image
 
 
 def main(dataset, out):
     dataset, out = Path(dataset), Path(out)
     data = yaml.safe_load((out / "data.yaml").read_text())
-    folders = sorted(set(data["train"]) | set(data["val"]))
+    manifest = json.loads((dataset / "dataset.json").read_text())
+    frames = {(f["sequence"], f["index"]): f for f in manifest["frames"]}
+    folders = sorted({*data["train"], *data["val"], *data.get("test", [])})
+    assert all(any((out / folder).iterdir()) for folder in folders)
     pictures = boxes = 0
     for folder in folders:
         for picture in sorted((out / folder).glob("*.png")):
             frame, camera = picture.stem.split("_", 1)
             source = dataset / "sequences" / picture.parent.name
-            with open(source / "instances.csv", newline="") as file:
-                kinds = {int(r["image_id"]): r["kind"] for r in csv.DictReader(file)}
+            kind_of = kinds(dataset, frames[int(picture.parent.name), int(frame)])
             if (source / camera).exists():
                 source = source / camera
             rgb = np.asarray(Image.open(source / "instance" / f"{frame}.png")).astype(np.uint32)
@@ -34,7 +37,7 @@ def main(dataset, out):
             for id_ in np.unique(map_[map_ > 0]):
                 rows, columns = np.nonzero(map_ == id_)
                 box = (columns.min(), rows.min(), columns.max() + 1, rows.max() + 1)
-                expected.append((kinds[int(id_)], *map(int, box)))
+                expected.append((kind_of[int(id_)], *map(int, box)))
             found = []
             label = Path(str(picture).replace("/images/", "/labels/")).with_suffix(".txt")
             for line in label.read_text().splitlines():

@@ -7,6 +7,24 @@
 //! - [`grow`] and [`grow_snag`] grow one tree of a given size; [`Species`] is data, read from TOML.
 //! - [`Library::to_bytes`] and [`Library::from_bytes`] store a library between runs.
 //!
+//! ```
+//! use nemoral_assets::{AssetParams, Library};
+//! use nemoral_seed::Key;
+//!
+//! // Three species, one tree of each; without textures, which scans do not need.
+//! let params = AssetParams {
+//!     individuals_per_species: 1,
+//!     textures: false,
+//!     ..AssetParams::default()
+//! };
+//! let library = Library::grow(&params, Key::world(7))?;
+//! assert!(library.trees.len() >= 3);
+//! for tree in &library.trees {
+//!     println!("{}: {:.1} m high", tree.species, tree.size.height_m);
+//! }
+//! # Ok::<(), nemoral_assets::ParamError>(())
+//! ```
+//!
 //! The parts of the source: `tree` (growth and allometry), `plant` (everything smaller), `cards`
 //! (images of leaves), `textures` (bark, ground, stone), `materials` (all of them registered),
 //! `ambient_occlusion` (the light that near parts of a shape block), `lanes` (arithmetic of eight
@@ -24,7 +42,7 @@ mod tree;
 
 #[doc = include_str!("../README.md")]
 #[cfg(doctest)]
-struct ReadmeDoctests;
+struct Readme;
 
 pub use ambient_occlusion::{ShapeKind, with_occlusion};
 pub use library::{
@@ -39,6 +57,6 @@ pub use tree::{
     Allometry, BarkKind, BarkLayer, BarkLook, BranchLevel, Competition, Competitors,
     CrownCompetition, CrownForm, DeadBranches, FlareLobe, FoliageCard, FoliageForm, FruitLook,
     GrownTree, GrowthParams, LeafKind, LeafLook, LeafPhase, LeafStage, Phenology, Season, ShedBark,
-    ShedLook, SizeClass, Species, SpeciesError, StemForm, Taper, TreeMaterials, TreeSize,
-    TreeStructure, WoodNode, grow, grow_snag, grow_with_structure,
+    ShedLook, SizeClass, Species, SpeciesError, StemForm, StemProfile, Taper, TreeMaterials,
+    TreeSize, TreeStructure, WoodNode, WoodVolume, grow, grow_snag, grow_with_structure,
 };

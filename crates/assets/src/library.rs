@@ -28,8 +28,8 @@ use crate::materials::{self, GroundMaterials, Timing, Wanted, WorldMaterials};
 use crate::plant::shape::Shape;
 use crate::plant::surface_root::LOBE_M;
 use crate::tree::{
-    Competitors, FlareLobe, GrownTree, GrowthParams, Season, SizeClass, Species, TreeMaterials,
-    TreeSize, grow, grow_snag, individual_rank,
+    BREAST_M, Competitors, FlareLobe, GrownTree, GrowthParams, Season, SizeClass, Species,
+    StemProfile, TreeMaterials, TreeSize, WoodVolume, grow, grow_snag, individual_rank,
 };
 use nemoral_scene::ParamError;
 
@@ -135,12 +135,35 @@ pub struct TreeAsset {
     pub class: SizeClass,
     /// Is it alive?
     pub alive: bool,
-    /// Stem volume over bark, m³.
+    /// The diameters of its stem.
+    pub stem: StemProfile,
+    /// Stem volume over bark, from the ground to the stem's end, m³: where it forks, to the fork.
     pub stem_volume_m3: f64,
+    /// Volume of all its wood over bark; `None` if that is not known.
+    pub wood: Option<WoodVolume>,
     /// Radius it occupies at the ground, flare included, metres.
     pub radius_m: f64,
     /// The lobes of its root flare; none if they are not known.
     pub flare_lobes: Vec<FlareLobe>,
+}
+
+impl TreeAsset {
+    /// The size of a copy that is wider and higher by these factors, which are above 0. A copy that
+    /// is no higher than breast height has a diameter of 0.
+    #[must_use]
+    pub fn size_of_copy(&self, [across, along]: [f64; 2]) -> TreeSize {
+        let size = &self.size;
+        // Leaves point all ways, so their area grows as the mean of all ways does.
+        let mean = libm::cbrt(across * across * along);
+        TreeSize {
+            dbh_m: across * self.stem.diameter_m(BREAST_M / along),
+            height_m: size.height_m * along,
+            crown_base_m: size.crown_base_m * along,
+            crown_radius_m: size.crown_radius_m * across,
+            leaf_area_m2: size.leaf_area_m2 * mean * mean,
+            lean_rad: libm::atan(libm::tan(size.lean_rad) * across / along),
+        }
+    }
 }
 
 /// A shrub, herb, stump or rock, or a patch of such things.
@@ -667,7 +690,9 @@ impl TreeGrower<'_> {
             class: species.size_class(tree.size.dbh_m),
             size: tree.size,
             alive: tree.alive,
-            stem_volume_m3: tree.stem_volume_m3,
+            stem_volume_m3: tree.stem.volume_m3(),
+            stem: tree.stem,
+            wood: Some(tree.wood),
             radius_m: tree.foot_radius_m,
             flare_lobes: tree.flare_lobes,
         })

@@ -13,7 +13,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     Climbers, CommunityTiles, Deadwood, FlareLobe, GroundMaterials, Library, LitterPatches,
-    LogAsset, PlantAsset, SizeClass, StreamStones, TreeAsset, TreeClimbers, TreeSize,
+    LogAsset, PlantAsset, SizeClass, StemProfile, StreamStones, TreeAsset, TreeClimbers, TreeSize,
+    WoodVolume,
 };
 
 /// Why bytes are not those of a [`Library`].
@@ -96,7 +97,9 @@ struct StoredTree<'a> {
     size: TreeSize,
     class: SizeClass,
     alive: bool,
+    stem: Cow<'a, StemProfile>,
     stem_volume_m3: f64,
+    wood: Option<Cow<'a, WoodVolume>>,
     radius_m: f64,
     flare_lobes: Cow<'a, [FlareLobe]>,
 }
@@ -430,7 +433,9 @@ impl<'a> StoredTree<'a> {
             size: tree.size,
             class: tree.class,
             alive: tree.alive,
+            stem: Cow::Borrowed(&tree.stem),
             stem_volume_m3: tree.stem_volume_m3,
+            wood: tree.wood.as_ref().map(Cow::Borrowed),
             radius_m: tree.radius_m,
             flare_lobes: Cow::Borrowed(&tree.flare_lobes),
         }
@@ -443,7 +448,9 @@ impl<'a> StoredTree<'a> {
             size: self.size,
             class: self.class,
             alive: self.alive,
+            stem: self.stem.into_owned(),
             stem_volume_m3: self.stem_volume_m3,
+            wood: self.wood.map(Cow::into_owned),
             radius_m: self.radius_m,
             flare_lobes: self.flare_lobes.into_owned(),
         })
@@ -553,7 +560,7 @@ mod tests {
                         t.size,
                         t.class,
                         t.alive,
-                        t.stem_volume_m3,
+                        (&t.stem, t.stem_volume_m3, &t.wood),
                         t.radius_m
                     )
                 )

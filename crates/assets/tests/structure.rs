@@ -3,7 +3,7 @@
 mod common;
 
 use common::{BRANCH, DEAD, LIMB, key, materials};
-use nemoral_assets::{GrowthParams, Species, TreeStructure, grow, grow_with_structure};
+use nemoral_assets::{GrowthParams, Species, TreeStructure, WoodNode, grow, grow_with_structure};
 use nemoral_scene::glam::DVec3;
 
 /// Distance of a point from the surface of the nearest cone, metres.
@@ -74,8 +74,36 @@ fn the_mesh_is_the_surface_of_the_cones() {
         for node in &mut stem.nodes {
             node.parent = node.parent.and_then(|p| p.checked_sub(below));
         }
-        let ratio = stem.volume_m3() / tree.stem_volume_m3;
+        let ratio = stem.volume_m3() / tree.stem.volume_m3();
         assert!((0.8..1.02).contains(&ratio), "{name}: {ratio}");
         assert!(structure.volume_m3() > stem.volume_m3(), "{name}");
     }
+}
+
+/// Neither the buried foot counts, nor what of a branch lies inside of the stem.
+#[test]
+fn volume_is_that_of_the_wood_above_the_ground() {
+    let node = |x: f64, z: f64, radius_m: f64, parent: Option<u32>, axis: u32| WoodNode {
+        position_m: DVec3::new(x, 0.0, z),
+        radius_m,
+        parent,
+        axis,
+        order: axis.min(1) as u8,
+        is_dead: false,
+    };
+    let nodes = vec![
+        node(0.0, -0.5, 0.2, None, 0),
+        node(0.0, 5.0, 0.2, Some(0), 0),
+        node(0.0, 10.0, 0.2, Some(1), 0),
+        // A branch from the middle of the stem, whose second node is inside of it still.
+        node(0.0, 5.0, 0.05, Some(1), 1),
+        node(0.1, 5.0, 0.05, Some(3), 1),
+        node(2.0, 5.0, 0.05, Some(4), 1),
+        // A leader, that goes on where the stem ends.
+        node(0.0, 10.0, 0.1, Some(2), 2),
+        node(0.0, 13.0, 0.1, Some(6), 2),
+    ];
+    let found = TreeStructure { nodes }.volume_m3();
+    let exact = std::f64::consts::PI * (0.04 * 10.0 + 0.0025 * 1.8 + 0.01 * 3.0);
+    assert!((found / exact - 1.0).abs() < 1e-12, "{found} for {exact}");
 }

@@ -157,9 +157,12 @@ pub(crate) struct Cloud {
     /// Keeps these classes or fine semantics: Trunks,leaf.
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub(crate) only_class: Vec<String>,
-    /// Writes the plot's rows of trees.csv.
+    /// Writes the plot's trees, and what the cloud shows of each, as CSV.
     #[arg(long, value_name = "FILE")]
     pub(crate) trees: Option<PathBuf>,
+    /// Writes where the scanners were at each frame, as CSV.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) trajectory: Option<PathBuf>,
     /// Writes LAZ in square tiles of this side, metres.
     #[arg(long, value_name = "M")]
     pub(crate) tile: Option<f64>,
@@ -199,6 +202,9 @@ pub(crate) struct Convert {
     /// The classes to write, a built-in table or a TOML file.
     #[arg(long, value_name = "NAME|FILE")]
     pub(crate) ontology: Option<String>,
+    /// Leaves out objects with fewer visible pixels in a picture; of coco and yolo alone.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub(crate) min_px: u32,
     /// Continues a conversion that was interrupted.
     #[arg(long, conflicts_with = "overwrite")]
     pub(crate) resume: bool,
@@ -260,7 +266,7 @@ pub(crate) struct Export {
 pub(crate) struct Inventory {
     #[command(flatten)]
     pub(crate) of: OneSequence,
-    /// A rectangle of the world, west, south, east, north, metres; else a hectare at the start.
+    /// West, south, east, north, metres; else around all `--plot`, or a hectare at the start.
     #[arg(long, value_name = "X0,Y0,X1,Y1", allow_hyphen_values = true)]
     pub(crate) region: Option<Region>,
     /// Side of the maps' cells, metres; the region must be whole cells.
@@ -275,9 +281,21 @@ pub(crate) struct Inventory {
     /// Thinner trees do not count per hectare, metres, 0 to 2.
     #[arg(long, value_name = "M", default_value_t = 0.07)]
     pub(crate) min_dbh: f64,
+    /// Logs whose thick end is thinner do not count per hectare, metres, 0 to 2.
+    #[arg(long, value_name = "M", default_value_t = 0.1)]
+    pub(crate) min_deadwood_diameter: f64,
     /// Side of square plots that the region is cut into for `plots.csv`, 1 to 1000 m.
     #[arg(long, value_name = "M")]
     pub(crate) plots: Option<f64>,
+    /// A plot for `plots.csv`, E,N,RADIUS, or a rectangle, W,S,E,N, metres; may be given often.
+    #[arg(
+        long,
+        value_name = "NUMBERS",
+        allow_hyphen_values = true,
+        conflicts_with = "plots",
+        value_parser = plot_at
+    )]
+    pub(crate) plot: Vec<Crop>,
     /// The folder, which must be empty.
     #[arg(long, short, value_name = "DIR")]
     pub(crate) out: PathBuf,
@@ -319,6 +337,16 @@ impl FromStr for Region {
             _ => Err("must be four numbers, X0,Y0,X1,Y1, in metres".to_owned()),
         }
     }
+}
+
+/// `--plot NUMBERS`, which is read as `cloud --crop` is.
+fn plot_at(text: &str) -> Result<Crop, String> {
+    text.parse::<Crop>().map_err(|error| match error {
+        nemoral_dataset::Error::Invalid { value, allowed, .. } => {
+            format!("plot = {value}: must be {allowed}")
+        }
+        other => other.to_string(),
+    })
 }
 
 /// What the help says about formats.

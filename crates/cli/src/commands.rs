@@ -8,7 +8,7 @@ use clap::CommandFactory;
 use nemoral_convert::{
     ConvertParams, LazCloudParams, Mode, Table, convert_watched, laz_cloud, laz_note,
 };
-use nemoral_dataset::{CloudParams, CloudPoses, MergeParams, OpenMode};
+use nemoral_dataset::{CloudFormat, CloudParams, CloudPoses, MergeParams, OpenMode};
 use nemoral_pipeline::config::{
     Preset, SequenceConfig, Sequences, SiteFiles, annotated_toml, json_schema, reference_page,
 };
@@ -139,9 +139,14 @@ fn run_cloud(a: Cloud) -> Result<bool, Failure> {
     if !is_laz && (a.tile.is_some() || a.ontology.is_some()) {
         return refused("--tile and --ontology are for LAZ; give it a name that ends in .laz");
     }
+    if let Some(table) = a.trees.as_ref().filter(|_| a.trees == a.trajectory) {
+        let table = table.display();
+        let message = format!("--trajectory {table}: must be another file than that of --trees");
+        return Err(wrong(message));
+    }
     let cloud = nemoral_dataset::Cloud::open(&a.dir, params)?;
-    if let Some(trees) = &a.trees {
-        cloud.check_name(trees, "csv")?;
+    for table in a.trees.iter().chain(&a.trajectory) {
+        cloud.check_name(table, "csv")?;
     }
     if is_laz {
         let laz = LazCloudParams {
@@ -163,9 +168,22 @@ fn run_cloud(a: Cloud) -> Result<bool, Failure> {
         let points = cloud.write_ply(&a.out)?;
         say(&format!("{points} points in {}", a.out.display()))?;
     }
+    let format = if is_laz {
+        CloudFormat::Laz
+    } else {
+        CloudFormat::Ply
+    };
+    let coordinates = match cloud.site() {
+        Some(_) if is_laz => "the site's coordinates",
+        _ => "world coordinates",
+    };
     if let Some(path) = &a.trees {
-        let trees = cloud.write_trees(path)?;
-        say(&format!("{trees} trees in {}", path.display()))?;
+        let (trees, path) = (cloud.write_trees(path, format)?, path.display());
+        say(&format!("{trees} trees in {path}, in {coordinates}"))?;
+    }
+    if let Some(path) = &a.trajectory {
+        let (poses, path) = (cloud.write_trajectory(path, format)?, path.display());
+        say(&format!("{poses} poses in {path}, in {coordinates}"))?;
     }
     Ok(true)
 }
@@ -193,6 +211,7 @@ fn run_convert(a: &Convert) -> Result<bool, Failure> {
     let params = ConvertParams {
         format: a.to,
         ontology: a.ontology.as_deref().map(Table::load).transpose()?,
+        min_px: a.min_px,
         mode: match (a.resume, a.overwrite) {
             (true, _) => Mode::Resume,
             (_, true) => Mode::Overwrite,

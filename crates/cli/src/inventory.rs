@@ -2,22 +2,30 @@
 
 use std::path::Path;
 
-use nemoral_pipeline::{InventoryParams, SurveyParams};
+use nemoral_pipeline::{InventoryParams, InventoryPlots, SurveyParams};
 
 use crate::arguments::{Inventory, Region};
 use crate::failure::Failure;
 use crate::request::recorder;
 use crate::terminal::{note, say};
 
-/// Side of the square that is surveyed if none is named, metres: a hectare.
+/// Side of the square that is surveyed if no region and no plot is named, metres: a hectare.
 const SIDE_M: f64 = 100.0;
 
 /// Writes what a forest inventory would find.
 pub(crate) fn run(a: &Inventory, program: Option<&Path>) -> Result<bool, Failure> {
     let (recorder, no_cache) = recorder(&a.of, program)?;
+    let plots = match (a.plots, &a.plot[..]) {
+        (Some(side_m), _) => InventoryPlots::Squares { side_m },
+        (None, []) => InventoryPlots::None,
+        (None, given) => InventoryPlots::Given(given.to_vec()),
+    };
     let region_m = match a.region {
         Some(Region([x0, y0, x1, y1])) => [[x0, y0].into(), [x1, y1].into()],
-        None => recorder.square_around_start(SIDE_M)?,
+        None => match plots.region_m(a.cell)? {
+            Some(around_plots) => around_plots,
+            None => recorder.square_around_start(SIDE_M)?,
+        },
     };
     let params = InventoryParams {
         survey: SurveyParams {
@@ -26,7 +34,8 @@ pub(crate) fn run(a: &Inventory, program: Option<&Path>) -> Result<bool, Failure
             layer_m: a.layer,
         },
         min_dbh_m: a.min_dbh,
-        plot_m: a.plots,
+        min_deadwood_diameter_m: a.min_deadwood_diameter,
+        plots,
     };
     let survey = recorder.write_inventory(region_m, &params, &a.out)?;
     let [low_m, high_m] = region_m;

@@ -1,17 +1,19 @@
 //! A sequence's scans as one LAZ file, or as tiles.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::fs::File;
 use std::io::{self, BufReader, BufWriter, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use nemoral_dataset::{Cloud, CloudPoint, SiteSpec};
 use nemoral_files::{EntryKind, Folder, InnerPath, PendingFile};
+use nemoral_scene::ObjectId;
 use nemoral_scene::glam::DVec3;
 
 use crate::formats::laz::{
-    Laz, LazPoint, LazWriter, START_BYTES, STEP_M, crs_note, is_own, place_m,
+    Laz, LazPoint, LazWriter, START_BYTES, STEP_M, TreeNumbers, crs_note, is_own, place_m,
 };
+use crate::labels::Labels;
 use crate::{Error, Table};
 
 /// The most tiles of a cloud, as each is an open file.
@@ -42,17 +44,22 @@ pub struct LazTile {
 }
 
 /// Writes a cloud as LAS 1.4, compressed, with the dimensions that the format `laz` has; `gps_time`
-/// is seconds after the start of the sequence, `point_source_id` the number from 1 of the flight
-/// line or, without lines, of the scan (station k of one scanner is k + 1). Coordinates are those
-/// of the site, or of an invented world, relative to a whole metre near the first point of a file.
+/// is seconds after the start of the sequence plus [`Cloud::las_time_shift_s`], `point_source_id`
+/// the number from 1 of the flight line or, without lines, of the scan (station k of one scanner is
+/// k + 1). Coordinates are those of the site, or of an invented world, relative to a whole metre
+/// near the first point of a file.
+///
+/// Trees whose foot is outside of the part of the world that is kept have the class
+/// [`Table::outside`], if the table has one, and are no trees: their `treeID` is 0.
 ///
 /// Each file appears when it is whole, after all points have been written. A file `OUT` is
 /// replaced.
 ///
 /// # Errors
-/// As [`Cloud::check_name`] with `laz` and [`Cloud::for_each`]; [`Error::Unsuitable`] for a tile's
-/// side out of range or too many tiles; [`Error::TileExists`] and [`Error::ForeignTile`] for tiles
-/// that are there already; [`Error::Ontology`] for a table that does not fit.
+/// As [`Cloud::check_name`] with `laz`, [`Cloud::all_trees`] and [`Cloud::for_each`];
+/// [`Error::Unsuitable`] for a tile's side out of range or too many tiles; [`Error::TileExists`]
+/// and [`Error::ForeignTile`] for tiles that are there already; [`Error::Ontology`] for a table
+/// that does not fit.
 pub fn laz_cloud(
     cloud: &Cloud,
     out: &Path,
@@ -72,10 +79,10 @@ pub fn laz_cloud(
         Some(_) => earlier_tiles(out, params.overwrite)?,
         None => Vec::new(),
     };
-    let labels = Laz {
+    let laz = Laz {
         ontology: params.ontology.clone(),
-    }
-    .labels(cloud.ontology())?;
+    };
+    let truth = Truth::new(cloud, laz.labels(cloud.ontology())?)?;
     let site = cloud.site();
     let mut tiles: BTreeMap<Option<[i64; 2]>, Tile> = BTreeMap::new();
     let failed = |e: io::Error| Error::from(nemoral_files::Error::io(out)(e));
@@ -96,8 +103,7 @@ pub fn laz_cloud(
             tiles.insert(number, tile);
         }
         let tile = tiles.get_mut(&number).expect("it is there");
-        let class = labels.id_of_semantic(point.recorded.point.semantic) as u8;
-        tile.put(point, class).map_err(failed)
+        tile.put(point, &truth).map_err(failed)
     })?;
     if tiles.is_empty() {
         // A cloud without points is a file without points.
@@ -184,6 +190,44 @@ pub fn laz_note(cloud: &Cloud) -> Option<String> {
     cloud.site().and_then(crs_note)
 }
 
+/// What the points of a cloud are.
+struct Truth {
+    labels: Labels,
+    trees: TreeNumbers,
+    /// The trees that have the class of those outside. It is only asked for single ids, so its
+    /// order does not matter.
+    outside: HashSet<ObjectId>,
+    time_shift_s: f64,
+}
+
+impl Truth {
+    fn new(cloud: &Cloud, labels: Labels) -> Result<Self, Error> {
+        let trees = cloud.all_trees()?;
+        let outside = trees.iter().filter(|tree| {
+            let is_inside = cloud.is_within(tree.position_m);
+            labels.outside.is_some() && !is_inside
+        });
+        Ok(Self {
+            outside: outside.map(|tree| tree.object).collect(),
+            trees: TreeNumbers::new(&trees),
+            labels,
+            time_shift_s: cloud.las_time_shift_s(),
+        })
+    }
+
+    /// The class of a point and the number of its tree.
+    fn class_and_tree(&self, point: &CloudPoint) -> (u8, u32) {
+        let of = &point.recorded.point;
+        match self.labels.outside {
+            Some(class) if self.outside.contains(&of.object) => (class as u8, 0),
+            _ => {
+                let class = self.labels.id_of_semantic(of.semantic);
+                (class as u8, self.trees.of(of.object))
+            }
+        }
+    }
+}
+
 /// A file that is being written under no name.
 struct Tile {
     writer: LazWriter<BufWriter<File>>,
@@ -196,17 +240,20 @@ impl Tile {
         Ok(Self { writer, points: 0 })
     }
 
-    fn put(&mut self, point: &CloudPoint, class: u8) -> io::Result<()> {
+    fn put(&mut self, point: &CloudPoint, truth: &Truth) -> io::Result<()> {
         self.points += 1;
+        let (class, tree) = truth.class_and_tree(point);
         self.writer.put(&LazPoint {
             recorded: &point.recorded,
             world_m: point.world_m,
             from_scanner_m: point.from_scanner_m,
-            // 0 stands for more than there are numbers.
-            source: u16::try_from(point.line.unwrap_or(point.scan) + 1).unwrap_or(0),
+            left_m: point.left_m,
+            source: point.source_id(),
             time_s: point.time_s,
+            time_shift_s: truth.time_shift_s,
             lidar: point.lidar,
             class,
+            tree,
         })
     }
 

@@ -24,6 +24,8 @@ pub(crate) struct Labels {
     id_of: [u16; 256],
     /// By the number of the fine semantic.
     id_of_semantic: Vec<u16>,
+    /// Of trees that stand outside of a cropped cloud, if the table has a class for them.
+    pub(crate) outside: Option<u16>,
 }
 
 impl Labels {
@@ -47,6 +49,7 @@ impl Labels {
                 classes: classes.collect(),
                 id_of,
                 id_of_semantic: Semantic::ALL.iter().map(id).collect(),
+                outside: None,
             });
         };
         let ids = table.ids_for(own)?;
@@ -64,6 +67,7 @@ impl Labels {
             classes: classes.collect(),
             id_of,
             id_of_semantic: table.ids_for_semantics(own)?,
+            outside: table.outside_id(),
         })
     }
 

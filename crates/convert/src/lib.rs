@@ -83,8 +83,8 @@ pub use sink::{Files, Mode, Notes, Sink, Stream};
 pub use source::{FrameRef, Sequence, Source};
 pub use table::{Table, TableClass};
 
-/// Raised with each change of any format's files, so that nobody goes on with those of before.
-const LAYOUT: u32 = 6;
+/// Raise it when the files of any format change, so that an older conversion is not resumed.
+const LAYOUT: u32 = 7;
 
 /// A format that data sets can be written in.
 pub trait Format {
@@ -120,17 +120,21 @@ pub struct ConvertParams {
     pub format: FormatName,
     /// The classes to write in place of the data set's own, or in place of the format's.
     pub ontology: Option<Table>,
+    /// The fewest visible pixels of an object that is listed in a picture; 0 lists all. Only
+    /// formats that list objects by their pixels take another ([`FormatName::takes_min_px`]).
+    pub min_px: u32,
     /// What to do with a folder that holds a conversion.
     pub mode: Mode,
 }
 
 impl ConvertParams {
-    /// A conversion into a new folder, with the format's own classes.
+    /// A conversion into a new folder, with the format's own classes and all objects.
     #[must_use]
     pub fn new(format: FormatName) -> Self {
         Self {
             format,
             ontology: None,
+            min_px: 0,
             mode: Mode::Fresh,
         }
     }
@@ -239,6 +243,7 @@ fn request(header: &DatasetHeader, source: &str, params: &ConvertParams) -> sink
         data_set: Some(identity(header)),
         source: source.to_owned(),
         ontology: table.map(|t| digest(t.text().as_bytes())),
+        min_px: params.min_px,
     }
 }
 
@@ -268,7 +273,19 @@ fn suitable(manifest: &Manifest, params: &ConvertParams) -> Result<Box<dyn Forma
             reason: "it has no place for the classes of a table; leave the table out".to_owned(),
         });
     }
-    let format = params.format.with(params.ontology.clone());
+    if params.min_px > 0 && !params.format.takes_min_px() {
+        let takers = FormatName::ALL.into_iter().filter(|f| f.takes_min_px());
+        let takers: Vec<_> = takers.map(FormatName::name).collect();
+        return Err(Error::Unsuitable {
+            format: params.format.name(),
+            reason: format!(
+                "min_px = {}: must be 0, as it lists no objects by their pixels; {} do",
+                params.min_px,
+                takers.join(" and ")
+            ),
+        });
+    }
+    let format = params.format.with(params.ontology.clone(), params.min_px);
     format.check(manifest)?;
     Ok(format)
 }

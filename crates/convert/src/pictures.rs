@@ -1,6 +1,14 @@
 //! PNG files that are not in the data set.
 
+use nemoral_scene::Image;
 use png::{BitDepth, ColorType};
+
+/// 8-bit grey, a number for each pixel, such as a class's id.
+pub(crate) fn encode_grey(image: &Image<u8>) -> Vec<u8> {
+    let (width, height) = (image.width(), image.height());
+    let (grey, eight) = (ColorType::Grayscale, BitDepth::Eight);
+    encode(width, height, grey, eight, None, image.pixels())
+}
 
 /// A PNG of the given kind; `data` is row by row, 16-bit samples big-endian.
 pub(crate) fn encode(

@@ -394,6 +394,7 @@ mod tests {
             data_set: None,
             source: String::new(),
             ontology: None,
+            min_px: 0,
         };
         let opened = Sink::open(dir.path(), Mode::Fresh, request).expect("opened");
         let Opened::Ready(mut sink) = opened else {

@@ -8,9 +8,11 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use nemoral_dataset::{
     CameraFile, CameraSpec, Dataset, DepthFormat, FrameDone, FrameRecord, ImuReading, ImuSpec,
-    ImuTexts, LidarFrame, LidarSpec, Manifest, SiteSpec, Split, TrackRecord, Watch,
+    ImuTexts, LidarFrame, LidarSpec, Manifest, SequenceSpec, SiteSpec, Split, TrackRecord, Watch,
 };
-use nemoral_scene::{ChunkCoord, Flow, Image, ObjectBox, ObjectRecord, Ontology, RigidTransform};
+use nemoral_scene::{
+    ChunkCoord, Flow, Image, ObjectBox, ObjectRecord, Ontology, RigidTransform, TreeRecord,
+};
 
 use crate::{Error, digest};
 
@@ -137,10 +139,12 @@ impl Source {
         &self.manifest().header.ontology
     }
 
-    /// The sequences, by number.
+    /// The sequences that have frames, by number. Of the others nothing may exist, tables neither:
+    /// a part of a data set knows all sequences of the whole.
     pub fn sequences(&self) -> impl Iterator<Item = Sequence<'_>> {
         let sequences = self.manifest().header.sequences.iter();
-        sequences.map(|s| Sequence {
+        let made = sequences.filter(move |s| self.frames(s.number).next().is_some());
+        made.map(|s| Sequence {
             number: s.number,
             cameras: &s.cameras,
             lidars: &s.lidars,
@@ -158,19 +162,24 @@ impl Source {
     }
 
     /// The split of a sequence: the data set's own. If it has none, the last one of several
-    /// sequences is for validation, and all others are for training.
+    /// sequences with frames is for validation, and all others are for training.
     #[must_use]
     pub fn split(&self, sequence: u32) -> Split {
-        let all = &self.manifest().header.sequences;
         let own = self.manifest().header.sequence(sequence);
-        let own = own.and_then(|spec| spec.split);
-        let has_splits = all.iter().any(|s| s.split.is_some());
-        let is_last = all.len() > 1 && all.last().is_some_and(|s| s.number == sequence);
-        own.unwrap_or(if is_last && !has_splits {
+        if let Some(split) = own.and_then(|spec| spec.split) {
+            return split;
+        }
+        let mut all = self.manifest().header.sequences.iter();
+        if all.any(|s| s.split.is_some()) {
+            return Split::Train;
+        }
+        // A single one is for training.
+        let last = self.sequences().skip(1).last();
+        if last.is_some_and(|last| last.number == sequence) {
             Split::Val
         } else {
             Split::Train
-        })
+        }
     }
 
     /// The frames of a sequence that exist, by index.
@@ -276,6 +285,12 @@ impl Source {
         spec.map_or_else(DepthFormat::default, |spec| spec.depth_format)
     }
 
+    /// What LAZ adds to the times of a sequence, seconds.
+    pub(crate) fn las_time_shift_s(&self, sequence: u32) -> f64 {
+        let spec = self.manifest().header.sequence(sequence);
+        spec.map_or(0.0, SequenceSpec::las_time_shift_s)
+    }
+
     /// A LiDAR's scan.
     ///
     /// # Errors
@@ -340,6 +355,14 @@ impl Source {
     /// [`Error::Dataset`], naming the file.
     pub fn objects(&self, sequence: u32) -> Result<Vec<ObjectRecord>, Error> {
         Ok(self.dataset.objects(sequence)?)
+    }
+
+    /// All trees of a sequence, in the order of `trees.csv`.
+    ///
+    /// # Errors
+    /// [`Error::Dataset`], naming the file.
+    pub fn trees(&self, sequence: u32) -> Result<Vec<TreeRecord>, Error> {
+        Ok(self.dataset.trees(sequence)?)
     }
 }
 

@@ -37,6 +37,7 @@ const BUILT_IN: [(&str, &str); 8] = [
 /// name = "mine"
 /// source = "where ids, names and colours come from"
 /// rest = "void"            # the class of everything that no class lists; optional
+/// outside = "beyond"       # the class of trees that stand outside of a cropped cloud; optional
 ///
 /// [[class]]
 /// id = 0                   # 0 to 65535
@@ -50,6 +51,12 @@ const BUILT_IN: [(&str, &str); 8] = [
 /// name = "tree"
 /// colour = [0, 255, 0]
 /// from = ["Trunks", "Canopy", "stem", "leaf"]
+///
+/// [[class]]
+/// id = 5
+/// name = "beyond"
+/// colour = [90, 90, 90]
+/// from = []
 /// ```
 /// A name of `from` is that of a class of the data set. A table may have names for several
 /// ontologies at once, such as the paper's classes and fine semantics.
@@ -61,6 +68,9 @@ pub struct Table {
     pub source: String,
     /// The name of the class of everything that no class lists.
     pub rest: Option<String>,
+    /// The name of the class of trees whose foot is outside of the part of the world that a cloud
+    /// is cropped to ([`laz_cloud`](crate::laz_cloud)). `None` if they have the classes of others.
+    pub outside: Option<String>,
     /// The classes, in the file's order.
     pub classes: Vec<TableClass>,
     text: String,
@@ -89,6 +99,7 @@ struct File {
     name: String,
     source: String,
     rest: Option<String>,
+    outside: Option<String>,
     class: Vec<TableClass>,
 }
 
@@ -131,6 +142,7 @@ impl Table {
             name: file.name,
             source: file.source,
             rest: file.rest,
+            outside: file.outside,
             classes: file.class,
             text: text.to_owned(),
         };
@@ -158,13 +170,23 @@ impl Table {
                 ));
             }
         }
-        if let Some(rest) = &table.rest
-            && classes.iter().all(|c| c.name != *rest)
-        {
-            let reason = format!("rest = \"{rest}\" is none of its classes");
-            return Err(error(name_or_file, reason));
+        for (key, name) in [("rest", &table.rest), ("outside", &table.outside)] {
+            if let Some(name) = name
+                && classes.iter().all(|c| c.name != *name)
+            {
+                let reason = format!("{key} = \"{name}\" is none of its classes");
+                return Err(error(name_or_file, reason));
+            }
         }
         Ok(table)
+    }
+
+    /// The id of the class of trees that stand [outside](Self::outside), if it has one.
+    #[must_use]
+    pub fn outside_id(&self) -> Option<u16> {
+        let name = self.outside.as_ref()?;
+        let class = self.classes.iter().find(|c| c.name == *name);
+        class.map(|c| c.id)
     }
 
     /// Its text.
@@ -276,6 +298,14 @@ mod tests {
     }
 
     #[test]
+    fn trees_outside_have_a_class_where_a_table_names_one() {
+        let of = |name: &str| Table::load(name).expect("built in").outside_id();
+        assert_eq!(of("for-instance"), Some(3));
+        let mut others = Table::built_in().filter(|name| *name != "for-instance");
+        assert!(others.all(|name| of(name).is_none()));
+    }
+
+    #[test]
     fn semantics_are_finer_than_classes() {
         let table = Table::load("for-instance").expect("built in");
         let ids = table
@@ -344,7 +374,11 @@ mod tests {
             ),
             (
                 format!("{head}rest = \"b\"\n{}", class(1, "")),
-                "none of its classes",
+                "rest = \"b\" is none of its classes",
+            ),
+            (
+                format!("{head}outside = \"c2\"\n{}", class(1, "")),
+                "outside = \"c2\" is none of its classes",
             ),
             (format!("{head}typo = 1\n{}", class(1, "")), "typo"),
         ] {

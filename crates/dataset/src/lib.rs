@@ -119,7 +119,7 @@ pub use balance::{BalanceRecord, BalanceTarget, FrameChoice};
 pub use camera_file::CameraFile;
 pub use check::{Agreement, ClassAgreement, JudgedAgreement, Residual};
 pub use check::{CheckReport, Problem, check, check_watched};
-pub use cloud::{Cloud, CloudParams, CloudPoint, CloudPoses, Crop, cloud};
+pub use cloud::{Cloud, CloudFormat, CloudParams, CloudPoint, CloudPoses, Crop, SeenTree, cloud};
 pub use error::Error;
 pub use file_record::FileRecord;
 pub use formats::images::write_png;

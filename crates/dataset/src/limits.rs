@@ -22,6 +22,10 @@ pub(crate) const MAX_POINTS: u64 = 150_000_000;
 /// within it.
 pub(crate) const MAX_POSITION_M: f64 = 1e12;
 
+/// Half of the longest scan, with the pause in which it may end, seconds: scanners take an hour at
+/// most.
+pub(crate) const MAX_HALF_SCAN_S: f64 = 3600.0;
+
 /// The greatest coordinate of a world's origin on the earth, metres.
 pub(crate) const MAX_SITE_M: f64 = 5e7;
 /// The codes that EPSG gives.

@@ -76,6 +76,10 @@ pub struct SequenceSpec {
     pub cameras: Vec<CameraSpec>,
     /// All LiDARs, the reference LiDAR first.
     pub lidars: Vec<LidarSpec>,
+    /// How long before and after a frame's time its LiDARs may fire, seconds, 0 to 3600; absent
+    /// from `dataset.json` if it is not known, or if there is no LiDAR.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub half_scan_s: Option<f64>,
     /// The inertial measurement unit; absent from `dataset.json` if there is none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub imu: Option<ImuSpec>,
@@ -112,6 +116,7 @@ impl SequenceSpec {
             depth_format: DepthFormat::default(),
             cameras: Vec::new(),
             lidars: Vec::new(),
+            half_scan_s: None,
             imu: None,
             stage_keys: BTreeMap::new(),
             inputs: Vec::new(),
@@ -127,6 +132,16 @@ impl SequenceSpec {
         let camera = self.cameras.first().map(|c| c.body_from_camera);
         let lidar = self.lidars.first().map(|l| l.body_from_lidar);
         camera.or(lidar).unwrap_or(RigidTransform::IDENTITY)
+    }
+
+    /// What LAZ adds to the times of a sequence, whole seconds: as LAS counts from the start of a
+    /// week, no time is negative there, and the first scan begins earlier than the sequence, whose
+    /// start is the time of its first frame. It is the least whole number above
+    /// [`half_scan_s`](Self::half_scan_s), so at least 1, and the same for all files of a sequence
+    /// and all of its parts.
+    #[must_use]
+    pub fn las_time_shift_s(&self) -> f64 {
+        self.half_scan_s.unwrap_or(0.0).floor() + 1.0
     }
 
     /// Checks names, mounts, sizes and places.
@@ -191,6 +206,12 @@ impl SequenceSpec {
             }
             names.push(name);
             check_mount(name, mount)?;
+        }
+        if let Some(half) = self.half_scan_s
+            && !(0.0..=limits::MAX_HALF_SCAN_S).contains(&half)
+        {
+            let allowed = format!("0 to {} s", limits::MAX_HALF_SCAN_S);
+            return Err(Error::invalid("half_scan_s", half, allowed));
         }
         if let Some(imu) = &self.imu {
             if names.iter().any(|name| *name == "imu") {

@@ -39,7 +39,7 @@ mod trail_lines;
 
 #[doc = include_str!("../README.md")]
 #[cfg(doctest)]
-struct ReadmeDoctests;
+struct Readme;
 
 pub use epsg::EPSG_CODES;
 pub use error::ImportError;

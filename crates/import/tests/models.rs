@@ -32,7 +32,7 @@ fn obj_with(sidecar: &str) -> Model {
 
 /// Checks that a model is the tree of `common`.
 fn is_the_tree(model: &Model) {
-    let tree = model.tree.expect("a tree");
+    let tree = model.tree.as_ref().expect("a tree");
     assert!((tree.dbh_m - f64::from(DBH_M)).abs() < 1e-4, "{tree:?}");
     assert!((model.extent.height_m - f64::from(HEIGHT_M)).abs() < 1e-5);
     assert!((tree.foot_radius_m - 0.2).abs() < 0.01, "{tree:?}");
@@ -46,6 +46,14 @@ fn is_the_tree(model: &Model) {
         (tree.stem_volume_m3 / volume - 1.0).abs() < 0.03,
         "{tree:?}"
     );
+    // The stem is a cylinder.
+    let cuts = &tree.stem_cuts_m;
+    assert!(
+        cuts.len() > 30 && cuts.windows(2).all(|w| w[0][0] < w[1][0]),
+        "{cuts:?}"
+    );
+    let off_m = |cut: &[f64; 2]| (cut[1] - f64::from(DBH_M)).abs();
+    assert!(cuts.iter().all(|cut| off_m(cut) < 1e-3), "{cuts:?}");
     assert!(tree.is_alive && tree.lean_rad < 0.03);
     let semantics: Vec<Semantic> = model.materials.iter().map(|m| m.semantic).collect();
     assert_eq!(semantics, [Semantic::Stem, Semantic::Leaf]);

@@ -88,6 +88,19 @@ impl MapGrid {
         is_inside.then(|| at.y as usize * self.columns + at.x as usize)
     }
 
+    /// The numbers of the cells that a rectangle touches, in order; cells that a corner is at the
+    /// border of may be among them.
+    pub(crate) fn touched(&self, low_m: DVec2, high_m: DVec2) -> impl Iterator<Item = usize> {
+        let most = DVec2::new(self.columns as f64, self.rows as f64);
+        let at = |place_m: DVec2| (place_m - self.south_west_m) / self.cell_m;
+        let from = at(low_m).floor().clamp(DVec2::ZERO, most);
+        let to = at(high_m).ceil().clamp(DVec2::ZERO, most);
+        let columns = from.x as usize..to.x as usize;
+        let wide = self.columns;
+        let row = move |row: usize| columns.clone().map(move |column| row * wide + column);
+        (from.y as usize..to.y as usize).flat_map(row)
+    }
+
     /// Values of all cells as maps are stored: rows from north to south, each from west to east.
     pub fn from_north<T: Copy>(&self, of_cell: impl Fn(usize) -> T) -> Vec<T> {
         let row = |row: usize| (0..self.columns).map(move |column| row * self.columns + column);

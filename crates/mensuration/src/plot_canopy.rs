@@ -1,5 +1,7 @@
 //! The canopy of plots, for area-based methods.
 
+use nemoral_scene::glam::DVec2;
+
 use crate::canopy_maps::CANOPY_FROM_M;
 use crate::{CanopyMaps, MapGrid};
 
@@ -34,6 +36,25 @@ impl PlotCanopy {
         measured
             .map(|(cover, heights)| Self::of(cover, heights))
             .collect()
+    }
+
+    /// That of a part of the map: of the cells whose middles are in it; `None` if none are. Nothing
+    /// of the part is outside of its `bounds_m`, the lowest and the highest corner, metres.
+    #[must_use]
+    pub fn of_part(
+        maps: &CanopyMaps,
+        bounds_m: [DVec2; 2],
+        contains: impl Fn(DVec2) -> bool,
+    ) -> Option<Self> {
+        let [low_m, high_m] = bounds_m;
+        let (mut cover, mut heights_m) = (0.0, Vec::new());
+        for number in maps.grid.touched(low_m, high_m) {
+            if contains(maps.grid.middle_m(number)) {
+                cover += maps.cells[number].cover;
+                heights_m.push(maps.cells[number].height_m);
+            }
+        }
+        Self::of(cover, heights_m)
     }
 
     /// From the sum of covers and all heights.

@@ -10,13 +10,15 @@ const HECTARE_M2: f64 = 10_000.0;
 /// How many of the thickest trees of a hectare are dominant.
 const DOMINANT_PER_HA: f64 = 100.0;
 
-/// The plot whose trees are measured.
+/// The plot whose trees are measured, and what counts on it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plot {
     /// Its area on the map, m².
     pub area_m2: f64,
     /// The callipering limit: thinner trees do not count, metres.
     pub min_dbh_m: f64,
+    /// The least diameter of lying dead wood at its thick end: thinner pieces do not count, metres.
+    pub min_deadwood_diameter_m: f64,
 }
 
 /// What inventories report of a stand, from each tree's true diameter, height and volume.
@@ -41,28 +43,39 @@ pub struct StandMeasures {
     pub dominant_height_m: Option<f64>,
     /// Reineke's stand density index: trees per hectare of a stand as dense, of 25.4 cm.
     pub stand_density_index: Option<f64>,
-    /// Volume of living stems, over bark, from the ground to the tip, m³/ha.
+    /// Volume of living stems, over bark, from the ground to the tip or to where the stem forks,
+    /// m³/ha.
     pub stem_volume_m3_ha: f64,
+    /// Volume of all wood of living trees, over bark, above the ground, m³/ha; `None` if that of a
+    /// tree is not known.
+    pub wood_volume_m3_ha: Option<f64>,
+    /// Volume of the part of that wood which is at least 7 cm thick, m³/ha; `None` if that of a
+    /// tree is not known.
+    pub merchantable_volume_m3_ha: Option<f64>,
     /// Leaf area that living trees have in summer, over that of the plot. Leaves count with one
     /// side, which is half of the whole surface of needles.
     pub leaf_area_index: f64,
     /// Standing dead trees per hectare.
     pub dead_trees_per_ha: f64,
+    /// Their cross-sections at 1.3 m, m²/ha.
+    pub dead_basal_area_m2_ha: f64,
     /// Volume of their stems, m³/ha.
     pub dead_stem_volume_m3_ha: f64,
 }
 
 impl Plot {
-    /// Checks the numbers. A limit in centimetres would leave no trees: 2 m is the most.
+    /// Checks the numbers. A limit in centimetres would leave nothing: 2 m is the most.
     ///
     /// # Errors
     /// If one is not in its range.
     pub fn check(&self) -> Result<(), ParamError> {
         ParamError::check_positive("area_m2", self.area_m2)?;
-        ParamError::check_within("min_dbh_m", self.min_dbh_m, 0.0, 2.0)
+        ParamError::check_within("min_dbh_m", self.min_dbh_m, 0.0, 2.0)?;
+        let least_m = self.min_deadwood_diameter_m;
+        ParamError::check_within("min_deadwood_diameter_m", least_m, 0.0, 2.0)
     }
 
-    fn hectares(&self) -> f64 {
+    pub(crate) fn hectares(&self) -> f64 {
         self.area_m2 / HECTARE_M2
     }
 }
@@ -78,22 +91,25 @@ impl StandMeasures {
     ) -> Result<Self, ParamError> {
         plot.check()?;
         let counted = |tree: &&TreeRecord| tree.dbh_m >= plot.min_dbh_m;
-        let (mut living, dead): (Vec<_>, Vec<_>) =
+        let (mut living, mut dead): (Vec<&TreeRecord>, Vec<&TreeRecord>) =
             trees.into_iter().filter(counted).partition(|t| t.alive);
         // Sums must not depend on the order in which trees are given.
-        living.sort_by(|a, b| b.dbh_m.total_cmp(&a.dbh_m).then(a.object.cmp(&b.object)));
+        for trees in [&mut living, &mut dead] {
+            trees.sort_by(|a, b| b.dbh_m.total_cmp(&a.dbh_m).then(a.object.cmp(&b.object)));
+        }
         let per_ha = 1.0 / plot.hectares();
-        // An empty sum is -0.0 otherwise.
-        let sum = |of: &dyn Fn(&TreeRecord) -> f64| 0.0 + living.iter().map(|t| of(t)).sum::<f64>();
-        let section_m2 = |tree: &TreeRecord| PI / 4.0 * tree.dbh_m * tree.dbh_m;
+        let sum = |of: &dyn Fn(&TreeRecord) -> f64| sum_of(&living, of);
+        let known = |of: &dyn Fn(&TreeRecord) -> Option<f64>| {
+            let volume_m3: Option<f64> = living.iter().map(|tree| of(tree)).sum();
+            // An empty sum is -0.0 otherwise.
+            volume_m3.map(|m3| (0.0 + m3) * per_ha)
+        };
         let count = living.len() as f64;
         let sections_m2 = sum(&section_m2);
         let has_any = sections_m2 > 0.0;
         let quadratic_mean_dbh_m = has_any.then(|| (4.0 / PI * sections_m2 / count).sqrt());
         let lorey = |tree: &TreeRecord| section_m2(tree) * tree.height_m;
         let density = |dbh_m: f64| count * per_ha * libm::pow(dbh_m / 0.254, 1.605);
-        let mut dead_volumes_m3: Vec<f64> = dead.iter().map(|t| t.stem_volume_m3).collect();
-        dead_volumes_m3.sort_by(f64::total_cmp);
         let dominant = has_any.then(|| dominant(&living, DOMINANT_PER_HA * plot.hectares()));
         Ok(Self {
             trees_per_ha: count * per_ha,
@@ -104,11 +120,25 @@ impl StandMeasures {
             dominant_height_m: dominant.map(|[_, height_m]| height_m),
             stand_density_index: quadratic_mean_dbh_m.map(density),
             stem_volume_m3_ha: sum(&|t| t.stem_volume_m3) * per_ha,
+            wood_volume_m3_ha: known(&|t| t.wood_volume_m3),
+            merchantable_volume_m3_ha: known(&|t| t.merchantable_volume_m3),
             leaf_area_index: sum(&|t| t.leaf_area_m2) / plot.area_m2,
             dead_trees_per_ha: dead.len() as f64 * per_ha,
-            dead_stem_volume_m3_ha: (0.0 + dead_volumes_m3.iter().sum::<f64>()) * per_ha,
+            dead_basal_area_m2_ha: sum_of(&dead, &section_m2) * per_ha,
+            dead_stem_volume_m3_ha: sum_of(&dead, &|t| t.stem_volume_m3) * per_ha,
         })
     }
+}
+
+/// Cross-section of a stem at breast height, m².
+fn section_m2(tree: &TreeRecord) -> f64 {
+    PI / 4.0 * tree.dbh_m * tree.dbh_m
+}
+
+/// The sum of a number over trees.
+fn sum_of(trees: &[&TreeRecord], of: &dyn Fn(&TreeRecord) -> f64) -> f64 {
+    // An empty sum is -0.0 otherwise.
+    0.0 + trees.iter().map(|tree| of(tree)).sum::<f64>()
 }
 
 /// Mean diameter and height of so many of the first trees, the last by a fraction.

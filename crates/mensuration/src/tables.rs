@@ -1,13 +1,13 @@
 //! Measures as text: tables of comma-separated values, crowns as GeoJSON.
 
-use nemoral_scene::TreeRecord;
 use nemoral_scene::glam::{DVec2, DVec3};
+use nemoral_scene::{DecayStage, TreeRecord};
 use serde_json::{Value, json};
 
-use crate::{AreaProfile, StandMeasures, VisibleCrown};
+use crate::{AreaProfile, DeadwoodMeasures, LyingDeadwood, StandMeasures, VisibleCrown};
 
 /// The columns of [`StandMeasures`].
-const STAND_COLUMNS: [&str; 11] = [
+const STAND_COLUMNS: [&str; 14] = [
     "trees_per_ha",
     "basal_area_m2_ha",
     "quadratic_mean_dbh_m",
@@ -16,8 +16,11 @@ const STAND_COLUMNS: [&str; 11] = [
     "dominant_height_m",
     "stand_density_index",
     "stem_volume_m3_ha",
+    "wood_volume_m3_ha",
+    "merchantable_volume_m3_ha",
     "leaf_area_index",
     "dead_trees_per_ha",
+    "dead_basal_area_m2_ha",
     "dead_stem_volume_m3_ha",
 ];
 
@@ -33,7 +36,8 @@ pub struct StandRow {
 }
 
 /// Measures in rows, each between values of further columns: those that say what it is of, and
-/// those that were measured besides. Measures that a stand does not have are empty.
+/// those that were measured besides. Measures that a stand does not have, or that are not known,
+/// are empty.
 ///
 /// # Panics
 /// If rows have other than a value for each further column.
@@ -59,12 +63,33 @@ pub fn stand_csv((keys, more): (&[&str], &[&str]), rows: &[StandRow]) -> String 
             maybe(m.dominant_height_m),
             maybe(m.stand_density_index),
             number(m.stem_volume_m3_ha),
+            maybe(m.wood_volume_m3_ha),
+            maybe(m.merchantable_volume_m3_ha),
             number(m.leaf_area_index),
             number(m.dead_trees_per_ha),
+            number(m.dead_basal_area_m2_ha),
             number(m.dead_stem_volume_m3_ha),
         ];
         let fields = row.key.iter().cloned().chain(measures);
         table.row(fields.chain(row.more.iter().cloned()));
+    }
+    table.finish()
+}
+
+/// Dead wood that lies: all of it, then that of each stage of decay, from 1 (fresh) to 5 (rotten).
+#[must_use]
+pub fn deadwood_stand_csv(deadwood: &LyingDeadwood) -> String {
+    let head = ["decay", "pieces_per_ha", "volume_m3_ha"];
+    let mut table = Table::new(head.map(str::to_owned));
+    let of_stage = |stage: DecayStage| (stage.number().to_string(), deadwood.of_stage(stage));
+    let stages = DecayStage::ALL.into_iter().map(of_stage);
+    for (decay, of) in std::iter::once(("all".to_owned(), deadwood.all())).chain(stages) {
+        let DeadwoodMeasures {
+            pieces_per_ha,
+            volume_m3_ha,
+        } = of;
+        let [pieces, volume] = [pieces_per_ha, volume_m3_ha].map(|n| format!("{n:.4}"));
+        table.row([decay, pieces, volume]);
     }
     table.finish()
 }
@@ -143,6 +168,8 @@ fn properties(tree: &TreeRecord) -> Value {
         "crown_base_m": tree.crown_base_m,
         "crown_radius_m": tree.crown_radius_m,
         "stem_volume_m3": tree.stem_volume_m3,
+        "wood_volume_m3": tree.wood_volume_m3,
+        "merchantable_volume_m3": tree.merchantable_volume_m3,
         "alive": tree.alive,
         "field_id": tree.field_id,
     })

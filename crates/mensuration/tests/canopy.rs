@@ -188,6 +188,73 @@ fn plots_have_the_cells_whose_middles_are_in_them() {
     assert_eq!(found[2], None);
 }
 
+/// A map of cells whose heights and covers differ from cell to cell.
+fn rough_map(grid: MapGrid) -> CanopyMaps {
+    let cell = |number: usize| {
+        let height_m = (number * 37 % 101) as f64 * 0.3;
+        CanopyCell {
+            ground_m: 0.0,
+            surface_m: height_m,
+            height_m,
+            cover: (number * 53 % 89) as f64 / 89.0,
+            top: ObjectId::NONE,
+        }
+    };
+    CanopyMaps {
+        grid,
+        cells: (0..grid.cells()).map(cell).collect(),
+    }
+}
+
+proptest! {
+    /// Whatever the circle, inside of the map or beyond it.
+    #[test]
+    fn circles_have_the_cells_whose_middles_are_near_enough(
+        x in -12.0..12.0_f64,
+        y in -9.0..9.0_f64,
+        radius_m in 0.1..9.0_f64,
+    ) {
+        let low_m = DVec2::new(-8.0, -5.0);
+        let grid = MapGrid::of(low_m, DVec2::new(7.0, 6.0), 0.5).expect("whole");
+        let maps = rough_map(grid);
+        let centre_m = DVec2::new(x, y);
+        let is_near = |at_m: DVec2| at_m.distance(centre_m) <= radius_m;
+        let found = PlotCanopy::of_part(&maps, [centre_m - radius_m, centre_m + radius_m], is_near);
+        let inside: Vec<CanopyCell> = (0..grid.cells())
+            .filter(|&number| is_near(grid.middle_m(number)))
+            .map(|number| maps.cells[number])
+            .collect();
+        prop_assert_eq!(found.is_some(), !inside.is_empty());
+        if let Some(found) = found {
+            let mean = |of: &dyn Fn(&CanopyCell) -> f64| {
+                inside.iter().map(of).sum::<f64>() / inside.len() as f64
+            };
+            prop_assert!((found.cover - mean(&|c| c.cover)).abs() < 1e-12);
+            prop_assert!((found.mean_m - mean(&|c| c.height_m)).abs() < 1e-12);
+            let high = mean(&|c| f64::from(u8::from(c.height_m >= 2.0)));
+            prop_assert!((found.cells - high).abs() < 1e-12);
+            let highest_m = inside.iter().map(|c| c.height_m).fold(0.0, f64::max);
+            prop_assert_eq!(found.highest_m, highest_m);
+        }
+    }
+}
+
+#[test]
+fn a_part_of_the_shape_of_a_square_is_the_square() {
+    let grid = MapGrid::of(DVec2::ZERO, DVec2::new(6.0, 4.0), 0.5).expect("whole");
+    let maps = rough_map(grid);
+    let plots = MapGrid::of(DVec2::ZERO, DVec2::new(6.0, 4.0), 2.0).expect("whole");
+    for (number, square) in PlotCanopy::of_plots(&maps, &plots).into_iter().enumerate() {
+        let low_m = plots.corner_m(number);
+        let high_m = low_m + plots.cell_m;
+        let part = PlotCanopy::of_part(&maps, [low_m, high_m], |at_m| {
+            at_m.cmpge(low_m).all() && at_m.cmplt(high_m).all()
+        });
+        assert!(square.is_some());
+        assert_eq!(part, square);
+    }
+}
+
 /// The area of a polygon by the shoelace formula.
 fn ring_m2(ring: &[DVec2]) -> f64 {
     let next = ring.iter().cycle().skip(1);
@@ -286,6 +353,8 @@ fn crowns_of_trees_are_features_with_closed_rings() {
         crown_radius_m: 2.0,
         leaf_area_m2: 20.0,
         stem_volume_m3: 0.1,
+        wood_volume_m3: Some(0.12),
+        merchantable_volume_m3: None,
         lean_rad: 0.0,
         age_class: "young".to_owned(),
         alive: true,
@@ -301,6 +370,8 @@ fn crowns_of_trees_are_features_with_closed_rings() {
     // The other is no tree of the list.
     assert_eq!(features.len(), 1);
     assert_eq!(features[0]["properties"]["field_id"], "B7");
+    assert_eq!(features[0]["properties"]["wood_volume_m3"], 0.12);
+    assert!(features[0]["properties"]["merchantable_volume_m3"].is_null());
     assert_eq!(
         json["crs"]["properties"]["name"],
         "urn:ogc:def:crs:EPSG::25832"

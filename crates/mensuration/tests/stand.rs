@@ -1,8 +1,10 @@
 //! Stand measures against textbooks' own relations.
 
-use nemoral_mensuration::{Plot, StandMeasures, StandRow, stand_csv};
+use nemoral_mensuration::{
+    LyingDeadwood, Plot, StandMeasures, StandRow, deadwood_stand_csv, stand_csv,
+};
 use nemoral_scene::glam::DVec3;
-use nemoral_scene::{ChunkCoord, ObjectId, TreeRecord};
+use nemoral_scene::{ChunkCoord, DeadwoodRecord, DecayStage, ObjectId, ObjectKind, TreeRecord};
 use proptest::prelude::*;
 
 fn tree(item: u16, dbh_m: f64, height_m: f64, alive: bool) -> TreeRecord {
@@ -16,6 +18,8 @@ fn tree(item: u16, dbh_m: f64, height_m: f64, alive: bool) -> TreeRecord {
         crown_radius_m: 2.0,
         leaf_area_m2: if alive { 100.0 } else { 0.0 },
         stem_volume_m3: 0.4 * dbh_m * dbh_m * height_m,
+        wood_volume_m3: Some(0.5 * dbh_m * dbh_m * height_m),
+        merchantable_volume_m3: Some(0.45 * dbh_m * dbh_m * height_m),
         lean_rad: 0.0,
         age_class: "mature".to_owned(),
         alive,
@@ -27,6 +31,7 @@ fn hectare() -> Plot {
     Plot {
         area_m2: 10_000.0,
         min_dbh_m: 0.07,
+        min_deadwood_diameter_m: 0.1,
     }
 }
 
@@ -50,6 +55,8 @@ fn of_equal_trees_every_mean_is_theirs() {
     near(m.leaf_area_index, 4.0);
     near(m.basal_area_m2_ha, 400.0 * 0.050_670_747_909_749_77);
     near(m.stem_volume_m3_ha, 400.0 * trees[0].stem_volume_m3);
+    near(m.wood_volume_m3_ha, 500.0 * trees[0].stem_volume_m3);
+    near(m.merchantable_volume_m3_ha, 450.0 * trees[0].stem_volume_m3);
 }
 
 #[test]
@@ -105,6 +112,9 @@ fn thin_and_dead_trees_count_apart() {
     let m = StandMeasures::of(&trees, &hectare()).expect("valid");
     assert_eq!((m.trees_per_ha, m.dead_trees_per_ha), (1.0, 1.0));
     near(m.dead_stem_volume_m3_ha, trees[2].stem_volume_m3);
+    // Of 20 cm; the other dead one is too thin.
+    near(m.dead_basal_area_m2_ha, 0.031_415_926_535_897_934);
+    near(m.basal_area_m2_ha, 0.070_685_834_705_770_35);
     near(m.lorey_height_m, 20.0);
     // Nothing that lives has no means, and its cells are empty.
     let bare = StandMeasures::of(&trees[1..], &hectare()).expect("valid");
@@ -122,19 +132,108 @@ fn thin_and_dead_trees_count_apart() {
         row.starts_with("\"a,b\",0.0000,0.0000,,,,,,0.0000"),
         "{row}"
     );
+    let head = text.lines().next().expect("a head");
+    // One is in the name.
+    assert_eq!(row.matches(',').count(), head.matches(',').count() + 1);
+}
+
+/// A model of a user, of which all wood is not known.
+#[test]
+fn volumes_that_are_not_known_are_not_taken_for_nothing() {
+    let mut trees = [tree(1, 0.3, 20.0, true), tree(2, 0.4, 22.0, true)];
+    trees[1].merchantable_volume_m3 = None;
+    let m = StandMeasures::of(&trees, &hectare()).expect("valid");
+    assert_eq!(m.merchantable_volume_m3_ha, None);
+    let wood_m3: f64 = trees.iter().filter_map(|t| t.wood_volume_m3).sum();
+    near(m.wood_volume_m3_ha, wood_m3);
+    // What does not count has no say.
+    for (dbh_m, alive) in [(0.06, true), (0.4, false)] {
+        (trees[1].dbh_m, trees[1].alive) = (dbh_m, alive);
+        let m = StandMeasures::of(&trees, &hectare()).expect("valid");
+        assert_eq!(m.merchantable_volume_m3_ha, trees[0].merchantable_volume_m3);
+    }
+}
+
+/// A log or a root plate that is so thick at its thick end.
+fn piece(item: u16, kind: ObjectKind, thick_end_m: f64, decay: DecayStage) -> DeadwoodRecord {
+    DeadwoodRecord {
+        object: ObjectId::new(ChunkCoord::new(0, 0), item).expect("in range"),
+        kind,
+        species: "beech".to_owned(),
+        position_m: DVec3::ZERO,
+        azimuth_deg: 90.0,
+        length_m: 4.0,
+        diameter_m: [thick_end_m, 0.4 * thick_end_m],
+        decay,
+        volume_m3: 2.0 * thick_end_m * thick_end_m,
+        is_thrown: kind == ObjectKind::RootPlate,
+    }
+}
+
+#[test]
+fn logs_count_by_their_thick_ends_and_stages() {
+    let pieces = [
+        piece(1, ObjectKind::Log, 0.1, DecayStage::Fresh),
+        piece(2, ObjectKind::Log, 0.099, DecayStage::Fresh),
+        piece(3, ObjectKind::Log, 0.3, DecayStage::Soft),
+        piece(4, ObjectKind::Log, 0.5, DecayStage::Soft),
+        piece(5, ObjectKind::RootPlate, 1.5, DecayStage::Soft),
+    ];
+    let plot = Plot {
+        area_m2: 500.0,
+        ..hectare()
+    };
+    let lying = LyingDeadwood::of(&pieces, &plot).expect("valid");
+    for (stage, pieces_per_ha, volume_m3_ha) in [
+        (DecayStage::Fresh, 20.0, 20.0 * 0.02),
+        (DecayStage::Loosening, 0.0, 0.0),
+        (DecayStage::Bare, 0.0, 0.0),
+        (DecayStage::Soft, 40.0, 20.0 * (0.18 + 0.5)),
+        (DecayStage::Rotten, 0.0, 0.0),
+    ] {
+        let found = lying.of_stage(stage);
+        near(found.pieces_per_ha, pieces_per_ha);
+        near(found.volume_m3_ha, volume_m3_ha);
+    }
+    near(lying.all().pieces_per_ha, 60.0);
+    near(lying.all().volume_m3_ha, 20.0 * 0.7);
+    assert_eq!(
+        deadwood_stand_csv(&lying),
+        "decay,pieces_per_ha,volume_m3_ha\nall,60.0000,14.0000\n1,20.0000,0.4000\n\
+         2,0.0000,0.0000\n3,0.0000,0.0000\n4,40.0000,13.6000\n5,0.0000,0.0000\n"
+    );
+    // The order in which they are given does not matter, and the limit does.
+    let turned = LyingDeadwood::of(pieces.iter().rev(), &plot).expect("valid");
+    assert_eq!(turned, lying);
+    for (min_deadwood_diameter_m, count) in [(0.0, 4.0), (0.07, 4.0), (0.3, 2.0), (0.51, 0.0)] {
+        let plot = Plot {
+            min_deadwood_diameter_m,
+            ..hectare()
+        };
+        let lying = LyingDeadwood::of(&pieces, &plot).expect("valid");
+        assert_eq!(lying.all().pieces_per_ha, count);
+    }
 }
 
 #[test]
 fn a_plot_without_area_is_refused() {
-    for (area_m2, min_dbh_m, told) in [
-        (0.0, 0.07, "area_m2"),
-        (f64::NAN, 0.07, "area_m2"),
-        (1.0, -0.1, "min_dbh_m"),
+    for (area_m2, min_dbh_m, min_deadwood_diameter_m, told) in [
+        (0.0, 0.07, 0.1, "area_m2"),
+        (f64::NAN, 0.07, 0.1, "area_m2"),
+        (1.0, -0.1, 0.1, "min_dbh_m"),
         // As foresters write it, in centimetres.
-        (1.0, 7.0, "min_dbh_m"),
+        (1.0, 7.0, 0.1, "min_dbh_m"),
+        (1.0, 0.07, 10.0, "min_deadwood_diameter_m = 10"),
+        (1.0, 0.07, f64::NAN, "min_deadwood_diameter_m"),
     ] {
-        let plot = Plot { area_m2, min_dbh_m };
+        let plot = Plot {
+            area_m2,
+            min_dbh_m,
+            min_deadwood_diameter_m,
+        };
         let refused = StandMeasures::of(&[], &plot).expect_err(told);
+        assert!(refused.to_string().contains(told), "{refused}");
+        let refused = LyingDeadwood::of(&[], &plot).expect_err(told);
         assert!(refused.to_string().contains(told), "{refused}");
     }
 }

@@ -131,7 +131,7 @@ impl ForestPlan {
     /// Wires the plans of a config; the CPU takes the pictures.
     ///
     /// # Errors
-    /// If the config asks for something impossible that only a stage's crate can detect.
+    /// As [`ForestPlan::on`].
     pub fn new(config: &Config) -> Result<Self, Error> {
         Self::on(config, Backend::Cpu)
     }
@@ -140,21 +140,28 @@ impl ForestPlan {
     /// are read now.
     ///
     /// # Errors
-    /// As [`ForestPlan::with_inputs`], and if a file cannot be read.
+    /// As [`ForestPlan::with_inputs`], if a file cannot be read, and all of [`Config::check`].
     pub fn on(config: &Config, backend: Backend) -> Result<Self, Error> {
-        Self::with_inputs(config, &InputFiles::read(config)?, backend)
+        let inputs = InputFiles::read(config)?;
+        config.check(&inputs)?;
+        Self::with_inputs(config, &inputs, backend)
     }
 
     /// Wires the plans of a config and the files that it names, which were read with it.
     ///
+    /// Each value is checked. Combinations of values and what is in the files are not, which would
+    /// take longer: call [`Config::check`] with a config that code has put together. Those of
+    /// [`Layers`](crate::config::Layers) and [`Sequences`](crate::config::Sequences) are checked.
+    ///
     /// # Errors
-    /// If the config asks for something impossible that only a stage's crate can detect, or names a
-    /// file that is not among `inputs`.
+    /// If a value is none that its key allows, if the config names a file that is not among
+    /// `inputs`, or if it asks for something impossible that only a stage's crate can detect.
     pub fn with_inputs(
         config: &Config,
         inputs: &InputFiles,
         backend: Backend,
     ) -> Result<Self, Error> {
+        config.check_values()?;
         inputs.check(config)?;
         let chunk_size_m = config.chunks.size_m;
         let world_key = Key::world(config.seed);
@@ -411,7 +418,7 @@ impl ForestPlan {
         );
         let trunks = plan.add(
             TrunkStage {
-                ontology: config.output.ontology.clone(),
+                ontology: config.output.ontology,
             },
             (assets.global(),),
         );

@@ -19,8 +19,7 @@ use crate::Error;
 use crate::generate::Observer;
 
 /// The folder of a format, beside the data set's: `OUT-FORMAT`.
-#[must_use]
-pub fn format_folder(out: &Path, format: FormatName) -> PathBuf {
+fn format_folder(out: &Path, format: FormatName) -> PathBuf {
     // `.` has no name of its own.
     let named = match out.file_name() {
         Some(_) => out.to_owned(),

@@ -5,10 +5,11 @@ use std::collections::BTreeMap;
 use nemoral_dataset::{
     CameraSpec, DatasetHeader, DepthFormat, FileRecord, ImuSpec, LidarSpec, SequenceSpec,
 };
-use nemoral_scene::Ontology;
 
 use crate::config::{self, Config, SEQUENCE_UP, SequenceConfig, Sequences};
+use crate::recording::pose::half_scan_s;
 use crate::world::cameras::intrinsics;
+use crate::world::lidars::LidarRecipe;
 use crate::{Backend, Error, ForestPlan};
 
 /// The header, which has everything that decides the bytes of a data set.
@@ -17,8 +18,6 @@ use crate::{Backend, Error, ForestPlan};
 /// If a sequence's config is impossible.
 pub fn header(sequences: &Sequences, backend: &Backend) -> Result<DatasetHeader, Error> {
     let first = sequences.get(0)?;
-    let ontology = Ontology::by_name(&first.config.output.ontology)
-        .expect("the config's words are the built-in ontologies");
     let mut input_files = BTreeMap::new();
     let spec = |number| {
         let sequence = sequences.get(number)?;
@@ -34,7 +33,7 @@ pub fn header(sequences: &Sequences, backend: &Backend) -> Result<DatasetHeader,
         seed: sequences.seed(),
         backend: backend.name(),
         licence: String::new(),
-        ontology,
+        ontology: first.config.output.ontology.table(),
         sequences: specs,
         config_toml: sequences.to_toml()?,
         input_files,
@@ -85,6 +84,9 @@ pub(crate) fn sequence_spec(
         pointing_errors: lidar.errors.angular_deg > 0.0,
         ply: config.output.ply,
     };
+    let rigs = (LidarRecipe::all(config, &sequence.inputs).iter())
+        .map(LidarRecipe::make)
+        .collect::<Result<Vec<_>, _>>()?;
     let json = |value: &toml::Value| serde_json::to_value(value).expect("TOML is plain data");
     // What is written does not depend on where the files lay.
     let carried = |path: &str| sequence.inputs.carried_name(path);
@@ -117,6 +119,7 @@ pub(crate) fn sequence_spec(
         },
         cameras: config.all_cameras().map(camera).collect::<Result<_, _>>()?,
         lidars: config.all_lidars().map(lidar).collect(),
+        half_scan_s: (!rigs.is_empty()).then(|| half_scan_s(&rigs)),
         imu: config.imu.enabled.then(|| imu_spec(&config.imu)),
         stage_keys: stage_keys.collect(),
         inputs,
@@ -124,4 +127,28 @@ pub(crate) fn sequence_spec(
             .expect("a config is plain data"),
         config_toml: config.with_files(&from_sequence).to_toml(),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::Layers;
+
+    #[test]
+    fn a_sequence_says_how_long_its_longest_scan_takes() {
+        let half_scan_s = |settings: &[&str]| {
+            let layers = Layers {
+                settings: settings.iter().map(|s| (*s).to_owned()).collect(),
+                ..Layers::default()
+            };
+            let sequences = layers.sequences().expect("a request");
+            let header = header(&sequences, &Backend::Cpu).expect("a header");
+            header.sequences[0].half_scan_s
+        };
+        // 240,000 pulses a second.
+        assert_eq!(half_scan_s(&["lidar.pulses=24000"]), Some(0.05));
+        let second = ["lidar.pulses=24000", "lidars.rear.pulses=480000"];
+        assert_eq!(half_scan_s(&second), Some(1.0));
+        assert_eq!(half_scan_s(&["lidar.enabled=false"]), None);
+    }
 }

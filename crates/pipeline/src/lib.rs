@@ -35,7 +35,7 @@
 
 #[doc = include_str!("../README.md")]
 #[cfg(doctest)]
-struct ReadmeDoctests;
+struct Readme;
 
 mod ahead;
 mod at;
@@ -79,7 +79,7 @@ pub use error::Error;
 pub use estimate::{Estimate, estimate};
 pub use export::{ExportArea, tree_scene};
 pub use forest::ForestPlan;
-pub use formats::{format_folder, merge};
+pub use formats::merge;
 pub use frames::{FrameSelection, SequenceFrames};
 pub use generate::{Done, Observer, Request, Spent, generate};
 pub use header::header;
@@ -91,4 +91,4 @@ pub use pictures::{
 pub use pool::use_thread_pool;
 pub use preview::{check_png_name, preview, write_png};
 pub use recorder::{InventoryItem, Observation, Recorder, Recording};
-pub use survey::{InventoryParams, Survey, SurveyParams};
+pub use survey::{InventoryParams, InventoryPlots, Survey, SurveyParams};

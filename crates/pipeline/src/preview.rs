@@ -43,8 +43,7 @@ pub fn preview(
         )
     })?;
     let scans = runner.get(forest.scans, frame)?;
-    let ontology = Ontology::by_name(&config.output.ontology)
-        .expect("the config's words are the built-in ontologies");
+    let ontology = config.output.ontology.table();
     let last = match scans.first() {
         Some(scan) => {
             let camera_from_lidar =

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use nemoral_dataset::SequenceSpec;
@@ -110,7 +111,7 @@ pub struct Recorder {
     manager: ChunkManager,
     /// Where the body recorded last.
     body_m: Mutex<Option<DVec2>>,
-    threads: usize,
+    threads: AtomicUsize,
 }
 
 /// An object of an inventory.
@@ -148,7 +149,7 @@ impl Recorder {
             forest,
             sequence,
             body_m: Mutex::default(),
-            threads,
+            threads: AtomicUsize::new(threads),
         })
     }
 
@@ -158,6 +159,8 @@ impl Recorder {
         for stage in [LibraryStage::ID, AssetStage::ID] {
             self.store.adopt(&other.store, stage);
         }
+        // Plants of other species, or of worlds before that one, would never be used.
+        self.store.retain_plan(self.forest.plan());
         self
     }
 
@@ -179,10 +182,17 @@ impl Recorder {
         &self.forest
     }
 
+    /// Grows with this number of threads from the next call on, at least 1. No result depends on
+    /// it.
+    pub fn set_threads(&self, threads: usize) {
+        self.threads.store(threads, Ordering::Relaxed);
+    }
+
     /// A runner of the plans, with the values that are kept.
     #[must_use]
     pub fn runner(&self) -> Runner<'_> {
-        Runner::new(self.forest.plan(), &self.store, self.threads)
+        let threads = self.threads.load(Ordering::Relaxed);
+        Runner::new(self.forest.plan(), &self.store, threads)
     }
 
     /// Computes what all frames have in common, plants above all: what takes seconds.

@@ -9,8 +9,8 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-use nemoral_pipeline::config::{Config, Layers, Preset};
-use nemoral_pipeline::{Error, ForestPlan, InputFiles};
+use nemoral_pipeline::config::{Config, Layers, Preset, RobotPath};
+use nemoral_pipeline::{Backend, Error, ForestPlan, InputFiles};
 
 /// Each stage's key, numbered as they repeat.
 fn keys(config: &Config) -> Result<BTreeMap<String, String>, Error> {
@@ -166,9 +166,8 @@ fn what_was_not_read_with_the_config_is_refused() {
     let read = InputFiles::read(&config).expect("readable");
     fs::remove_file(&path).expect("it is there");
     // Nothing opens the file again.
-    let backend = nemoral_pipeline::Backend::Cpu;
-    assert!(ForestPlan::with_inputs(&config, &read, backend.clone()).is_ok());
-    let refused = ForestPlan::with_inputs(&config, &InputFiles::default(), backend);
+    assert!(ForestPlan::with_inputs(&config, &read, Backend::Cpu).is_ok());
+    let refused = ForestPlan::with_inputs(&config, &InputFiles::default(), Backend::Cpu);
     let message = refused.expect_err("it has no file").to_string();
     assert!(message.contains("lidar.table.path"), "{message}");
     let gone = ForestPlan::new(&config).expect_err("the file is gone");
@@ -176,4 +175,45 @@ fn what_was_not_read_with_the_config_is_refused() {
         gone.is_request() && gone.to_string().contains("lidar.table.path"),
         "{gone}"
     );
+}
+
+/// Code can give keys values that no file can.
+#[test]
+fn values_that_code_has_set_are_checked() {
+    type Set = fn(&mut Config);
+    let cases: [(&str, Set); 7] = [
+        ("trails.surface", |c| c.trails.surface = "ice".to_owned()),
+        ("robot.trail.way", |c| {
+            if let RobotPath::Trail(path) = &mut c.robot.path {
+                path.way = "motorway".to_owned();
+            }
+        }),
+        ("lidar.device", |c| c.lidar.device = "vlp17".to_owned()),
+        ("lidars.rear.device", |c| {
+            let mut rear = c.lidar.clone();
+            rear.device = "vlp17".to_owned();
+            c.lidars.insert("rear".to_owned(), rear);
+        }),
+        ("output.formats", |c| {
+            c.output.formats = vec!["paper".to_owned()];
+        }),
+        ("terrain.scale_m", |c| c.terrain.scale_m = f64::NAN),
+        ("seed", |c| c.seed = u64::MAX),
+    ];
+    let none = InputFiles::default();
+    for (key, set) in cases {
+        let mut config = load(&[]);
+        set(&mut config);
+        let error = ForestPlan::with_inputs(&config, &none, Backend::Cpu).expect_err(key);
+        let message = error.to_string();
+        assert!(error.is_request(), "{message}");
+        assert!(message.starts_with(&format!("{key} = ")), "{message}");
+        let checked = config.check(&none).expect_err(key);
+        assert_eq!(checked.to_string(), message);
+    }
+    // Each of these values is allowed, and both are not.
+    let mut config = load(&[]);
+    (config.terrain.cell_m, config.terrain.fine_cell_m) = (1.0, 2.0);
+    let message = ForestPlan::new(&config).expect_err("finer").to_string();
+    assert!(message.contains("terrain.fine_cell_m = 2"), "{message}");
 }

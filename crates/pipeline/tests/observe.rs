@@ -144,6 +144,20 @@ fn without_cameras_scans_are_the_same_and_less_light_is_computed() -> Result<(),
     Ok(())
 }
 
+/// A program may be given fewer cores while it runs.
+#[test]
+fn the_number_of_threads_may_change_and_changes_nothing() -> Result<(), Error> {
+    let settings = ["frames=3", "camera.enabled=false", "lidar.pulses=500"];
+    let (same, other) = (recorder(&settings)?, recorder(&settings)?);
+    assert_eq!(other.runner().threads(), 2);
+    for (frame, threads) in [(0, 1), (1, 5), (2, 0)] {
+        other.set_threads(threads);
+        assert_eq!(other.runner().threads(), threads.max(1));
+        assert_eq!(other.frame(frame)?.scans, same.frame(frame)?.scans);
+    }
+    Ok(())
+}
+
 /// Lasers do not see textures, but who opens an export does.
 #[test]
 fn without_cameras_there_are_textures_in_exports_alone() -> Result<(), Error> {

@@ -78,7 +78,7 @@ fn draw(params: PlacementParams) -> Result<RgbImage, Box<dyn std::error::Error>>
     }
     for coord in square(0, CHUNKS) {
         for point in cover.points(coord, &beside_trail, &|p| 0.3 + 0.3 * (p.x / 20.0).cos()) {
-            disc(
+            disk(
                 &mut picture,
                 point.position_m,
                 0.2 * point.scale,
@@ -90,7 +90,7 @@ fn draw(params: PlacementParams) -> Result<RgbImage, Box<dyn std::error::Error>>
             .copied()
             .collect();
         for rock in &rocks[&coord] {
-            disc(
+            disk(
                 &mut picture,
                 rock.position_m,
                 rock.radius_m,
@@ -99,7 +99,7 @@ fn draw(params: PlacementParams) -> Result<RgbImage, Box<dyn std::error::Error>>
         }
         for site in placement.woody(coord, &beside_trail, &near) {
             let colour = [[70, 45, 20], [190, 110, 40], [60, 130, 60]][usize::from(site.layer)];
-            disc(&mut picture, site.position_m, site.radius_m, colour);
+            disk(&mut picture, site.position_m, site.radius_m, colour);
         }
     }
     Ok(picture)
@@ -109,7 +109,7 @@ fn square(from: i32, to: i32) -> impl Iterator<Item = ChunkCoord> {
     (from..to).flat_map(move |y| (from..to).map(move |x| ChunkCoord::new(x, y)))
 }
 
-fn disc(picture: &mut RgbImage, centre_m: DVec2, radius_m: f64, colour: [u8; 3]) {
+fn disk(picture: &mut RgbImage, centre_m: DVec2, radius_m: f64, colour: [u8; 3]) {
     let height = f64::from(picture.height());
     let centre = centre_m * PIXELS_PER_M;
     let radius = (radius_m * PIXELS_PER_M).max(1.0);

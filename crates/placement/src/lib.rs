@@ -72,7 +72,7 @@ mod variety;
 
 #[doc = include_str!("../README.md")]
 #[cfg(doctest)]
-struct ReadmeDoctests;
+struct Readme;
 
 pub use cover::{CoverPoint, CoverVariety, GroundCover, GroundCoverParams};
 pub use error::PlacementError;

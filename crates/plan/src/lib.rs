@@ -18,7 +18,97 @@
 //! - [`Plan::draw`] and [`Plan::explain`] show a plan.
 //!
 //! The user defines the coordinates and the error of stages ([`PlanTypes`]). The README has a whole
-//! program.
+//! program; here is one without these definitions.
+//!
+//! ```
+//! use std::f64::consts::TAU;
+//! use std::sync::Arc;
+//!
+//! use nemoral_plan::{Global, Hasher, Plan, Runner, Stage, Store};
+//! # use nemoral_plan::{AnyCoordinate, Coordinate, PlanTypes, StageError};
+//! #
+//! # #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+//! # enum At {
+//! #     Always,
+//! #     Day(u32),
+//! # }
+//! # impl AnyCoordinate for At {
+//! #     const GLOBAL: Self = Self::Always;
+//! #     fn hash(self, hasher: &mut Hasher) {
+//! #         if let Self::Day(day) = self {
+//! #             hasher.write_u64(u64::from(day));
+//! #         }
+//! #     }
+//! # }
+//! # #[derive(Clone, Copy)]
+//! # struct Day(u32);
+//! # impl Coordinate<Almanac> for Day {
+//! #     fn erase(self) -> At {
+//! #         At::Day(self.0)
+//! #     }
+//! #     fn restore(at: At) -> Option<Self> {
+//! #         if let At::Day(day) = at { Some(Self(day)) } else { None }
+//! #     }
+//! # }
+//! # #[derive(Clone, Debug)]
+//! # struct Error;
+//! # impl StageError<At> for Error {
+//! #     fn panicked(_: &'static str, _: At) -> Self {
+//! #         Self
+//! #     }
+//! # }
+//! # enum Almanac {}
+//! # impl PlanTypes for Almanac {
+//! #     type At = At;
+//! #     type Context = ();
+//! #     type Error = Error;
+//! #     fn hash_context((): &(), _: &mut Hasher) {}
+//! # }
+//!
+//! /// The tilt of the earth's axis, radians, from degrees: once for the whole plan.
+//! struct Tilt(f64);
+//!
+//! impl Stage<Almanac> for Tilt {
+//!     type At = ();
+//!     type Inputs = ();
+//!     type Output = f64;
+//!     const ID: &'static str = "tilt";
+//!     const VERSION: u32 = 1;
+//!     fn fingerprint(&self, hasher: &mut Hasher) {
+//!         hasher.write_f64(self.0);
+//!     }
+//!     fn run(&self, (): (), (): (), (): ()) -> Result<f64, Error> {
+//!         Ok(self.0.to_radians())
+//!     }
+//! }
+//!
+//! /// The sun's declination on a day of the year, radians.
+//! struct Declination;
+//!
+//! impl Stage<Almanac> for Declination {
+//!     type At = Day;
+//!     type Inputs = (Global<f64>,);
+//!     type Output = f64;
+//!     const ID: &'static str = "declination";
+//!     const VERSION: u32 = 1;
+//!     fn fingerprint(&self, _: &mut Hasher) {}
+//!     fn run(&self, Day(day): Day, (): (), (tilt,): (Arc<f64>,)) -> Result<f64, Error> {
+//!         Ok(*tilt * (TAU * (f64::from(day) - 81.0) / 365.0).sin())
+//!     }
+//! }
+//!
+//! let mut plan = Plan::new(());
+//! let tilt = plan.add(Tilt(23.44), ());
+//! let declination = plan.add(Declination, (tilt.global(),));
+//!
+//! let store = Store::unlimited();
+//! let runner = Runner::new(&plan, &store, 2);
+//! assert!(*runner.get(declination, Day(172))? > 0.4);
+//! assert!(*runner.get(declination, Day(355))? < -0.4);
+//! // The tilt was computed once.
+//! assert_eq!(store.computed(), 3);
+//! # Ok::<(), Error>(())
+//! ```
 //!
 //! # Non-goals
 //! Plans that change while they run, values that are not worth a hash and an `Arc` (nodes should

@@ -3,7 +3,7 @@
 use std::sync::{Mutex, PoisonError};
 
 use nemoral_scene::glam::{DMat3, DQuat, DVec3, Vec3};
-use nemoral_scene::{Image, RigidTransform};
+use nemoral_scene::{Image, RigidTransform, Twist};
 use numpy::{Element, PyArray1, PyArray2, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
 
@@ -124,6 +124,24 @@ pub(crate) fn matrix<'py>(
 ) -> PyResult<Bound<'py, PyArray2<f64>>> {
     let [a, b, c] = transform.to_rows();
     rows(py, vec![a, b, c, [0.0, 0.0, 0.0, 1.0]])
+}
+
+/// A motion from its velocity, m/s, and its rate of turning, rad/s, along and about the axes of
+/// what moves.
+pub(crate) fn motion(linear_m_s: [f64; 3], angular_rad_s: [f64; 3]) -> Result<Twist, Failure> {
+    for (name, vector, most) in [
+        ("velocity", linear_m_s, 100.0),
+        ("turn_rate", angular_rad_s, 10.0),
+    ] {
+        if !vector.iter().all(|x: &f64| x.abs() <= most) {
+            let allowed = format!("finite, at most {most} along each axis");
+            return Err(Failure::argument(name, format!("{vector:?}"), allowed));
+        }
+    }
+    Ok(Twist {
+        linear_m_s: DVec3::from_array(linear_m_s),
+        angular_rad_s: DVec3::from_array(angular_rad_s),
+    })
 }
 
 /// A rigid transform from the 16 numbers of its matrix, by rows.

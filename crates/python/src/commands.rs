@@ -263,12 +263,14 @@ pub(crate) fn cloud(
 
 /// Converts a data set; the result is how many frames, files and bytes were written.
 #[pyfunction]
+#[expect(clippy::too_many_arguments, reason = "the keywords of one function")]
 pub(crate) fn convert(
     py: Python<'_>,
     dir: PathBuf,
     out: PathBuf,
     format: &str,
     ontology: Option<String>,
+    min_px: u32,
     mode: &str,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<(usize, usize, u64)> {
@@ -286,6 +288,7 @@ pub(crate) fn convert(
         let params = ConvertParams {
             format,
             ontology: ontology.as_deref().map(Table::load).transpose()?,
+            min_px,
             mode,
         };
         let watch = watch(tell, stop);

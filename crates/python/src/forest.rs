@@ -10,7 +10,7 @@ use nemoral_pipeline::plan::Cache;
 use nemoral_pipeline::{Backend, BackendChoice, Observation, Recorder, SurveyParams};
 use nemoral_scene::glam::{DVec2, DVec3, Vec3};
 use nemoral_scene::{
-    ObjectRecord, Ontology, Ray, RigidTransform, Semantic, SurfaceHit, TreeRecord, Twist,
+    ObjectRecord, Ontology, Ray, RigidTransform, Semantic, SurfaceHit, TreeRecord,
 };
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2};
 use pyo3::prelude::*;
@@ -76,7 +76,6 @@ struct Worlds {
     ontology: Arc<Ontology>,
     backend: Backend,
     cache: Option<Arc<Cache>>,
-    threads: usize,
     /// The latest last.
     grown: Mutex<Vec<Arc<World>>>,
 }
@@ -92,6 +91,18 @@ impl Worlds {
         self.grown.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// What a data set's manifest says about a sequence. Its world is not grown for that, so that
+    /// none of the worlds that are kept goes.
+    fn spec(&self, number: u32) -> Result<Arc<SequenceSpec>, Failure> {
+        let grown = self.grown().iter().find(|w| w.number == number).cloned();
+        if let Some(world) = grown {
+            return Ok(Arc::clone(&world.spec));
+        }
+        let sequence = self.sequences.get(number)?;
+        let recorder = Recorder::new(sequence, self.backend.clone(), None, 1)?;
+        Ok(Arc::new(recorder.spec().clone()))
+    }
+
     /// The world of a sequence.
     fn get(&self, number: u32) -> Result<Arc<World>, Failure> {
         let mut grown = self.grown();
@@ -104,7 +115,8 @@ impl Worlds {
         drop(grown);
         let sequence = self.sequences.get(number)?;
         let (backend, cache) = (self.backend.clone(), self.cache.clone());
-        let mut recorder = Recorder::new(sequence, backend, cache, self.threads)?;
+        // Whoever uses it says by how many threads.
+        let mut recorder = Recorder::new(sequence, backend, cache, 1)?;
         if let Some(last) = last {
             recorder = recorder.with_plants_of(&last.recorder);
         }
@@ -139,19 +151,15 @@ impl Forest {
         program: PathBuf,
     ) -> PyResult<Self> {
         let request = config::Request::new(preset, file, settings)?;
-        let threads = crate::pool::threads(py)?;
         let backend = backend.to_owned();
         let keeping = Keeping { cache, program };
         let worlds = work::run(py, move || {
             let sequences = request.sequences()?;
             let config = sequences.get(0)?.config;
-            let ontology = Ontology::by_name(&config.output.ontology)
-                .expect("the config's words are the built-in ontologies");
             Ok(Worlds {
-                ontology: Arc::new(ontology),
+                ontology: Arc::new(config.output.ontology.table()),
                 backend: backend_of(&backend, &config)?,
                 cache: keeping.cache(),
-                threads,
                 grown: Mutex::default(),
                 sequences,
             })
@@ -174,6 +182,12 @@ impl Forest {
         self.0.sequences.asked().frames
     }
 
+    /// The sequences whose worlds are kept, the latest last.
+    #[getter]
+    fn grown(&self) -> Vec<u32> {
+        self.0.grown().iter().map(|w| w.number).collect()
+    }
+
     #[getter]
     fn backend(&self) -> String {
         self.0.backend.name()
@@ -187,8 +201,9 @@ impl Forest {
 
     /// The config of a sequence, what was drawn for it and its split, as JSON.
     fn config(&self, py: Python<'_>, sequence: u32) -> PyResult<String> {
-        self.with(py, sequence, |_, world| {
-            let spec = &world.spec;
+        let worlds = Arc::clone(&self.0);
+        work::run(py, move || {
+            let spec = worlds.spec(sequence)?;
             let about = serde_json::json!({
                 "config": spec.config,
                 "drawn": spec.drawn,
@@ -270,21 +285,9 @@ impl Forest {
             if !(0.0..=1e9).contains(&time_s) {
                 return Err(Failure::argument("time_s", time_s, "0 to 1e9 s"));
             }
-            for (name, vector, most) in [
-                ("velocity", linear_m_s, 100.0),
-                ("turn_rate", angular_rad_s, 10.0),
-            ] {
-                if !vector.iter().all(|x: &f64| x.abs() <= most) {
-                    let allowed = format!("finite, at most {most} along each axis");
-                    return Err(Failure::argument(name, format!("{vector:?}"), allowed));
-                }
-            }
             let observation = Observation {
+                motion: arrays::motion(linear_m_s, angular_rad_s)?,
                 world_from_body: pose_of(&pose)?,
-                motion: Twist {
-                    linear_m_s: DVec3::from_array(linear_m_s),
-                    angular_rad_s: DVec3::from_array(angular_rad_s),
-                },
                 time_s,
                 index,
             };
@@ -489,6 +492,9 @@ impl Forest {
         let worlds = Arc::clone(&self.0);
         work::run(py, move || {
             let world = worlds.get(sequence)?;
+            // A loader's worker is told its share of the cores after it got the forest.
+            let pool = crate::pool::ready().map_err(|e| Failure::Other(e.to_string()));
+            world.recorder.set_threads(pool?.current_num_threads());
             work(&worlds, &world)
         })
     }
@@ -576,13 +582,17 @@ pub(crate) fn tree_columns<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let dict = columns(py, trees, |t| t.object, |t| &t.species, |t| t.position_m)?;
     type Number = fn(&TreeRecord) -> f64;
-    let numbers: [(&str, Number); 7] = [
+    let numbers: [(&str, Number); 9] = [
         ("dbh_m", |t| t.dbh_m),
         ("height_m", |t| t.height_m),
         ("crown_base_m", |t| t.crown_base_m),
         ("crown_radius_m", |t| t.crown_radius_m),
         ("leaf_area_m2", |t| t.leaf_area_m2),
         ("stem_volume_m3", |t| t.stem_volume_m3),
+        ("wood_volume_m3", |t| t.wood_volume_m3.unwrap_or(f64::NAN)),
+        ("merchantable_volume_m3", |t| {
+            t.merchantable_volume_m3.unwrap_or(f64::NAN)
+        }),
         ("lean_rad", |t| t.lean_rad),
     ];
     for (name, number) in numbers {

@@ -187,7 +187,8 @@ pub(crate) fn grow_tree<'py>(
         ("crown_radius_m", tree.size.crown_radius_m),
         ("leaf_area_m2", tree.size.leaf_area_m2),
         ("lean_rad", tree.size.lean_rad),
-        ("stem_volume_m3", tree.stem_volume_m3),
+        ("stem_volume_m3", tree.stem.volume_m3()),
+        ("wood_volume_m3", tree.wood.total_m3()),
         ("foot_radius_m", tree.foot_radius_m),
     ] {
         size.set_item(name, number)?;

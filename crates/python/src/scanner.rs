@@ -28,7 +28,8 @@ pub(crate) struct Scanner {
 impl Scanner {
     /// A device by its name. `settings` are keys of a config, whose `[lidar.noise]` is the model of
     /// range errors; `errors` is whether there are those of pointing and detection; `rings` is the
-    /// number of rings of sub-rays of a beam; `air` is whether there is that of `[weather]`.
+    /// number of rings of sub-rays of a beam; `air` is whether there is that of `[weather]`;
+    /// `deskew` is whether points are in the LiDAR's frame of the scan's time.
     #[new]
     #[expect(clippy::too_many_arguments, reason = "the keywords of one function")]
     fn new(
@@ -40,6 +41,7 @@ impl Scanner {
         rings: Option<u8>,
         max_range_m: Option<f32>,
         air: bool,
+        deskew: bool,
     ) -> PyResult<Self> {
         let request = config::Request::new(None, None, settings)?;
         let make = || {
@@ -61,6 +63,7 @@ impl Scanner {
             if !errors {
                 params.errors = PulseErrors::default();
             }
+            params.deskew = deskew;
             let config = request.sequences()?.get(0)?.config;
             if air {
                 params.air = config.lidar.air_params(&config.weather);
@@ -92,7 +95,9 @@ impl Scanner {
         Device::ALL.iter().map(|d| d.name()).collect()
     }
 
-    /// A scan of a scene from a pose, as packed records.
+    /// A scan of a scene from a pose, around which the LiDAR moves in its own axes, as packed
+    /// records.
+    #[expect(clippy::too_many_arguments, reason = "the keywords of one function")]
     fn scan<'py>(
         &self,
         py: Python<'py>,
@@ -101,18 +106,28 @@ impl Scanner {
         time_s: f64,
         seed: u64,
         index: u64,
+        linear_m_s: [f64; 3],
+        angular_rad_s: [f64; 3],
     ) -> PyResult<Bound<'py, PyArray1<u8>>> {
         let bytes = work::brief(py, |pool| {
             if !(0.0..=1e9).contains(&time_s) {
                 return Err(Failure::argument("time_s", time_s, "0 to 1e9 s"));
             }
             let scene_from_lidar = arrays::transform("pose", &pose)?;
+            let motion = arrays::motion(linear_m_s, angular_rad_s)?;
+            let scene_from_lidar_at = |offset_s: f64| {
+                if motion.is_still() {
+                    scene_from_lidar
+                } else {
+                    scene_from_lidar * motion.after(offset_s)
+                }
+            };
             let built = scene.built(pool);
             let request = ScanRequest {
                 first_pulse: self.scanner.first_pulse_at(time_s),
                 caster: &built.caster,
                 materials: &built.materials,
-                scene_from_lidar_at: &|_| scene_from_lidar,
+                scene_from_lidar_at: &scene_from_lidar_at,
                 range_model: &self.range_model,
                 key: Key::world(seed).domain(SCAN).item(index),
             };

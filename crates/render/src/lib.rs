@@ -93,7 +93,7 @@ mod sky;
 
 #[doc = include_str!("../README.md")]
 #[cfg(doctest)]
-struct ReadmeDoctests;
+struct Readme;
 
 pub use annotations::boxes::{Candidate, object_boxes};
 pub use annotations::nearest::{nearest_objects, with_visible};

@@ -250,6 +250,8 @@ fn tree(item: u16, species: String) -> TreeRecord {
         crown_radius_m: 2.0,
         leaf_area_m2: 90.0,
         stem_volume_m3: 0.7,
+        wood_volume_m3: None,
+        merchantable_volume_m3: None,
         lean_rad: 0.0,
         age_class: "middle".to_owned(),
         alive: true,

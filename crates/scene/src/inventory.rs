@@ -84,8 +84,13 @@ pub struct TreeRecord {
     pub crown_radius_m: f64,
     /// One-sided leaf area, m².
     pub leaf_area_m2: f64,
-    /// Stem volume, m³.
+    /// Stem volume over bark from the ground to the tip, or to where the stem forks, m³.
     pub stem_volume_m3: f64,
+    /// Volume of all wood over bark above the ground, m³; `None` if that is not known, as of a
+    /// user's model.
+    pub wood_volume_m3: Option<f64>,
+    /// That of the wood that is at least 7 cm thick, m³.
+    pub merchantable_volume_m3: Option<f64>,
     /// Lean of the stem from the vertical, radians.
     pub lean_rad: f64,
     /// Its age class: `sapling`, `young`, `middle` or `mature`.

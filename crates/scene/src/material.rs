@@ -4,32 +4,12 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
-use crate::{AlphaMask, ParamError, Semantic, Texture};
+use crate::{AlphaMask, LaserBand, Optics, ParamError, Semantic, Texture};
 
 /// The index of a material in a [`MaterialLibrary`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct MaterialId(pub u16);
-
-/// Reflectance and transmittance at one laser wavelength, hemispherical, 0..1.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct LaserBand {
-    /// The share of the light that is reflected.
-    pub reflectance: f32,
-    /// The share of the light that is transmitted.
-    pub transmittance: f32,
-}
-
-/// The laser wavelengths of materials.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Optics {
-    /// 905 nm (Livox, Velodyne, Sick).
-    pub nm905: LaserBand,
-    /// 1550 nm (Riegl and other terrestrial scanners).
-    pub nm1550: LaserBand,
-}
 
 /// What light does at and below the smooth surface of a liquid.
 ///

@@ -71,12 +71,6 @@ impl Ontology {
     pub fn class(&self, semantic: Semantic) -> &Class {
         &self.classes[usize::from(self.class_of[semantic as usize])]
     }
-
-    /// The class with this id.
-    #[must_use]
-    pub fn class_by_id(&self, id: u8) -> Option<&Class> {
-        self.classes.iter().find(|c| c.id == id)
-    }
 }
 
 #[cfg(test)]

@@ -5,8 +5,6 @@ use nemoral_scene::glam::DVec2;
 
 /// The radii of the rings on which the ground around a place is looked at, metres.
 const RINGS_M: [f64; 2] = [10.0, 26.0];
-/// The greatest distance from a place at which the ground is looked at, metres.
-pub const CONDITIONS_REACH_M: f64 = RINGS_M[1];
 
 /// How much the ground around rises on average, over the ring's radius, where a hollow's
 /// wetness is 0.7. These are standard deviations over hills like those of the default terrain.
@@ -47,7 +45,7 @@ impl GroundConditions {
         soil_m: 0.5,
     };
 
-    /// The conditions at a world position, from the ground within [`CONDITIONS_REACH_M`] of it.
+    /// The conditions at a world position, from the ground within 26 m of it.
     ///
     /// Wetness is what a topographic wetness index measures, ln(catchment / slope) (Beven and
     /// Kirkby 1979), without a catchment, which reaches any distance: water gathers where the

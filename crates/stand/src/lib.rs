@@ -25,6 +25,25 @@
 //!   names the woody layers.
 //!
 //! All lengths are metres; world positions are x east, y north, z up.
+//!
+//! ```
+//! use nemoral_scene::glam::DVec2;
+//! use nemoral_seed::Key;
+//! use nemoral_stand::{FloorComposition, InstanceVariation};
+//!
+//! // Half of the floor is leaf litter. Any smooth field decides where.
+//! let waves = |p: DVec2| 0.5 + 0.5 * (p.x * 0.4).sin() * (p.y * 0.3).cos();
+//! let floor = FloorComposition::new([2.0, 1.0, 1.0], waves)?;
+//! println!("{:?}", floor.cover(DVec2::new(12.0, 3.0), 0.0));
+//!
+//! // Two copies of a tree side by side are turned or sized differently.
+//! let variation = InstanceVariation::new(Key::world(7));
+//! let mut rng = Key::world(7).item(1).rng();
+//! let a = variation.trees.at(DVec2::new(0.0, 0.0), &mut rng);
+//! let b = variation.trees.at(DVec2::new(3.0, 0.0), &mut rng);
+//! assert!(a != b);
+//! # Ok::<(), nemoral_scene::ParamError>(())
+//! ```
 
 mod communities;
 mod error;
@@ -49,14 +68,14 @@ mod undergrowth;
 
 #[doc = include_str!("../README.md")]
 #[cfg(doctest)]
-struct ReadmeDoctests;
+struct Readme;
 
 pub use communities::{COMMUNITY_FIELD, Closed, Communities, CommunityParams, SWARD_FIELD, Site};
 pub use error::Error;
 pub use fallen_stems::{FallenStem, StemKind, StemScale, fallen_stems, mean_volume_m3, settle};
 pub use field::{Field, FieldParams};
 pub use floor_composition::{FLOOR_FIELD, FloorComposition, FloorCover};
-pub use ground_conditions::{CONDITIONS_REACH_M, GroundConditions};
+pub use ground_conditions::GroundConditions;
 pub use ground_occlusion::{GroundOcclusion, OCCLUSION_MARGIN_M};
 pub use ground_plane::GroundPlane;
 pub use history::{BROWSING_FIELD, SUCCESSION_FIELD, SiteHistory, VegetationHistory};

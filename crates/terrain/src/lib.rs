@@ -60,7 +60,7 @@ mod zones;
 
 #[doc = include_str!("../README.md")]
 #[cfg(doctest)]
-struct ReadmeDoctests;
+struct Readme;
 
 pub use erosion::{Eroded, ErosionParams};
 pub use height_field::{HeightField, HeightPosts};

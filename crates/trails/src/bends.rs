@@ -1,9 +1,9 @@
 //! Where the nearest point of a trail is not one that moves with the place: inside its bends.
 
 use glam::DVec2;
+use nemoral_scene::Dual;
 
 use crate::curve::Cubic;
-use crate::dual::Dual;
 use crate::path::{Foot, Knot, cubic};
 use crate::profile::smoothstep;
 

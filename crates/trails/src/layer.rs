@@ -4,10 +4,9 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use glam::DVec2;
-use nemoral_scene::ChunkCoord;
+use nemoral_scene::{ChunkCoord, Dual};
 
 use crate::bends::{Firmness, View};
-use crate::dual::Dual;
 use crate::index::{Index, Stretch};
 use crate::path::{Foot, Knot};
 use crate::profile::smoothstep;

@@ -45,7 +45,6 @@ mod bends;
 mod curve;
 mod dressing;
 mod dressing_placement;
-mod dual;
 mod given;
 mod ground;
 mod index;
@@ -67,7 +66,7 @@ mod zone;
 
 #[doc = include_str!("../README.md")]
 #[cfg(doctest)]
-struct ReadmeDoctests;
+struct Readme;
 
 pub use dressing::{DressingKind, TrailDressing};
 pub use ground::TrailGround;

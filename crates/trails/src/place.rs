@@ -4,10 +4,9 @@ use std::cell::OnceCell;
 use std::fmt;
 
 use glam::DVec2;
-use nemoral_scene::{Surface, SurfaceSample};
+use nemoral_scene::{Dual, Surface, SurfaceSample};
 
 use crate::TrailSurfaceKind;
-use crate::dual::Dual;
 use crate::layer::{Around, Layer, REACH_M, Strand, nearest, union};
 use crate::profile::smoothstep;
 use crate::ragged::Ragged;

@@ -1,8 +1,8 @@
 //! The shape of a trail across its run.
 
 use glam::DVec2;
+use nemoral_scene::Dual;
 
-use crate::dual::Dual;
 use crate::path::{Foot, Lane};
 use crate::profile::smoothstep;
 use crate::zone::TrailZone;

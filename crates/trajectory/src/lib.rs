@@ -26,6 +26,27 @@
 //! Positions are world positions in metres, x east, y north, z up. A body's x axis points forward,
 //! its y axis to the left; its origin is on the ground between its wheels.
 //!
+//! ```
+//! use std::convert::Infallible;
+//!
+//! use nemoral_scene::FlatSurface;
+//! use nemoral_scene::glam::DVec2;
+//! use nemoral_trajectory::{Body, Obstacle, Pace, Path, Trajectory};
+//!
+//! let trajectory = Trajectory {
+//!     path: Path::Straight { start_m: DVec2::ZERO, forward: DVec2::X },
+//!     pace: Pace { spacing_m: 1.0, spacing_s: 0.0, speed_m_s: 1.5, rest_s: 0.0 },
+//!     body: Body { wheelbase_m: 0.8, track_m: 0.6 },
+//!     gait: None,
+//! };
+//! let nothing = |_: DVec2, _: f64| Ok::<Vec<Obstacle>, Infallible>(Vec::new());
+//! let ground = FlatSurface { height_m: 3.0, gradient: DVec2::new(0.1, 0.0) };
+//! // Any frame may be asked for first.
+//! let pose = trajectory.pose(20, 0.0, &nothing, &ground)?;
+//! assert!((pose.translation_m.x - 20.0).abs() < 1e-6);
+//! # Ok::<(), Infallible>(())
+//! ```
+//!
 //! # Non-goals
 //! Dynamics, control, slip, the turns between flight lines, and planning towards a goal.
 

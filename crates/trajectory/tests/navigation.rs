@@ -189,7 +189,8 @@ fn errors_without_a_time_constant_are_independent() {
     assert!(correlation.abs() < 0.03, "{correlation}");
 }
 
-/// A sensor at the reference point is turned in its place, however far from the body's origin it is.
+/// A sensor at the reference point is turned in its place, however far from the body's origin it
+/// is.
 #[test]
 fn errors_of_attitude_turn_about_the_reference_point() {
     let point_m = DVec3::new(0.4, -0.1, 1.2);

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use nemoral_pipeline::config::{Config, Preset, SunAngles, SunDate, SunPosition};
+use nemoral_scene::excerpt;
 use serde::{Deserialize, Serialize};
 
 use crate::Error;
@@ -421,9 +422,11 @@ pub(crate) fn changed(config: &Config, values: &Values) -> Result<Config, Error>
 }
 
 fn shown(value: &Value) -> String {
+    // With quotes it is shorter than what errors show.
+    const SHOWN: usize = 36;
     match value {
         Value::Number(number) => number.to_string(),
-        Value::Text(text) => format!("\"{text}\""),
+        Value::Text(text) => format!("\"{}\"", excerpt(text, SHOWN)),
     }
 }
 
@@ -581,5 +584,13 @@ mod tests {
             );
         }
         assert!(refused(&"x".repeat(500), number(0.0)).len() < 300);
+        let long = refused("stand", text(&"x".repeat(1 << 20)));
+        let shown = "x".repeat(36);
+        assert!(
+            long.starts_with(&format!("stand = \"{shown}…\": ")),
+            "{long}"
+        );
+        let lines = refused("seed", text("1\n\u{1b}[2J"));
+        assert!(lines.starts_with("seed = \"1\\n\\u{1b}[2J\": "), "{lines}");
     }
 }

@@ -2,6 +2,8 @@
 
 use std::io;
 
+use nemoral_scene::excerpt;
+
 /// An error of the view.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -32,10 +34,10 @@ pub enum Error {
 impl Error {
     pub(crate) fn value(name: &str, value: impl ToString, allowed: impl Into<String>) -> Self {
         // What a stranger wrote is not repeated at length.
-        let cut = |text: &str| text.chars().take(40).collect();
+        const SHOWN: usize = 40;
         Self::Value {
-            name: cut(name),
-            value: cut(&value.to_string()),
+            name: excerpt(name, SHOWN),
+            value: excerpt(&value.to_string(), SHOWN),
             allowed: allowed.into(),
         }
     }

@@ -1,8 +1,8 @@
 //! The channel of a stream: its section, and how it changes the ground.
 
 use glam::DVec2;
+use nemoral_scene::Dual;
 
-use crate::dual::Dual;
 use crate::pond::without_bound;
 
 /// The rim that is guaranteed beside the water, metres above it …

@@ -44,7 +44,6 @@
 mod channel;
 mod course;
 mod directions;
-mod dual;
 mod lattice;
 mod near;
 mod network;
@@ -61,7 +60,7 @@ pub const REACH_M: f64 = 360.0;
 
 #[doc = include_str!("../README.md")]
 #[cfg(doctest)]
-struct ReadmeDoctests;
+struct Readme;
 
 pub use channel::Section;
 pub use near::{WaterNear, puddle_sheets};

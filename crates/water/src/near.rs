@@ -3,10 +3,9 @@
 use std::sync::Arc;
 
 use glam::DVec2;
-use nemoral_scene::{MaterialId, Mesh, Surface, SurfaceSample};
+use nemoral_scene::{Dual, MaterialId, Mesh, Surface, SurfaceSample};
 
 use crate::channel::{Section, Segment};
-use crate::dual::Dual;
 use crate::network::Run;
 use crate::pond::Pond;
 use crate::puddle::Puddle;

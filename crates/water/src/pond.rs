@@ -3,9 +3,9 @@
 use std::f64::consts::TAU;
 
 use glam::DVec2;
+use nemoral_scene::Dual;
 use nemoral_seed::{Draw, Key};
 
-use crate::dual::Dual;
 use crate::ways::Ways;
 
 /// How far the water stays below the lowest place of the rim, metres.

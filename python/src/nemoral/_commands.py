@@ -218,6 +218,7 @@ def convert(
     format: str,
     *,
     ontology: Path | None = None,
+    min_px: int = 0,
     mode: str = "fresh",
     progress: Listen = None,
 ) -> tuple[int, int, int]:
@@ -229,6 +230,8 @@ def convert(
         out: the output folder.
         format: such as ``"kitti"``; an unknown one is refused with the names of all.
         ontology: the classes to write: a built-in table's name, or a TOML file.
+        min_px: objects with fewer visible pixels in a picture are left out, in ``"coco"`` and
+            ``"yolo"``; other formats take 0 alone.
         mode, progress: as in :func:`generate`. Frames that ``mode="resume"`` finds written are not
             told one by one.
     """
@@ -239,6 +242,7 @@ def convert(
             arguments.path("out", out),
             arguments.text("format", format),
             table,
+            arguments.whole("min_px", min_px, 0, 2**32 - 1),
             arguments.text("mode", mode),
             listener,
         )

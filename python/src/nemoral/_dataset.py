@@ -133,7 +133,8 @@ class Dataset:
         return self._native.trees(self._sequence(sequence))
 
     def objects(self, sequence: SupportsIndex = 0) -> dict[str, Any]:
-        """The columns of `instances.csv`, as :meth:`Forest.objects` has them."""
+        """The columns of `instances.csv`, as :meth:`Forest.objects` has them, but ``on_trail``,
+        which files do not have."""
         return self._native.objects(self._sequence(sequence))
 
     def imu(self, sequence: SupportsIndex = 0) -> dict[str, Array]:

@@ -254,7 +254,8 @@ class Forest:
         Returns:
             ``object`` uint64 and ``instance`` uint32 ids, ``species``, ``position_m`` (N, 3),
             ``dbh_m``, ``height_m``, ``crown_base_m``, ``crown_radius_m``, ``leaf_area_m2``,
-            ``stem_volume_m3``, ``lean_rad``, ``age_class``, ``alive``, ``field_id``.
+            ``stem_volume_m3``, ``wood_volume_m3`` and ``merchantable_volume_m3`` (NaN where they
+            are not known, as of models), ``lean_rad``, ``age_class``, ``alive``, ``field_id``.
         """
         low, high = self._rectangle(xmin, ymin, xmax, ymax)
         return self._live.inventory(self._sequence(sequence), low, high, True)
@@ -272,8 +273,8 @@ class Forest:
 
         Returns:
             ``object`` uint64 and ``instance`` uint32 ids, ``kind`` (tree, stump, shrub, rock, log,
-            root_plate), ``species``, ``position_m`` (N, 3), ``radius_m`` at the ground (of what
-            lies, across it), ``height_m``, ``on_trail`` bool: stones that are no obstacle.
+            root_plate), ``species``, ``position_m`` (N, 3), ``radius_m`` at the ground (of a log,
+            half of its length), ``height_m``, ``on_trail`` bool: stones that are no obstacle.
         """
         low, high = self._rectangle(xmin, ymin, xmax, ymax)
         return self._live.inventory(self._sequence(sequence), low, high, False)

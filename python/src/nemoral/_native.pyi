@@ -50,6 +50,8 @@ class Forest:
     @property
     def frames(self) -> int: ...
     @property
+    def grown(self) -> list[int]: ...
+    @property
     def backend(self) -> str: ...
     def to_toml(self) -> str: ...
     def config(self, sequence: int) -> str: ...
@@ -125,6 +127,7 @@ class Scanner:
         rings: int | None,
         max_range_m: float | None,
         air: bool,
+        deskew: bool,
     ) -> None: ...
     def about(self) -> tuple[str, str, float, int]: ...
     @staticmethod
@@ -136,6 +139,8 @@ class Scanner:
         time_s: float,
         seed: int,
         index: int,
+        linear_m_s: list[float],
+        angular_rad_s: list[float],
     ) -> Array: ...
 
 class Terrain:
@@ -191,6 +196,7 @@ def convert(
     out: str,
     format: str,
     ontology: str | None,
+    min_px: int,
     mode: str,
     progress: object | None,
 ) -> tuple[int, int, int]: ...

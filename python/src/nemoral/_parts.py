@@ -125,7 +125,8 @@ class Tree:
     """(L, 4, 3) float32: the corners of cards, each of which stands for a leafy twig."""
     size: dict[str, float]
     """``dbh_m``, ``height_m``, ``crown_base_m``, ``crown_radius_m``, ``leaf_area_m2``,
-    ``lean_rad``, ``stem_volume_m3``, ``foot_radius_m``, measured on what was grown."""
+    ``lean_rad``, ``stem_volume_m3``, ``wood_volume_m3``, ``foot_radius_m``, measured on what was
+    grown."""
 
     structure: dict[str, Array]
     """The wood as a graph of N nodes, a true quantitative structure model. Between a node and its

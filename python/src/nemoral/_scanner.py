@@ -72,7 +72,8 @@ class Scan(np.ndarray[Any, np.dtype[Any]]):
 
     All fields are there by name, as in ``scan["return_no"]``. The most used ones are attributes,
     too, named as those of :class:`nemoral.Points`, but ``scan["flags"]``: ``scan.flags`` is
-    NumPy's, of the array. Positions are in the LiDAR's frame (x forward, y left, z up), metres.
+    NumPy's, of the array. Positions are in the LiDAR's frame (x forward, y left, z up) at the
+    scan's time, or at the pulse's if the scanner does not deskew, metres.
     """
 
     def __getitem__(self, key: Any) -> Any:
@@ -156,6 +157,8 @@ class Scanner:
         weather: keys of the config's ``[weather]``, such as ``{"visibility_m": 80}`` or
             ``{"snowfall_mm_per_h": 1}``: the air weakens echoes, and fog, drops and flakes have
             echoes of their own, which have no object and the flag 2. In a vacuum if None.
+        deskew: whether points of a LiDAR that moves are in its frame at the scan's time; if False,
+            each is in its frame when the pulse was fired, as sensors send them.
     """
 
     def __init__(
@@ -167,6 +170,7 @@ class Scanner:
         rings: SupportsIndex | None = None,
         max_range_m: float | None = None,
         weather: Mapping[str, Any] | None = None,
+        deskew: bool = True,
     ) -> None:
         name = arguments.text("device", device)
         keys = _noise_keys(noise)
@@ -178,6 +182,7 @@ class Scanner:
             "rings": None if rings is None else arguments.whole("rings", rings, 0, 8),
             "max_range_m": max_range_m,
             "weather": air,
+            "deskew": arguments.flag("deskew", deskew),
         }
         if max_range_m is not None:
             range_m = arguments.real("max_range_m", max_range_m, 0.0, 1e6)
@@ -194,6 +199,7 @@ class Scanner:
             self._arguments["rings"],
             self._arguments["max_range_m"],
             air is not None,
+            self._arguments["deskew"],
         )
         self.device: str = device
         """Its name."""
@@ -226,24 +232,33 @@ class Scanner:
         time_s: float = 0.0,
         seed: SupportsIndex = 0,
         index: SupportsIndex = 0,
+        velocity: npt.ArrayLike = (0.0, 0.0, 0.0),
+        turn_rate: npt.ArrayLike = (0.0, 0.0, 0.0),
     ) -> Scan:
         """The returns of one scan, in the order of firing.
 
         Args:
             scene: what is scanned.
-            pose: (4, 4), scene from LiDAR; the scene's own frame if None.
-            time_s: the time of the scan, which decides where the pattern is.
+            pose: (4, 4), scene from LiDAR, at the time of the scan, which is the middle of it; at
+                the scene's ``origin``, along its axes, if None.
+            time_s: the time of the scan, seconds, which decides where the pattern is.
             seed, index: by which noise is drawn: equal numbers give equal scans.
+            velocity: (3,), m/s along the LiDAR's axes while it scans, at most 100 along each.
+            turn_rate: (3,), rad/s about the LiDAR's axes, at most 10 about each.
         """
         if not isinstance(scene, RayScene):
             raise arguments.refuse("scene", scene, "a RayScene")
-        place = np.eye(4) if pose is None else arguments.array("pose", pose, np.float64, (4, 4))
+        moves = [
+            arguments.array(name, value, np.float64, (3,)).tolist()
+            for name, value in (("velocity", velocity), ("turn_rate", turn_rate))
+        ]
         packed = self._native.scan(
             scene._native,
-            place.ravel().tolist(),
+            scene._pose(pose),
             arguments.real("time_s", time_s, 0.0, 1e9),
             arguments.whole("seed", seed, 0, _SEED),
             arguments.whole("index", index, 0, _SEED),
+            *moves,
         )
         return packed.view(SCAN_DTYPE).view(Scan)
 

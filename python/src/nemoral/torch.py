@@ -5,6 +5,7 @@ from __future__ import annotations
 import operator
 import os
 import threading
+import weakref
 from typing import Any, Callable, Iterator, Mapping, Sequence, SupportsIndex
 
 import numpy as np
@@ -21,24 +22,14 @@ from torch.utils.data import Dataset as TorchDataset
 from torch.utils.data import IterableDataset, get_worker_info
 
 from . import _arguments as arguments
-from . import _native
+from . import _threads
+from ._batches import batched, collate, tensors
 from ._dataset import Dataset
 from ._errors import Error
 from ._forest import KEYWORDS, Forest
 from ._frame import Frame
 
 Transform = Callable[[Frame], Any]
-
-
-def tensors(frame: Frame) -> dict[str, Any]:
-    """A frame's arrays as tensors, by name: what :meth:`nemoral.Frame.to_dict` has. Unsigned
-    instance ids become int64, which every operation of torch takes."""
-    found: dict[str, Any] = {}
-    for name, value in frame.to_dict().items():
-        if name == "instance":
-            value = value.astype("int64")
-        found[name] = torch.from_numpy(value) if hasattr(value, "dtype") else value
-    return found
 
 
 def _variable(name: str, default: int, low: int, high: int) -> int:
@@ -95,12 +86,13 @@ def _given(count: int, lengths: list[int], batch_size: int) -> list[int]:
 
 
 def _share_cores() -> None:
-    """Shares this process's threads among the workers of its loader, once in each worker."""
+    """Shares the cores among the workers of the loaders of all trainers of this machine, once in
+    each worker."""
     global _sharing_process
     info = get_worker_info()
     if info is None or _sharing_process == os.getpid():
         return
-    _native.set_threads(max(1, _native.threads() // info.num_workers))
+    _threads.share(info.num_workers, _variable("LOCAL_WORLD_SIZE", 1, 1, 2**31 - 1))
     _sharing_process = os.getpid()
 
 
@@ -119,7 +111,9 @@ class Frames(TorchDataset[Any]):
     ever, and the error is seen on the worker's standard error alone.
 
     It can be given to workers by fork, forkserver and spawn. Each process has threads of its own:
-    with W workers, the W-th part of the cores each.
+    with W workers, the W-th part of the cores each; with T trainers on this machine (torchrun's
+    LOCAL_WORLD_SIZE), the T-th part of that. A worker that calls :func:`nemoral.set_threads`
+    (``worker_init_fn``) keeps its number.
 
     Args:
         config, seed, backend, cache, overrides: as :class:`nemoral.Forest` takes them.
@@ -195,7 +189,9 @@ class Frames(TorchDataset[Any]):
                 batches: DistributedDataParallel waits for ever otherwise. With `shuffle`, others
                 are left out in each epoch.
             rank, world_size: of this process; those of ``torch.distributed``, or of the
-                environment's RANK and WORLD_SIZE, if None.
+                environment's RANK and WORLD_SIZE, if None. Hugging Face's Accelerate and Trainer
+                share out the items of a loader themselves: ``rank=0, world_size=1`` for them, as
+                each rank would get a part of its part otherwise.
 
         Raises:
             ConfigError: if an argument is wrong, or there are more ranks than worlds.
@@ -228,6 +224,9 @@ class FrameStream(IterableDataset[Any]):
     are taken, the first frame of the next one is made in the background, for which it grows.
 
     Its length is the number of items of this rank's next pass, over all workers.
+
+    A launcher may give one stream to several trainers (``mp.spawn``, fork): each has a first pass
+    and an epoch of its own.
     """
 
     def __init__(
@@ -254,6 +253,8 @@ class FrameStream(IterableDataset[Any]):
             self._ranks = arguments.whole("rank", rank, 0, size - 1), size
         elif rank is not None or world_size is not None:
             raise arguments.refuse("rank, world_size", (rank, world_size), "both given, or neither")
+        # It orders worlds in each epoch.
+        self._seed: int = frames.forest.seed if self.shuffle else 0
         # By how many workers `start` was counted; None: by as many as there will be.
         self._counted_by: int | None = None
         # How many of its own items this worker leaves out in its next pass.
@@ -264,10 +265,23 @@ class FrameStream(IterableDataset[Any]):
         self._process: int | None = None
         # Workers that live on, and those that are made for another pass, see what is written here.
         self._shared = torch.zeros(_BEGUN + _WORKERS_MAX, dtype=torch.int64).share_memory_()
+        # The process whose memory this is, and that of its workers.
+        self._owner = os.getpid()
+        _streams.add(self)
         # What is wrong is said here, and not in a worker.
         len(self)
 
+    def _own(self) -> None:
+        """Takes memory of its own in a process that has got this stream from another one and is no
+        loader's worker: other trainers may have got it, too."""
+        if self._owner == os.getpid() or get_worker_info() is not None:
+            return
+        self._shared = self._shared.clone().share_memory_()
+        self._shared[_FIRST_BY:] = 0
+        self._owner = os.getpid()
+
     def __getstate__(self) -> dict[str, Any]:
+        self._own()
         # A worker that is not forked knows nothing of torch.distributed. Where nothing is known
         # yet, a trainer may be started, which will ask itself.
         ranks = self._ranks
@@ -279,6 +293,7 @@ class FrameStream(IterableDataset[Any]):
         self.__dict__.update(state)
         # A loader's worker has got the same memory; other copies have their own.
         self._shared.share_memory_()
+        _streams.add(self)
 
     @property
     def rank(self) -> int:
@@ -306,7 +321,7 @@ class FrameStream(IterableDataset[Any]):
             raise arguments.refuse("worlds", count, f"at least {world_size}, one for each rank")
         order: Sequence[int] = range(count)
         if self.shuffle:
-            draw = np.random.default_rng([self.frames.forest.seed, self.epoch])
+            draw = np.random.default_rng([self._seed, self.epoch])
             order = draw.permutation(count).tolist()
         if self.drop_uneven:
             order = order[: count - count % world_size]
@@ -323,10 +338,12 @@ class FrameStream(IterableDataset[Any]):
         return arguments.whole("start", self.start, 0, count) if is_first else 0
 
     def __len__(self) -> int:
+        self._own()
         count = len(self._worlds()) * self.frames.frames_per_world
         return count - self._start(count)
 
     def __iter__(self) -> Iterator[Any]:
+        self._own()
         _share_cores()
         worker, workers = _place_of_worker()
         per_world = self.frames.frames_per_world
@@ -375,6 +392,7 @@ class FrameStream(IterableDataset[Any]):
     def set_epoch(self, epoch: SupportsIndex) -> None:
         """Which epoch the next pass is, for the order of worlds. Workers that live on
         (``persistent_workers``) see it, too."""
+        self._own()
         self._shared[_EPOCH] = arguments.whole("epoch", epoch, 0, 2**62)
 
     def state_dict(self) -> dict[str, int]:
@@ -388,6 +406,7 @@ class FrameStream(IterableDataset[Any]):
         Raises:
             nemoral.Error: in the process of a loader with workers.
         """
+        self._own()
         worker, workers = _place_of_worker()
         if self._own_start is not None:
             done = self._own_start
@@ -407,6 +426,7 @@ class FrameStream(IterableDataset[Any]):
         Raises:
             ConfigError: if it is no such state, or that of another worker.
         """
+        self._own()
         try:
             asked = ("epoch", "start", "worker", "workers")
             epoch, start, *place = (operator.index(state[name]) for name in asked)
@@ -425,6 +445,21 @@ class FrameStream(IterableDataset[Any]):
         else:
             self.start, self._counted_by, self._process = start, 1, None
             self._shared[_FIRST_BY:] = 0
+
+
+_streams: weakref.WeakSet[FrameStream] = weakref.WeakSet()
+"""The streams of this process."""
+
+
+def _own_all() -> None:
+    for stream in list(_streams):
+        stream._own()
+
+
+if hasattr(os, "register_at_fork"):
+    # Workers that a trainer forks need its memory, not its launcher's, and it need not have asked
+    # its stream for anything before.
+    os.register_at_fork(before=_own_all)
 
 
 class _Coming:
@@ -482,4 +517,4 @@ class FrameDataset(TorchDataset[Any]):
         return self.transform(self.dataset[self._items[arguments.item(i, len(self))]])
 
 
-__all__ = ["FrameDataset", "FrameStream", "Frames", "tensors"]
+__all__ = ["FrameDataset", "FrameStream", "Frames", "batched", "collate", "tensors"]

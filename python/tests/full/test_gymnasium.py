@@ -54,6 +54,24 @@ def test_a_drive_along_the_trail(small: dict[str, Any]) -> None:
     assert total > 5.0 and not info["crashed"]
 
 
+def test_each_step_is_rewarded_by_its_way_along_the_trail(small: dict[str, Any]) -> None:
+    env = TrailEnv(**small)
+    seen, info = env.reset(seed=3)
+    rewards, ways = [], []
+    for _ in range(40):
+        before = info["place_m"]
+        seen, reward, ended, cut, info = env.step(follow(seen))
+        if ended or cut:
+            break
+        rewards.append(reward)
+        ways.append(np.linalg.norm(info["place_m"] - before))
+    # The places by which the trail is known are farther apart than a step is long.
+    shares = np.array(rewards) / np.array(ways)
+    assert len(shares) > 20 and (shares > 0.3).mean() > 0.9 and shares.max() < 1.5
+    with pytest.raises(ValueError, match="frames = 1: must be at least 2"):
+        TrailEnv(**{**small, "frames": 1})
+
+
 def test_a_robot_that_drives_at_a_tree_crashes(small: dict[str, Any]) -> None:
     env = TrailEnv(**small)
     crashes = 0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import multiprocessing
+import os
 import pickle
 import threading
 from pathlib import Path
@@ -20,7 +21,14 @@ torch = pytest.importorskip("torch", reason="torch is not installed")
 from torch.utils.data import DataLoader  # noqa: E402
 
 import nemoral.torch  # noqa: E402
-from nemoral.torch import FrameDataset, Frames, FrameStream, tensors  # noqa: E402
+from nemoral.torch import (  # noqa: E402
+    FrameDataset,
+    Frames,
+    FrameStream,
+    batched,
+    collate,
+    tensors,
+)
 
 
 @pytest.fixture(scope="module")
@@ -199,6 +207,40 @@ def test_workers_share_the_threads_of_their_process(frames: Frames) -> None:
         nemoral.set_threads(before)
 
 
+def of_workers(written: Path, **loading: Any) -> list[int]:
+    """The numbers of threads of two workers."""
+    data = FrameDataset(written, transform=threads_here)
+    return list(
+        DataLoader(data, batch_size=None, num_workers=2, timeout=120,
+                   multiprocessing_context="fork", **loading)
+    )
+
+
+def test_trainers_of_a_machine_share_its_cores(
+    written: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = nemoral.threads()
+    monkeypatch.setenv("LOCAL_WORLD_SIZE", "3")
+    try:
+        nemoral.set_threads(12)
+        # Which is this trainer's share.
+        assert of_workers(written) == [6, 6]
+        # As if these were the cores.
+        monkeypatch.setattr(nemoral._threads, "_told_in", 0)
+        assert of_workers(written) == [2, 2]
+        # A worker knows best.
+        assert of_workers(written, worker_init_fn=five_threads) == [5, 5]
+        monkeypatch.setenv("LOCAL_WORLD_SIZE", "none")
+        with pytest.raises(nemoral.ConfigError, match="LOCAL_WORLD_SIZE"):
+            of_workers(written)
+    finally:
+        nemoral.set_threads(before)
+
+
+def five_threads(_: int) -> None:
+    nemoral.set_threads(5)
+
+
 def threads_here(_: nemoral.Frame) -> int:
     return nemoral.threads()
 
@@ -216,6 +258,42 @@ def test_workers_that_live_on(frames: Frames) -> None:
         orders.append(numbers(loader))
     assert len(orders[0]) == 11 and sorted(orders[1]) == sorted(orders[2]) == list(range(15))
     assert orders[1] != orders[2]
+
+
+def handed(rank: int, stream: FrameStream, workers: int, out: Any) -> None:
+    """A trainer that has got its stream from a launcher: how many items two passes have."""
+    os.environ.update(RANK=str(rank), WORLD_SIZE="2")
+    loader = DataLoader(
+        stream, batch_size=None, num_workers=workers, collate_fn=plain,
+        timeout=120 if workers else 0, multiprocessing_context="fork" if workers else None,
+    )
+    out.put((rank, [len(numbers(loader)) for _ in range(2)]))
+
+
+@pytest.mark.parametrize("method", ["fork", "spawn"])
+@pytest.mark.parametrize("workers", [0, 2])
+def test_each_trainer_of_a_launcher_has_a_first_pass(
+    frames: Frames, method: str, workers: int
+) -> None:
+    context = multiprocessing.get_context(method)
+    stream, out = frames.stream(start=4), context.Queue()
+    found = {}
+    for rank in range(2):
+        trainer = context.Process(target=handed, args=(rank, stream, workers, out))
+        trainer.start()
+        found.update([out.get(timeout=300)])
+        trainer.join(60)
+    assert found == {0: [5, 9], 1: [2, 6]}
+    # And the launcher its own.
+    assert len(stream) == 11
+
+
+def test_lengths_ask_the_forest_for_no_world(
+    frames: Frames, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    stream = frames.stream(shuffle=True)
+    monkeypatch.setattr(nemoral.Forest, "config", None)
+    assert len(stream) == 15
 
 
 def test_each_worker_is_resumed_by_its_own_state(
@@ -430,6 +508,60 @@ def test_tensors(cache: Path, written: Path) -> None:
         FrameDataset(written, split="all")
     with pytest.raises(nemoral.ConfigError, match="worlds"):
         Frames("demo", worlds=0)
+
+
+def test_items_are_collated(written: Path) -> None:
+    data = FrameDataset(written)
+    [batch] = DataLoader(data, batch_size=2, collate_fn=collate, num_workers=1, timeout=120)
+    assert batch["image"].shape == (2, 64, 96, 3) and batch["index"].tolist() == [0, 1]
+    assert batch["time_s"].dtype == batch["world_from_body"].dtype == torch.float64
+    columns = ("xyz", "intensity", "point_semantic", "point_instance")
+    # Scans of different lengths, of which one is empty.
+    items = [data[0], data[1]]
+    for count in (0, 5):
+        items.append({**items[1], **{name: items[1][name][:count] for name in columns}})
+    assert len({len(item["xyz"]) for item in items}) >= 3
+    for found, expected in ((batch, items[:2]), (collate(items), items)):
+        assert found["xyz"].shape == (sum(len(item["xyz"]) for item in expected), 3)
+        assert found["point_batch"].dtype == torch.int64
+        for i, item in enumerate(expected):
+            of_item = found["point_batch"] == i
+            for name, value in item.items():
+                one = found[name][of_item] if name in columns else found[name][i]
+                assert torch.equal(one, torch.as_tensor(value, dtype=one.dtype)), name
+    small = {**items[0], "image": items[0]["image"][:8]}
+    wrong: list[tuple[list[Any], str]] = [
+        ([], "items"),
+        ([(1, 2)], "items"),
+        ([items[0], {"image": items[0]["image"]}], "items[1]"),
+        ([items[0], small], "image"),
+        ([items[0], {**items[1], "intensity": items[1]["intensity"][:3]}], "intensity"),
+    ]
+    for given, key in wrong:
+        with pytest.raises(nemoral.ConfigError) as caught:
+            collate(given)
+        assert caught.value.key == key
+
+
+def test_batches_of_single_items_are_of_several_worlds(frames: Frames) -> None:
+    loader = DataLoader(frames.stream(), batch_size=None, num_workers=3, timeout=120,
+                        multiprocessing_context="fork")
+    batches = list(batched(loader, 3, collate_fn=plain))
+    assert [len(batch) for batch in batches] == [3] * 5
+    assert {item[0] for item in batches[0]} == {0, 1, 2}
+    assert sorted(numbers(batches)) == list(range(15))
+    assert list(batched(range(5), 2, collate_fn=plain)) == [[0, 1], [2, 3], [4]]
+    assert list(batched(range(5), 2, collate_fn=plain, drop_last=True)) == [[0, 1], [2, 3]]
+    assert list(batched([], 2)) == []
+    for given, key in [
+        ({"size": 0}, "size"),
+        ({"size": 2, "collate_fn": 3}, "collate_fn"),
+        ({"size": 2, "drop_last": 1}, "drop_last"),
+    ]:
+        # At once, and not with the first batch.
+        with pytest.raises(nemoral.ConfigError) as caught:
+            batched(loader, **given)
+        assert caught.value.key == key
 
 
 def test_an_epoch_trains(frames: Frames, cache: Path) -> None:

@@ -277,6 +277,8 @@ fn tree() -> TreeRecord {
         crown_radius_m: 2.0,
         leaf_area_m2: 40.0,
         stem_volume_m3: 0.3,
+        wood_volume_m3: None,
+        merchantable_volume_m3: None,
         lean_rad: 0.02,
         age_class: "young".to_owned(),
         alive: true,

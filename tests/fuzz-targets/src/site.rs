@@ -83,7 +83,7 @@ fn model(name: &str, input: &[u8]) {
         };
         assert!((1..=MAX_TRIANGLES).contains(&model.mesh.triangles.len()));
         assert!(model.extent.height_m.is_finite() && model.extent.radius_m.is_finite());
-        if let Some(tree) = model.tree {
+        if let Some(tree) = &model.tree {
             assert!((0.005..=5.0).contains(&tree.dbh_m), "{tree:?}");
             assert!(tree.stem_volume_m3.is_finite() && tree.leaf_area_m2.is_finite());
         }

@@ -47,6 +47,8 @@ fn tree(item: u16, x_m: f64, dbh_m: f64, height_m: f64) -> TreeRecord {
         crown_radius_m: 4.0,
         leaf_area_m2: 50.0,
         stem_volume_m3: 0.5,
+        wood_volume_m3: None,
+        merchantable_volume_m3: None,
         lean_rad: 0.0,
         age_class: "mature".to_owned(),
         alive: true,
@@ -66,6 +68,7 @@ fn a_stand_is_measured() -> Result<(), Box<dyn Error>> {
     let plot = Plot {
         area_m2: 400.0,
         min_dbh_m: 0.07,
+        min_deadwood_diameter_m: 0.1,
     };
     let measures = StandMeasures::of(&stand.trees, &plot)?;
     assert_eq!(measures.trees_per_ha, 50.0);

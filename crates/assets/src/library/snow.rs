@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::Vec3;
 use nemoral_scene::{
-    AmbientOcclusion, Card, LaserBand, Material, MaterialId, MaterialLibrary, Occluder, Optics,
+    AmbientOcclusion, Card, Material, MaterialId, MaterialLibrary, Occluder, Optics,
     PlantCommunity, Prototype, Semantic, Texture, TextureWindow,
 };
 use nemoral_seed::{Domain, Draw, Key};
@@ -13,21 +13,6 @@ use rayon::prelude::*;
 use super::{Library, PlantAsset};
 use crate::plant::shape::Shape;
 use crate::textures::snow::{SNOW_M, snow};
-
-/// Snow of some days, with grains of 0.2 mm (Wiscombe and Warren 1980; Kokhanovsky and Zege 2004,
-/// with the absorption of ice by Warren and Brandt 2008): at 905 nm the brightest thing in the
-/// wood, at 1550 nm the darkest.
-const OPTICS: Optics = Optics {
-    nm905: band(0.81),
-    nm1550: band(0.05),
-};
-
-const fn band(reflectance: f32) -> LaserBand {
-    LaserBand {
-        reflectance,
-        transmittance: 0.0,
-    }
-}
 
 /// Trodden snow is dirtier.
 const TRODDEN: f32 = 0.9;
@@ -113,7 +98,7 @@ impl SnowMaterials {
                 // Shoots keep their outline.
                 tile_m: if below.mask.is_some() { 1.0 } else { SNOW_M },
                 mask: below.mask,
-                optics: OPTICS,
+                optics: Optics::SNOW,
                 liquid: None,
                 ground: below.ground,
             };

@@ -1,7 +1,7 @@
 //! The materials of what grows on stems.
 
 use glam::Vec3;
-use nemoral_scene::{MaterialLibrary, Semantic};
+use nemoral_scene::{MaterialLibrary, Optics, Semantic};
 use nemoral_seed::Key;
 
 use super::foliage::{CardKind, KindImages, register_flat};
@@ -28,7 +28,7 @@ const IVY: LeafOptics = LeafOptics {
 const MOSS: LeafOptics = LeafOptics {
     albedo: climbers::MOSS,
     transmittance: Vec3::ZERO,
-    laser: optics::MOSS,
+    laser: Optics::MOSS,
 };
 
 const KINDS: [CardKind; 2] = [

@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use nemoral_scene::{DecayStage, MaterialId, MaterialLibrary, Semantic, Texture};
+use nemoral_scene::{DecayStage, MaterialId, MaterialLibrary, Optics, Semantic, Texture};
 use nemoral_seed::Key;
 use rayon::prelude::*;
 
 use super::solid::{SolidTextures, laser, solid};
-use super::{GroundMaterials, TextureBaker, optics};
+use super::{GroundMaterials, TextureBaker};
 use crate::textures::{bark, mineral};
 use crate::tree::Species;
 
@@ -81,7 +81,7 @@ impl DeadwoodMaterials {
         ground: &GroundMaterials,
     ) -> Self {
         let [bare, soft, rotten] = &textures.decayed;
-        let decayed_optics = [optics::CUT_WOOD, optics::BARK, optics::MOSS];
+        let decayed_optics = [Optics::CUT_WOOD, Optics::BARK, Optics::MOSS];
         let mut log = |name: &str, albedo: &Arc<Texture>, roughness: f32, optics| {
             library.add(solid(
                 name,
@@ -96,8 +96,8 @@ impl DeadwoodMaterials {
             log("log.soft", soft, 0.95, decayed_optics[1]),
             log("log.rotten", rotten, 0.95, decayed_optics[2]),
         ];
-        let weathered = log("log.weathered", &solids.dead, 0.9, optics::CUT_WOOD);
-        let fungus = log("log.fungus", &textures.fungus, 0.8, optics::CUT_WOOD);
+        let weathered = log("log.weathered", &solids.dead, 0.9, Optics::CUT_WOOD);
+        let fungus = log("log.fungus", &textures.fungus, 0.8, Optics::CUT_WOOD);
         let mut logs = Vec::new();
         for (species, barks) in species.iter().zip(&solids.barks) {
             let look = &species.bark;
@@ -109,7 +109,7 @@ impl DeadwoodMaterials {
             let loosening = log(&name("loosening"), loosening, roughness, of_bark);
             let faces = std::array::from_fn(|age| {
                 let name = name(&format!("face.{age}"));
-                log(&name, &barks.faces[age], 0.8, optics::CUT_WOOD)
+                log(&name, &barks.faces[age], 0.8, Optics::CUT_WOOD)
             });
             let [bare, soft, rotten] = decayed;
             logs.push(LogMaterials {
@@ -130,14 +130,14 @@ impl DeadwoodMaterials {
         };
         let plate = Semantic::RootPlate;
         let root_plate = RootPlateMaterials {
-            floor: add("root_plate.floor", plate, floor, optics::MOSS),
-            soil: add("root_plate.soil", plate, soil, optics::DRY_SOIL),
-            root: add("root_plate.root", plate, solids.dead.clone(), optics::BARK),
+            floor: add("root_plate.floor", plate, floor, Optics::MOSS),
+            soil: add("root_plate.soil", plate, soil, Optics::DRY_SOIL),
+            root: add("root_plate.root", plate, solids.dead.clone(), Optics::BARK),
             stone: add(
                 "root_plate.stone",
                 plate,
                 solids.stone.clone(),
-                optics::ROCK,
+                Optics::ROCK,
             ),
         };
         let branch = Semantic::FallenBranch;
@@ -146,9 +146,9 @@ impl DeadwoodMaterials {
                 "fallen.branch.0",
                 branch,
                 solids.shrub_wood.clone(),
-                optics::BARK,
+                Optics::BARK,
             ),
-            add("fallen.branch.1", branch, solids.dead.clone(), optics::BARK),
+            add("fallen.branch.1", branch, solids.dead.clone(), Optics::BARK),
         ];
         Self {
             logs,

@@ -3,12 +3,14 @@
 use std::cell::LazyCell;
 use std::sync::Arc;
 
-use nemoral_scene::{Material, MaterialId, MaterialLibrary, Semantic, Texture, TrailSurfaceKind};
+use nemoral_scene::{
+    Material, MaterialId, MaterialLibrary, Optics, Semantic, Texture, TrailSurfaceKind,
+};
 use nemoral_seed::Key;
 use rayon::prelude::*;
 
+use super::TextureBaker;
 use super::solid::solid;
-use super::{TextureBaker, optics};
 use crate::textures::ground::{self, FallenNeedles};
 use crate::textures::tile::Tile;
 use crate::textures::trail::{self, TRAIL_M};
@@ -106,10 +108,10 @@ pub(super) fn register_ground(
         })
     };
     let looks = [
-        ("ground.leaf_litter", Semantic::Litter, optics::LITTER),
-        ("ground.needle_litter", Semantic::Litter, optics::LITTER),
-        ("ground.moss", Semantic::GroundMoss, optics::MOSS),
-        ("ground.cut_slope", Semantic::CutSlope, optics::DRY_SOIL),
+        ("ground.leaf_litter", Semantic::Litter, Optics::LITTER),
+        ("ground.needle_litter", Semantic::Litter, Optics::LITTER),
+        ("ground.moss", Semantic::GroundMoss, Optics::MOSS),
+        ("ground.cut_slope", Semantic::CutSlope, Optics::DRY_SOIL),
     ];
     let mut floor: Vec<MaterialId> = floors
         .into_iter()

@@ -1,7 +1,7 @@
 //! The materials of lianas and of resin on bark.
 
 use glam::Vec3;
-use nemoral_scene::{Material, MaterialId, MaterialLibrary, Semantic};
+use nemoral_scene::{Material, MaterialId, MaterialLibrary, Optics, Semantic};
 use nemoral_seed::Key;
 
 use super::foliage::{CardKind, KindImages, register_flat};
@@ -36,7 +36,7 @@ const HONEYSUCKLE: LeafOptics = LeafOptics {
 const RESIN: LeafOptics = LeafOptics {
     albedo: lianas::RESIN,
     transmittance: Vec3::ZERO,
-    laser: optics::CUT_WOOD,
+    laser: Optics::CUT_WOOD,
 };
 
 const LIANAS: [CardKind; 2] = [

@@ -19,7 +19,7 @@ use std::sync::Arc;
 
 use glam::Vec3;
 use nemoral_scene::{Material, TrailSurfaceKind};
-use nemoral_scene::{MaterialId, MaterialLibrary, PlantCommunity, Semantic, Texture};
+use nemoral_scene::{MaterialId, MaterialLibrary, Optics, PlantCommunity, Semantic, Texture};
 use nemoral_seed::{Domain, Key};
 use rayon::prelude::*;
 
@@ -417,20 +417,20 @@ impl WorldMaterials {
         let mut add = |name: &str, semantic, albedo: &Arc<Texture>, roughness, optics| {
             library.add(solid(name, semantic, albedo.clone(), roughness, optics))
         };
-        let rock = add("rock", Semantic::Rock, &solids.rock, 0.8, optics::ROCK);
+        let rock = add("rock", Semantic::Rock, &solids.rock, 0.8, Optics::ROCK);
         let shrub_wood = add(
             "shrub.wood",
             Semantic::Shrub,
             &solids.shrub_wood,
             0.9,
-            optics::BARK,
+            Optics::BARK,
         );
         let cane = add(
             "bramble.cane",
             Semantic::Bramble,
             &solids.cane,
             0.7,
-            optics::BARK,
+            Optics::BARK,
         );
         let frond_stalk = add(
             "fern.stalk",
@@ -451,21 +451,21 @@ impl WorldMaterials {
             Semantic::FallenTwig,
             &solids.dead,
             0.9,
-            optics::BARK,
+            Optics::BARK,
         );
         let cone = add(
             "fallen.cone",
             Semantic::FallenTwig,
             &solids.cone,
             0.9,
-            optics::BARK,
+            Optics::BARK,
         );
         let mut stone = solid(
             "trail.stone",
             Semantic::Stone,
             solids.stone.clone(),
             0.85,
-            optics::ROCK,
+            Optics::ROCK,
         );
         stone.tile_m = 0.5;
         let pebble = Material {

@@ -8,7 +8,7 @@ use nemoral_scene::{LaserBand, Material, MaterialId, MaterialLibrary, Optics, Se
 use nemoral_seed::{Domain, Key};
 use rayon::prelude::*;
 
-use super::{TextureBaker, optics};
+use super::TextureBaker;
 use crate::textures::{bark, mineral};
 use crate::tree::{BarkKind, Species, linear};
 
@@ -159,7 +159,7 @@ pub(super) fn register_stump(
             Semantic::Stump,
             barks.faces[age].clone(),
             0.8,
-            optics::CUT_WOOD,
+            Optics::CUT_WOOD,
         ))
     });
     StumpMaterials { bark, faces }

@@ -5,8 +5,6 @@ use std::sync::Arc;
 use glam::Vec3;
 use nemoral_scene::{LaserBand, Material, MaterialId, MaterialLibrary, Optics, Semantic, Texture};
 
-use super::optics;
-
 /// How much of a wet surface is darker than a dry one: stone is smooth here and there.
 const SHARE: f32 = 0.85;
 const ROUGHNESS: f32 = 0.35;
@@ -36,7 +34,7 @@ pub(super) fn wet_stone(dry: &Material) -> Material {
         name: format!("{}.wet", dry.name),
         albedo: Arc::new(albedo.expect("it has the size of a texture")),
         roughness: ROUGHNESS,
-        optics: optics::WET_ROCK,
+        optics: Optics::WET_ROCK,
         ..dry.clone()
     }
 }

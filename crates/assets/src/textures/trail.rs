@@ -9,7 +9,6 @@ use super::ground::{Debris, FallenNeedles, direction, strew};
 use super::noise::{fbm, gradient, ridged, scramble, smoothstep, unit, value, warp, worley};
 use super::tile::{Texels, Tile};
 use crate::lanes::{F32x16, U32x16, Vec2x16, Vec3x16, rgb};
-use crate::materials::optics;
 
 /// Texels along a side.
 pub(crate) const TRAIL_TEXELS: usize = 512;
@@ -54,14 +53,14 @@ fn rut_albedo(kind: Kind) -> Vec3 {
 /// Roughness, and the optics at lasers' wavelengths.
 pub(crate) fn surface_optics(kind: Kind) -> (f32, Optics) {
     match kind {
-        Kind::Gravel => (0.85, optics::ROCK),
-        Kind::DryEarth => (0.95, optics::DRY_SOIL),
+        Kind::Gravel => (0.85, Optics::ROCK),
+        Kind::DryEarth => (0.95, Optics::DRY_SOIL),
         // Moist and churned: what shines are the puddles.
-        Kind::Mud => (0.65, optics::WET_SOIL),
-        Kind::Grassy => (0.80, optics::GRASS_GROUND),
-        Kind::LeafLitter | Kind::Needles => (0.92, optics::LITTER),
-        Kind::Sand => (0.95, optics::SAND),
-        Kind::Rock => (0.80, optics::ROCK),
+        Kind::Mud => (0.65, Optics::WET_SOIL),
+        Kind::Grassy => (0.80, Optics::GRASS_GROUND),
+        Kind::LeafLitter | Kind::Needles => (0.92, Optics::LITTER),
+        Kind::Sand => (0.95, Optics::SAND),
+        Kind::Rock => (0.80, Optics::ROCK),
     }
 }
 

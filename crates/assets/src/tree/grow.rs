@@ -1,6 +1,6 @@
 //! Grows a tree of a given size.
 
-use std::f64::consts::{FRAC_PI_4, TAU};
+use std::f64::consts::TAU;
 use std::ops::Range;
 
 use nemoral_scene::glam::DVec2;
@@ -16,6 +16,7 @@ use super::radii::radii;
 use super::skeleton::{Axis, BREAST_M, skeleton};
 use super::structure::TreeStructure;
 use super::sweep::{Tessellation, diameter_at, sweep};
+use super::wood::{StemProfile, WoodVolume};
 use super::{BarkLook, Species, TreeSize};
 use nemoral_scene::ParamError;
 
@@ -63,8 +64,10 @@ pub struct GrownTree {
     pub cards: Vec<Card>,
     /// The size, measured on what was grown.
     pub size: TreeSize,
-    /// Volume of the stem over bark above the ground, m³.
-    pub stem_volume_m3: f64,
+    /// The diameters of its stem, up to where the stem ends or forks.
+    pub stem: StemProfile,
+    /// Volume of all its wood over bark above the ground, dead branches included.
+    pub wood: WoodVolume,
     /// Radius of the root flare where it meets the ground, metres.
     pub foot_radius_m: f64,
     /// The lobes of the root flare.
@@ -144,7 +147,8 @@ pub fn grow_with_structure(
         stem,
         lean,
     };
-    Ok((finish(species, size, materials, &flare, parts), structure))
+    let tree = finish(species, size, materials, &flare, parts, &structure);
+    Ok((tree, structure))
 }
 
 /// Depth of a stem's foot, metres: deep enough for the lobes' ends on a slope of 40 degrees, as
@@ -186,6 +190,7 @@ fn finish(
     materials: &TreeMaterials,
     flare: &Flare,
     parts: Parts,
+    structure: &TreeStructure,
 ) -> GrownTree {
     let Parts {
         axes,
@@ -197,16 +202,18 @@ fn finish(
     let crown = Crown::measure(&axes, &leaves, lean);
     let silhouette = silhouette_m2(&leaves, &materials.foliage);
     let end = axes[0].points[axes[0].points.len() - 1];
+    let stem = stem_profile(&mesh, &stem, &axes[0], crown.top_m);
     GrownTree {
         size: TreeSize {
-            dbh_m: diameter_at(&mesh, stem.clone(), BREAST_M),
+            dbh_m: stem.diameter_m(BREAST_M),
             height_m: crown.top_m,
             crown_base_m: crown.base_m,
             crown_radius_m: crown.radius_m,
             leaf_area_m2: silhouette / species.foliage.silhouette_factor,
             lean_rad: libm::atan(end.truncate().length() / end.z),
         },
-        stem_volume_m3: volume_m3(&mesh, stem, end.z),
+        wood: WoodVolume::of(stem.frustums().chain(structure.branches())),
+        stem,
         foot_radius_m: species.stem.taper.radius_m(size, 0.0) * flare.greatest(),
         flare_lobes: flare.lobes(species.stem.taper.radius_m(size, 0.0)),
         cards: leaves.iter().map(|l| l.card(&materials.foliage)).collect(),
@@ -257,13 +264,21 @@ impl GrowthParams {
     }
 }
 
-/// Volume between the ground and `top_m`, m³, from level cuts by the trapezoidal rule.
-pub(super) fn volume_m3(mesh: &Mesh, stem: Range<usize>, top_m: f64) -> f64 {
-    const CUTS: u32 = 100;
-    let step = top_m / f64::from(CUTS);
-    let area = |i: u32| {
-        let d = diameter_at(mesh, stem.clone(), step * f64::from(i));
-        FRAC_PI_4 * d * d
-    };
-    step * (1..CUTS).map(area).sum::<f64>() + 0.5 * step * (area(0) + area(CUTS))
+/// The diameters of a stem of some triangles, whose centre line is `axis`, of a tree whose height
+/// is `top_m`: cut where the stem has rings, half-way between them, and at breast height.
+pub(super) fn stem_profile(
+    mesh: &Mesh,
+    stem: &Range<usize>,
+    axis: &Axis,
+    top_m: f64,
+) -> StemProfile {
+    let rings_m: Vec<f64> = axis.points.iter().map(|p| p.z).collect();
+    let between_m = rings_m.windows(2).map(|pair| 0.5 * (pair[0] + pair[1]));
+    let mut heights_m: Vec<f64> = rings_m.iter().copied().chain(between_m).collect();
+    heights_m.extend([0.0, BREAST_M]);
+    heights_m.retain(|z| (0.0..=rings_m[rings_m.len() - 1]).contains(z));
+    heights_m.sort_by(f64::total_cmp);
+    heights_m.dedup();
+    let cut = |z: f64| [z, diameter_at(mesh, stem.clone(), z)];
+    StemProfile::new(heights_m.into_iter().map(cut).collect(), top_m)
 }

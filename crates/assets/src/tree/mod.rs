@@ -60,6 +60,7 @@ mod snag;
 mod species;
 mod structure;
 mod sweep;
+mod wood;
 
 pub use catalogue::SpeciesError;
 pub use competition::{Competition, Competitors, CrownCompetition};
@@ -73,8 +74,10 @@ pub use phenology::{LeafPhase, LeafStage, Phenology, Season};
 pub use shed::{FruitLook, ShedBark, ShedLook};
 pub(crate) use size::individual_rank;
 pub use size::{SizeClass, TreeSize};
+pub(crate) use skeleton::BREAST_M;
 pub use snag::grow_snag;
 pub use species::{
     Allometry, BranchLevel, CrownForm, DeadBranches, FoliageForm, Species, StemForm, Taper,
 };
 pub use structure::{TreeStructure, WoodNode};
+pub use wood::{StemProfile, WoodVolume};

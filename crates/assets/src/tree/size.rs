@@ -28,32 +28,6 @@ pub struct TreeSize {
     pub lean_rad: f64,
 }
 
-impl TreeSize {
-    /// The size of a copy that is scaled by `s`, more than 0.
-    ///
-    /// The diameter of a grown tree hardly changes within the few decimetres between its own breast
-    /// height and that of its copy; a sapling's stem is taken as a cone. A copy that is no higher
-    /// than breast height has a diameter of 0.
-    #[must_use]
-    pub fn scaled(&self, s: f64) -> Self {
-        const BREAST_M: f64 = 1.3;
-        let dbh_m = if s > 0.89 {
-            self.dbh_m * s
-        } else {
-            let above_m = (s * self.height_m - BREAST_M).max(0.0);
-            self.dbh_m * above_m / (self.height_m - BREAST_M)
-        };
-        Self {
-            dbh_m,
-            height_m: self.height_m * s,
-            crown_base_m: self.crown_base_m * s,
-            crown_radius_m: self.crown_radius_m * s,
-            leaf_area_m2: self.leaf_area_m2 * s * s,
-            lean_rad: self.lean_rad,
-        }
-    }
-}
-
 /// The age class of a tree by its diameter ([`Allometry::class_dbh_m`](super::Allometry)).
 #[derive(
     Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize,

@@ -6,11 +6,13 @@ use std::f64::consts::TAU;
 
 use super::budget::within_budget;
 use super::flare::Flare;
-use super::grow::{GrownTree, GrowthParams, check, sunk_m, volume_m3};
+use super::grow::{GrownTree, GrowthParams, check, stem_profile, sunk_m};
 use super::materials::TreeMaterials;
 use super::radii::radii;
 use super::skeleton::{Axis, BREAST_M, skeleton};
-use super::sweep::{Tessellation, diameter_at, sweep};
+use super::structure::TreeStructure;
+use super::sweep::{Tessellation, sweep};
+use super::wood::WoodVolume;
 use super::{Species, TreeSize};
 use nemoral_scene::ParamError;
 
@@ -48,17 +50,20 @@ pub fn grow_snag(
     let wood = within_budget(params.wood_triangles_max, &axes, &radii, &[], tessellation);
     let (mesh, stem) = sweep(&axes, &radii, &flare, materials, f64::INFINITY, &wood);
     let end = axes[0].points[axes[0].points.len() - 1];
-    let height_m = mesh.positions.iter().fold(0.0_f32, |m, p| m.max(p.z));
+    let height_m = f64::from(mesh.positions.iter().fold(0.0_f32, |m, p| m.max(p.z)));
+    let stem = stem_profile(&mesh, &stem, &axes[0], height_m);
+    let structure = TreeStructure::new(&axes, &radii);
     Ok(GrownTree {
         size: TreeSize {
-            dbh_m: diameter_at(&mesh, stem.clone(), BREAST_M),
-            height_m: f64::from(height_m),
-            crown_base_m: f64::from(height_m),
+            dbh_m: stem.diameter_m(BREAST_M),
+            height_m,
+            crown_base_m: height_m,
             crown_radius_m: 0.0,
             leaf_area_m2: 0.0,
             lean_rad: libm::atan(end.truncate().length() / end.z),
         },
-        stem_volume_m3: volume_m3(&mesh, stem, end.z),
+        wood: WoodVolume::of(stem.frustums().chain(structure.branches())),
+        stem,
         foot_radius_m: species.stem.taper.radius_m(size, 0.0) * flare.greatest(),
         flare_lobes: flare.lobes(species.stem.taper.radius_m(size, 0.0)),
         cards: Vec::new(),

@@ -3,11 +3,13 @@
 use nemoral_scene::glam::DVec3;
 
 use super::skeleton::Axis;
+use super::wood::Frustum;
 
 /// A point of the wood's centre line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WoodNode {
-    /// Where it is, metres; the tree's foot is the origin, z is up.
+    /// Where it is, metres; the tree's foot is the origin, z is up. The stem's first nodes are below
+    /// the ground.
     pub position_m: DVec3,
     /// The wood's radius over bark there, without the root flare, metres.
     pub radius_m: f64,
@@ -60,17 +62,53 @@ impl TreeStructure {
         Self { nodes }
     }
 
-    /// Volume of the wood over bark, m³: of the cones between nodes of the same axis.
+    /// Volume of the wood over bark above the ground, m³: of the cones between nodes of the same
+    /// axis. What of a branch lies inside of the wood that bears it counts once.
     #[must_use]
     pub fn volume_m3(&self) -> f64 {
-        let cone = |node: &WoodNode| {
-            let parent = &self.nodes[node.parent? as usize];
-            (parent.axis == node.axis).then(|| {
-                let (a, b) = (parent.radius_m, node.radius_m);
-                let length_m = parent.position_m.distance(node.position_m);
-                std::f64::consts::PI / 3.0 * length_m * (a * a + a * b + b * b)
+        let stem = self.stem().map(|piece| piece.volume_m3()).sum::<f64>();
+        stem + self.branches().map(|piece| piece.volume_m3()).sum::<f64>()
+    }
+
+    /// The stem's cones above the ground.
+    fn stem(&self) -> impl Iterator<Item = Frustum> {
+        let stem = self.nodes.iter().filter(|node| node.order == 0);
+        stem.filter_map(|node| {
+            let from = &self.nodes[node.parent? as usize];
+            let [low_m, high_m] = [from, node].map(|node| node.position_m.z);
+            (high_m > 0.0).then(|| {
+                let buried = (-low_m).max(0.0) / (high_m - low_m);
+                between(from, node).without_first(buried)
             })
-        };
-        self.nodes.iter().filter_map(cone).sum()
+        })
+    }
+
+    /// The branches' cones, from the surface of what bears them.
+    pub(super) fn branches(&self) -> impl Iterator<Item = Frustum> {
+        // How much of the axis, from there on, is inside of what bears it.
+        let mut inside_m = 0.0;
+        let nodes = self.nodes.iter().filter(|node| node.order > 0);
+        nodes.filter_map(move |node| {
+            let parent = node.parent? as usize;
+            let from = &self.nodes[parent];
+            if from.axis != node.axis {
+                // What goes on where its bearer ends is outside from the start.
+                let is_end = (self.nodes.get(parent + 1)).is_none_or(|n| n.axis != from.axis);
+                inside_m = if is_end { 0.0 } else { from.radius_m };
+                return None;
+            }
+            let cone = between(from, node);
+            let share = (inside_m / cone.length_m).min(1.0);
+            inside_m -= share * cone.length_m;
+            (share < 1.0).then(|| cone.without_first(share))
+        })
+    }
+}
+
+/// The wood between two nodes of an axis.
+fn between(from: &WoodNode, to: &WoodNode) -> Frustum {
+    Frustum {
+        length_m: from.position_m.distance(to.position_m),
+        diameters_m: [2.0 * from.radius_m, 2.0 * to.radius_m],
     }
 }

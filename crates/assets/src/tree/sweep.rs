@@ -655,7 +655,7 @@ mod tests {
                 let squares = (0..AROUND).map(|k| (r * flare.factor(azimuth(k), z)).powi(2));
                 step * PI * squares.sum::<f64>() / f64::from(AROUND)
             };
-            let share = tree.stem_volume_m3 / (0..STEPS).map(slice).sum::<f64>();
+            let share = tree.stem.volume_m3() / (0..STEPS).map(slice).sum::<f64>();
             assert!((share - 1.0).abs() < 0.03, "{}: {share}", species.name);
         }
     }

@@ -6,7 +6,7 @@ use nemoral_scene::glam::DVec2;
 use nemoral_seed::{Draw, Key};
 use proptest::prelude::*;
 
-use crate::common::{cut_dbh_m, key, library, materials, silhouette_m2, top_m};
+use crate::common::{cut_dbh_m, cut_diameter_m, key, library, materials, silhouette_m2, top_m};
 use crate::{attachment, sample, tip};
 
 #[test]
@@ -58,15 +58,40 @@ fn sizes_are_as_demanded() {
         // A stem is thinner than a cylinder of its diameter and thicker than half a cone.
         let cylinder = std::f64::consts::FRAC_PI_4 * size.dbh_m * size.dbh_m * size.height_m;
         assert!(
-            (0.12..0.75).contains(&(tree.stem_volume_m3 / cylinder)),
+            (0.12..0.75).contains(&(tree.stem.volume_m3() / cylinder)),
             "{name}: {} of {cylinder}",
-            tree.stem_volume_m3
+            tree.stem.volume_m3()
         );
         assert!(
             (0.5 * size.dbh_m..1.2 * size.dbh_m).contains(&tree.foot_radius_m),
             "{name}: foot {}",
             tree.foot_radius_m
         );
+    }
+}
+
+/// Breast height of a copy that is larger or smaller lies elsewhere on its shape.
+#[test]
+fn stems_are_as_thick_as_their_profiles_say() {
+    for (species, size, tree) in sample() {
+        let heights_m = [0.02, 0.07, 0.33, 1.0, 1.18, 1.3, 1.44, 2.1, 3.7];
+        // Where there are no branches.
+        let low = heights_m.iter().filter(|&&z| z < 0.5 * size.crown_base_m);
+        for &z in low {
+            let (cut, told) = (cut_diameter_m(&tree.mesh, z), tree.stem.diameter_m(z));
+            let name = &species.name;
+            assert!(
+                (told / cut - 1.0).abs() < 0.003,
+                "{name} at {z} m: {told} for {cut}"
+            );
+        }
+        let (stem_m3, all_m3) = (tree.stem.volume_m3(), tree.wood.total_m3());
+        assert!(
+            all_m3 > stem_m3 && all_m3 < 2.5 * stem_m3,
+            "{stem_m3} of {all_m3} m3"
+        );
+        assert!(tree.wood.of_at_least_m3(0.07) < all_m3);
+        assert!((tree.size.dbh_m - tree.stem.diameter_m(1.3)).abs() < 1e-12);
     }
 }
 

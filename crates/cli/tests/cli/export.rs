@@ -184,6 +184,22 @@ fn an_inventory_that_cannot_be_made_is_refused_at_once() {
             &["--region", "0,0,10,10", "--plots", "4"],
             "plots: cells = 2.5 x 2.5 of 4 m",
         ),
+        (
+            &["--region", "0,0,10,10", "--min-deadwood-diameter", "7"],
+            "min_deadwood_diameter_m = 7",
+        ),
+        (
+            &["--region", "0,0,10,10", "--plot", "5,5,4", "--plot=5,5,6"],
+            "plot 2 = 5,5,6: must have an area and lie wholly in the region 0,0,10,10",
+        ),
+        (
+            &["--plot", "-5,5"],
+            "plot = '-5,5': must be WEST,SOUTH,EAST,NORTH of a rectangle or EAST,NORTH,RADIUS",
+        ),
+        (&["--plot", "5,5,0"], "plot = '5,5,0': must be"),
+        (&["--plot", "5,5,4", "--cell", "0"], "cell_m = 0"),
+        (&["--plot", "5e7,5,4"], "region = "),
+        (&["--plot", "5,5,4", "--plots", "5"], "cannot be used with"),
     ] {
         let done = run(&[
             &["inventory", "--preset", "demo", "--out", &out][..],
@@ -194,6 +210,26 @@ fn an_inventory_that_cannot_be_made_is_refused_at_once() {
         assert!(done.stderr.contains(told), "{told}: {}", done.stderr);
         assert!(!folder.join("plot").exists());
     }
+}
+
+#[test]
+#[ignore = "half a minute: .ci/full runs it"]
+fn an_inventory_of_circles_is_of_the_region_around_them() {
+    let folder = folder("inventory-of-circles");
+    let out = folder.join("plots");
+    let options = ["--plot=-1,6.2,4", "--plot", "6,7,5.64", "--out"];
+    let command = [&["inventory", "--preset", "demo"][..], &options].concat();
+    let done = run(&[&command[..], &[&*out.to_string_lossy()]].concat());
+    assert_eq!(done.code, Some(0), "{}", done.stderr);
+    assert!(
+        done.stdout.contains("from -5, 1 to 12, 13 m"),
+        "{}",
+        done.stdout
+    );
+    let plots = fs::read_to_string(out.join("plots.csv")).expect("a table");
+    let starts: Vec<&str> = plots.lines().map(|line| &line[..11]).collect();
+    assert_eq!(starts, ["plot_id,x_m", "1,-1,6.2,4,", "2,6,7,5.64,"]);
+    assert!(out.join("deadwood_stand.csv").is_file());
 }
 
 #[test]

@@ -96,6 +96,32 @@ fn a_data_set_is_complete_checked_and_counted() {
         "{thinned} of {in_scans}"
     );
 
+    // Beside it, on request: what it shows of each tree, and where the scanners were.
+    let [trees, trajectory] = ["trees.csv", "trajectory.csv"].map(|name| {
+        let table = cloud.with_file_name(name);
+        table.to_string_lossy().into_owned()
+    });
+    let beside = |trajectory: &str| {
+        let cloud = cloud.to_string_lossy();
+        let command = ["cloud", &path, "-o", &cloud, "--trees", &trees];
+        run(&[&command[..], &["--trajectory", trajectory]].concat())
+    };
+    let done = beside(&trajectory);
+    assert_eq!(done.code, Some(0), "{}", done.stderr);
+    for (what, table) in [(" trees", &trees), ("2 poses", &trajectory)] {
+        let told = format!("{what} in {table}, in world coordinates");
+        assert!(done.stdout.contains(&told), "{}", done.stdout);
+    }
+    let table = fs::read_to_string(&trajectory).expect("a table");
+    assert!(table.starts_with("gps_time,x_m,y_m,z_m,") && table.lines().count() == 3);
+    let table = fs::read_to_string(&trees).expect("a table");
+    let widths: Vec<usize> = table.lines().map(|row| row.split(',').count()).collect();
+    assert!(widths.len() > 1 && widths.iter().all(|width| *width == widths[0]));
+    assert!(table.contains(",tree_id,foot_inside,points,points_cropped,highest_point_m,"));
+    let done = beside(&trees);
+    assert_eq!(done.code, Some(2), "{}", done.stdout);
+    assert!(done.stderr.contains("--trajectory"), "{}", done.stderr);
+
     // One changed bit is enough.
     let depth = out.join("sequences/00/depth/000001.png");
     let mut bytes = fs::read(&depth).expect("a depth image");

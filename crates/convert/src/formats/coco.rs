@@ -9,16 +9,21 @@
 //! `panoptic_val.json` and so on.
 //!
 //! In `instances.json` an annotation is a whole object, with all its visible pixels as compressed
-//! runs, their number as `area`, and the id of our instance maps as `instance_id`. In
-//! `panoptic.json` a segment is what is visible of one class of one object (`instance_id`), or of
-//! one class without objects. Classes of which any object has a part are things; what such a class
-//! has outside of objects is one segment with `iscrowd` 1. The class of the sky is a segment too.
+//! runs, their number as `area`, and the id of our instance maps as `instance_id`. Objects of fewer
+//! pixels than [`ConvertParams::min_px`](crate::ConvertParams::min_px) are left out of it: there is
+//! no `iscrowd` for them, which stands for several objects at once.
+//!
+//! In `panoptic.json`, which has all pixels, a segment is what is visible of one class of one
+//! object (`instance_id`), or of one class without objects. Classes of which any object has a part
+//! are things; what such a class has outside of objects is one segment with `iscrowd` 1. The class
+//! of the sky is a segment too.
 //! Source: the pages "Data format" and "Results format" of cocodataset.org.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use nemoral_dataset::{Manifest, Split};
-use nemoral_scene::{ObjectKind, ObjectRecord};
+use nemoral_scene::ObjectKind;
+use nemoral_scene::glam::DVec2;
 use png::{BitDepth, ColorType};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
@@ -31,6 +36,8 @@ use crate::{pictures, rle};
 #[derive(Debug)]
 pub(crate) struct Coco {
     pub(crate) ontology: Option<Table>,
+    /// The fewest pixels of an object that is listed.
+    pub(crate) min_px: u32,
 }
 
 /// What a frame's step leaves for the files about all frames, a picture for each camera.
@@ -77,7 +84,8 @@ impl Format for Coco {
             for frame in source.frames(sequence.number) {
                 let key = format!("frame-{}", frame.name());
                 sink.step(&key, |files| {
-                    let pictures = frame_files(source, &sequence, &frame, &labels, &kinds, files)?;
+                    let objects = (&kinds, self.min_px);
+                    let pictures = frame_files(source, &sequence, &frame, &labels, objects, files)?;
                     Ok(serde_json::to_string(&pictures).expect("numbers and names"))
                 })?;
                 parts.entry(split).or_default().push(key);
@@ -159,28 +167,37 @@ fn write_lists(
     })
 }
 
-/// The kind of each object, by its id in instance maps.
-pub(super) struct Kinds(BTreeMap<u32, usize>);
+/// The places and kinds of a sequence's objects, by their ids in instance maps.
+///
+/// These ids come again every 16 chunks, so that several objects of a long drive have one.
+pub(super) struct Kinds(BTreeMap<u32, Vec<(DVec2, usize)>>);
 
 impl Kinds {
     pub(super) fn of(source: &Source, sequence: u32) -> Result<Self, Error> {
-        let kind = |o: &ObjectRecord| {
-            let kind = ObjectKind::ALL.iter().position(|k| *k == o.kind)?;
-            Some((o.object.to_image_id(), kind))
-        };
-        Ok(Self(
-            source.objects(sequence)?.iter().filter_map(kind).collect(),
-        ))
+        let mut kinds: BTreeMap<u32, Vec<(DVec2, usize)>> = BTreeMap::new();
+        for object in source.objects(sequence)? {
+            let kind = ObjectKind::ALL.iter().position(|k| *k == object.kind);
+            if let Some(kind) = kind {
+                let of_id = kinds.entry(object.object.to_image_id()).or_default();
+                of_id.push((object.position_m.truncate(), kind));
+            }
+        }
+        Ok(Self(kinds))
     }
 
-    /// Where an object's kind stands in [`ObjectKind::ALL`].
+    /// Where the kind of an object that a picture shows stands in [`ObjectKind::ALL`]. Of several
+    /// with its id it is the one nearest to the body, as views reach less than 8 chunks far.
     pub(super) fn kind(
         &self,
         format: &'static str,
         instance: u32,
-        picture: &str,
+        (frame, picture): (&FrameRef<'_>, &str),
     ) -> Result<usize, Error> {
-        let known = self.0.get(&instance).copied();
+        let body_m = frame.world_from_body().translation_m.truncate();
+        let of_id = self.0.get(&instance).into_iter().flatten();
+        let apart = |(at_m, _): &&(DVec2, usize)| at_m.distance_squared(body_m);
+        let nearest = of_id.min_by(|a, b| apart(a).total_cmp(&apart(b)));
+        let known = nearest.map(|(_, kind)| *kind);
         known.ok_or_else(|| Error::Unsuitable {
             format,
             reason: format!("{picture} shows object {instance}, which instances.csv lacks"),
@@ -200,13 +217,14 @@ pub(super) fn needs_cameras(format: &'static str, manifest: &Manifest) -> Result
     })
 }
 
-/// Puts a frame's pictures, and returns what is in them.
+/// Puts a frame's pictures, and returns what is in them; of objects those of at least `min_px`
+/// pixels.
 fn frame_files(
     source: &Source,
     sequence: &Sequence<'_>,
     frame: &FrameRef<'_>,
     labels: &Labels,
-    kinds: &Kinds,
+    (kinds, min_px): (&Kinds, u32),
     files: &mut Files,
 ) -> Result<Vec<Picture>, Error> {
     let mut pictures = Vec::new();
@@ -239,8 +257,9 @@ fn frame_files(
         let (rgb, eight) = (ColorType::Rgb, BitDepth::Eight);
         let bytes = pictures::encode(width, height, rgb, eight, None, &ids);
         files.put(format!("panoptic/{name}"), bytes);
+        objects.retain(|_, pixels| pixels.len() >= min_px as usize);
         let object = |(instance, pixels): (u32, Vec<usize>)| {
-            let kind = kinds.kind("coco", instance, &name)?;
+            let kind = kinds.kind("coco", instance, (frame, &name))?;
             Ok(Object {
                 instance,
                 kind,

@@ -5,17 +5,21 @@
 //! ```
 //! Poses are the truth, in metres, relative to the first camera's at the first frame: the world is
 //! where that camera stands, so that coordinates are small. `frame0.txt` has its pose in the data
-//! set's world, a 3 × 4 matrix, row-major. `points3D.txt` is empty; COLMAP triangulates points for
-//! known poses (`point_triangulator`). A camera model is `PINHOLE`, `OPENCV` or, with a sixth
-//! power, `FULL_OPENCV`, or `OPENCV_FISHEYE`; the first pixel's centre is (0.5, 0.5), as ours. A
-//! rolling shutter's picture has the pose of its middle row. Source: COLMAP's page "Output Format",
-//! and `src/colmap/sensor/models.h`.
+//! set's world, a 3 × 4 matrix, row-major. `points3D.txt` has up to 300 points of each picture, by
+//! its depth, up to 60 m away, to 0.1 mm; they are seen in no picture (`TRACK[]` is empty), as
+//! nothing was matched. COLMAP triangulates others for known poses (`point_triangulator`).
+//!
+//! A camera model is `PINHOLE`, `OPENCV` or, with a sixth power, `FULL_OPENCV`, or
+//! `OPENCV_FISHEYE`; the first pixel's centre is (0.5, 0.5), as ours. A rolling shutter's picture
+//! has the pose of its middle row. Source: COLMAP's page "Output Format", and
+//! `src/colmap/sensor/models.h`.
 
 use nemoral_dataset::Manifest;
 use nemoral_scene::glam::DQuat;
 use nemoral_scene::{Distortion, Intrinsics, RigidTransform};
 
 use crate::formats::coco::needs_cameras;
+use crate::formats::points;
 use crate::geometry::{line, relative, rows_line};
 use crate::{Error, Format, Sequence, Sink, Source};
 
@@ -30,12 +34,13 @@ impl Format for Colmap {
 
     fn write(&self, source: &Source, sink: &mut Sink) -> Result<(), Error> {
         for sequence in source.sequences() {
-            pictures(source, &sequence, sink)?;
+            let Some(world_from_first) = first_camera(source, &sequence) else {
+                continue;
+            };
+            let place = |pose: &RigidTransform| relative(&world_from_first, pose);
+            let keys = pictures(source, &sequence, sink, place)?;
+            let model = format!("{:02}/sparse/0", sequence.number);
             sink.step(&format!("sequence-{:02}", sequence.number), |files| {
-                let Some(world_from_first) = first_camera(source, &sequence) else {
-                    return Ok(String::new());
-                };
-                let model = format!("{:02}/sparse/0", sequence.number);
                 let mut cameras = "# CAMERA_ID MODEL WIDTH HEIGHT PARAMS[]\n".to_owned();
                 for (i, camera) in sequence.cameras.iter().enumerate() {
                     let k = &camera.intrinsics;
@@ -67,34 +72,56 @@ impl Format for Colmap {
                     }
                 }
                 files.put(format!("{model}/images.txt"), images);
-                let points = "# POINT3D_ID X Y Z R G B ERROR TRACK[]\n";
-                files.put(format!("{model}/points3D.txt"), points);
                 let folder = format!("{:02}", sequence.number);
                 files.put(format!("{folder}/frame0.txt"), rows_line(&world_from_first));
                 Ok(String::new())
+            })?;
+            let (key, notes) = (format!("points-{:02}", sequence.number), sink.notes());
+            sink.stream(&key, &format!("{model}/points3D.txt"), |out| {
+                out.put("# POINT3D_ID X Y Z R G B ERROR TRACK[]\n")?;
+                let mut id = 0_u64;
+                for key in &keys {
+                    let mut rows = String::new();
+                    for point in notes.of(key)?.lines() {
+                        id += 1;
+                        rows += &format!("{id} {point} 0\n");
+                    }
+                    out.put(rows)?;
+                }
+                Ok(())
             })?;
         }
         Ok(())
     }
 }
 
-/// Writes the pictures of a sequence, a folder for each camera.
+/// Writes the pictures of a sequence, a folder for each camera. Returns the keys of the steps,
+/// whose notes are the pictures' [`points::lines`]. `place` turns a camera's pose in the world into
+/// that in the frame that they are in.
 pub(super) fn pictures(
     source: &Source,
     sequence: &Sequence<'_>,
     sink: &mut Sink,
-) -> Result<(), Error> {
+    place: impl Fn(&RigidTransform) -> RigidTransform,
+) -> Result<Vec<String>, Error> {
+    let mut keys = Vec::new();
     for frame in source.frames(sequence.number) {
-        sink.step(&format!("frame-{}", frame.name()), |files| {
+        let key = format!("frame-{}", frame.name());
+        sink.step(&key, |files| {
+            let mut points = String::new();
             for (i, camera) in sequence.cameras.iter().enumerate() {
                 let (number, name, index) = (sequence.number, &camera.name, frame.index);
                 let path = format!("{number:02}/images/{name}/{index:06}.png");
                 files.put(path, source.picture_bytes(&frame, i)?);
+                let pose = place(&(frame.world_from_body() * camera.body_from_camera));
+                let (rgb, depth_m) = (source.picture(&frame, i)?, source.depth_m(&frame, i)?);
+                points += &points::lines(&camera.intrinsics, &rgb, &depth_m, &pose);
             }
-            Ok(String::new())
+            Ok(points)
         })?;
+        keys.push(key);
     }
-    Ok(())
+    Ok(keys)
 }
 
 /// The first camera's pose in the world at the first frame that exists.

@@ -2,7 +2,8 @@
 //! picture with its truth beside it:
 //! ```text
 //! README.md                                  the data card
-//! croissant.json                             the same for machines: Croissant 1.0
+//! croissant.json                             the same for machines: Croissant 1.0, without a URL,
+//!                                            which is that of where it is published
 //! data/metadata.jsonl                        the rows
 //! data/SS/{image,semantic,instance,depth,normals}/FFFFFF_CAMERA.png
 //! ```
@@ -17,13 +18,15 @@
 //! `world_from_camera` (3 × 4). Source: the pages "Create an image dataset" and "Dataset Cards" of
 //! Hugging Face; Croissant's specification 1.0 (MLCommons).
 
+mod croissant;
+
 use std::collections::BTreeMap;
 
 use nemoral_dataset::{CameraFile, Manifest, Split};
 use nemoral_scene::{Image, Ontology};
 use png::{BitDepth, ColorType};
 use serde::Serialize;
-use serde_json::{Value, json};
+use serde_json::json;
 use sha2::{Digest, Sha256};
 
 use crate::formats::coco::needs_cameras;
@@ -94,10 +97,8 @@ impl Format for HuggingFace {
         }
         sink.step("card", |files| {
             files.put("README.md", card(source, &labels, pictures, &written));
-            files.put(
-                "croissant.json",
-                format!("{:#}\n", croissant(source, &written)),
-            );
+            let croissant = croissant::describe(source, &written);
+            files.put("croissant.json", format!("{croissant:#}\n"));
             Ok(String::new())
         })
     }
@@ -310,107 +311,4 @@ fn card(source: &Source, labels: &Labels, pictures: usize, parts: &[Part]) -> St
 /// A text as YAML, of which JSON is a part.
 fn quoted(text: &str) -> String {
     json!(text).to_string()
-}
-
-/// Croissant's description: the rows, and the pictures that they name.
-fn croissant(source: &Source, parts: &[Part]) -> Value {
-    let text = ["camera", "file_name", "lens"]
-        .into_iter()
-        .map(|c| (c.to_owned(), "sc:Text"));
-    let maps = MAPS.iter().map(|m| (format!("{m}_file_name"), "sc:Text"));
-    let whole = ["sequence", "frame"]
-        .into_iter()
-        .map(|c| (c.to_owned(), "sc:Integer"));
-    let real = ["time_s", "fx", "fy", "cx", "cy"]
-        .into_iter()
-        .map(|c| (c.to_owned(), "sc:Float"));
-    let columns: Vec<_> = text.chain(maps).chain(whole).chain(real).collect();
-    let rows = |part: &Part| metadata(part.split).replacen("data/", "", 1);
-    let record_set = |part: &Part| {
-        let pictures = part.of("pictures");
-        let field = |(column, data_type): &(String, &str)| {
-            json!({
-                "@type": "cr:Field", "@id": format!("{pictures}/{column}"), "name": column,
-                "dataType": data_type,
-                "source": {
-                    "fileObject": { "@id": rows(part) },
-                    "extract": { "column": column },
-                },
-            })
-        };
-        let fields: Vec<_> = columns.iter().map(field).collect();
-        json!({ "@type": "cr:RecordSet", "@id": pictures, "name": pictures, "field": fields })
-    };
-    let file = |part: &Part| {
-        json!({
-            "@type": "cr:FileObject", "@id": rows(part), "name": rows(part),
-            "contentUrl": metadata(part.split), "encodingFormat": "application/jsonlines",
-            "sha256": part.digest,
-        })
-    };
-    let pictures = json!({
-        "@type": "cr:FileSet", "@id": "pictures-and-maps", "name": "pictures-and-maps",
-        "encodingFormat": "image/png", "includes": "data/**/*.png",
-    });
-    let distribution: Vec<_> = parts.iter().map(file).chain([pictures]).collect();
-    json!({
-        "@context": context(),
-        "@type": "sc:Dataset",
-        "conformsTo": "http://mlcommons.org/croissant/1.0",
-        "name": "nemoral",
-        "description": "Pictures of virtual forests, with exact classes, depth and normals.",
-        "license": source.licence(),
-        "version": "1.0.0",
-        "url": "https://huggingface.co/datasets",
-        "creator": { "@type": "sc:Organization", "name": source.generator() },
-        "distribution": distribution,
-        "recordSet": parts.iter().map(record_set).collect::<Vec<_>>(),
-    })
-}
-
-/// The specification's own context, appendix 1.
-fn context() -> Value {
-    let plain = [
-        "arrayShape",
-        "citeAs",
-        "column",
-        "equivalentProperty",
-        "extract",
-        "field",
-        "fileObject",
-        "fileProperty",
-        "fileSet",
-        "format",
-        "includes",
-        "isArray",
-        "isLiveDataset",
-        "jsonPath",
-        "key",
-        "md5",
-        "parentField",
-        "path",
-        "recordSet",
-        "references",
-        "regex",
-        "repeated",
-        "replace",
-        "samplingRate",
-        "separator",
-        "source",
-        "subField",
-        "transform",
-    ];
-    let mut context = json!({
-        "@language": "en", "@vocab": "https://schema.org/",
-        "cr": "http://mlcommons.org/croissant/", "dct": "http://purl.org/dc/terms/",
-        "rai": "http://mlcommons.org/croissant/RAI/", "sc": "https://schema.org/",
-        "conformsTo": "dct:conformsTo",
-        "data": { "@id": "cr:data", "@type": "@json" },
-        "dataType": { "@id": "cr:dataType", "@type": "@vocab" },
-        "examples": { "@id": "cr:examples", "@type": "@json" },
-    });
-    for name in plain {
-        context[name] = format!("cr:{name}").into();
-    }
-    context
 }

@@ -11,7 +11,8 @@
 //! SemanticKITTI's layout is the same, with the classes of the table `semantickitti`.
 //!
 //! Frames that exist are numbered from 0 without gaps, because readers count lines, and poses are
-//! relative to the first of them. Source: the benchmark's development kit, `readme.txt`.
+//! relative to the first of them. In `calib.txt` the first pixel's centre is at (0, 0), as OpenCV
+//! has it. Source: the benchmark's development kit, `readme.txt`.
 
 use std::collections::BTreeMap;
 
@@ -178,7 +179,7 @@ pub(super) fn poses(sequence: &Sequence<'_>, frames: &[FrameRef<'_>]) -> String 
 
 /// `P0` to `P3`, those of the left and the right camera, `Tr`, and where lenses distort, `D2` and
 /// `D3` (k1 k2 p1 p2 k3) or `F2` and `F3` of fisheyes (k1 to k4), with zeros up to the twelve
-/// numbers that readers take each line for.
+/// numbers that readers take each line for. The first pixel's centre is at (0, 0).
 pub(super) fn calibration(sequence: &Sequence<'_>) -> String {
     let reference = sequence.body_from_reference();
     let projection = |camera: usize| {
@@ -187,9 +188,10 @@ pub(super) fn calibration(sequence: &Sequence<'_>) -> String {
             return rows_line(&RigidTransform::IDENTITY);
         };
         let k = &c.intrinsics;
+        let (cx, cy) = (k.cx - 0.5, k.cy - 0.5);
         let [x, y, z] = relative(&c.body_from_camera, &reference).to_rows();
-        let first = (0..4).map(|i| k.fx * x[i] + k.cx * z[i]);
-        let second = (0..4).map(|i| k.fy * y[i] + k.cy * z[i]);
+        let first = (0..4).map(|i| k.fx * x[i] + cx * z[i]);
+        let second = (0..4).map(|i| k.fy * y[i] + cy * z[i]);
         line(first.chain(second).chain(z))
     };
     let (left, right) = (

@@ -12,6 +12,7 @@ pub(crate) mod laz;
 mod mcap;
 mod nerfstudio;
 mod nuscenes;
+mod points;
 mod rellis;
 mod stereo;
 mod tum;
@@ -133,9 +134,16 @@ impl FormatName {
         )
     }
 
-    /// The format with the given classes in place of its own.
+    /// Whether it lists objects by their pixels, so that small ones may be left out.
     #[must_use]
-    pub fn with(self, ontology: Option<Table>) -> Box<dyn Format> {
+    pub const fn takes_min_px(self) -> bool {
+        matches!(self, Self::Coco | Self::Yolo)
+    }
+
+    /// The format with the given classes in place of its own, and without the objects of fewer
+    /// pixels in a picture if it lists any ([`takes_min_px`](Self::takes_min_px)).
+    #[must_use]
+    pub fn with(self, ontology: Option<Table>, min_px: u32) -> Box<dyn Format> {
         match self {
             Self::Kitti => Box::new(kitti::Kitti {
                 ontology,
@@ -148,11 +156,11 @@ impl FormatName {
             Self::Kitti2015 => Box::new(kitti2015::Kitti2015),
             Self::Tum => Box::new(tum::Tum),
             Self::Euroc => Box::new(euroc::Euroc),
-            Self::Coco => Box::new(coco::Coco { ontology }),
+            Self::Coco => Box::new(coco::Coco { ontology, min_px }),
             Self::Laz => Box::new(laz::Laz { ontology }),
             Self::Colmap => Box::new(colmap::Colmap),
             Self::Nerfstudio => Box::new(nerfstudio::Nerfstudio),
-            Self::Yolo => Box::new(yolo::Yolo),
+            Self::Yolo => Box::new(yolo::Yolo { min_px }),
             Self::WebDataset => Box::new(webdataset::WebDataset),
             Self::HuggingFace => Box::new(huggingface::HuggingFace { ontology }),
             Self::Rellis => Box::new(rellis::Rellis { ontology }),

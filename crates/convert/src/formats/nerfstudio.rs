@@ -4,13 +4,15 @@
 //! SS/transforms.json            the cameras of the first one's kind: a lens, or a fisheye
 //! SS/transforms_fisheye.json    those of the other kind, if there are any; or
 //!                               transforms_lens.json
+//! SS/points.ply                 points of surfaces, which trainers of Gaussian splats begin with
 //! ```
 //! `transform_matrix` takes points of the camera (x right, y up, z backward, as OpenGL's) to a
 //! world in metres with z up, whose origin is the first camera's place at the first frame, rounded
 //! to metres, and whose axes are the data set's; `origin_m` is that place. Every frame has its own
 //! camera, but a file has one kind, `OPENCV` or `OPENCV_FISHEYE`, as readers take the file's for
-//! all; the first pixel's centre is (0.5, 0.5). `time` is in seconds. Source: nerfstudio's page
-//! "Data conventions".
+//! all; the first pixel's centre is (0.5, 0.5). `time` is in seconds. `points.ply`, which
+//! `ply_file_path` names, has up to 300 points of each picture in that world, by its depth, up to
+//! 60 m away, to 0.1 mm. Source: nerfstudio's page "Data conventions".
 
 use nemoral_dataset::{CameraSpec, Manifest};
 use nemoral_scene::glam::{DQuat, DVec3};
@@ -32,12 +34,17 @@ impl Format for Nerfstudio {
 
     fn write(&self, source: &Source, sink: &mut Sink) -> Result<(), Error> {
         for sequence in source.sequences() {
-            pictures(source, &sequence, sink)?;
+            let Some(first) = first_camera(source, &sequence) else {
+                continue;
+            };
+            let origin = first.translation_m.round();
+            let place = |pose: &RigidTransform| RigidTransform {
+                translation_m: pose.translation_m - origin,
+                ..*pose
+            };
+            let keys = pictures(source, &sequence, sink, place)?;
+            let has_points = put_points(sequence.number, &keys, sink)?;
             sink.step(&format!("sequence-{:02}", sequence.number), |files| {
-                let Some(first) = first_camera(source, &sequence) else {
-                    return Ok(String::new());
-                };
-                let origin = first.translation_m.round();
                 let cameras = sequence.cameras.iter();
                 let (fisheyes, others): (Vec<_>, Vec<_>) =
                     cameras.partition(|c| is_fisheye(&c.intrinsics));
@@ -49,7 +56,8 @@ impl Format for Nerfstudio {
                     let is_first = is_fisheye == is_first_fisheye;
                     let name = if is_first { "transforms" } else { name };
                     if !cameras.is_empty() {
-                        let text = transforms(source, sequence.number, &cameras, origin);
+                        let of = (sequence.number, origin, has_points);
+                        let text = transforms(source, &cameras, of);
                         files.put(format!("{:02}/{name}.json", sequence.number), text);
                     }
                 }
@@ -60,11 +68,46 @@ impl Format for Nerfstudio {
     }
 }
 
-/// The file of some cameras, which are of one kind.
-fn transforms(source: &Source, sequence: u32, cameras: &[&CameraSpec], origin: DVec3) -> String {
+/// Writes the points that the notes of a sequence's steps list, if there are any, and says so:
+/// readers fail at a file without points.
+fn put_points(sequence: u32, keys: &[String], sink: &mut Sink) -> Result<bool, Error> {
+    let notes = sink.notes();
+    let mut count = 0;
+    for key in keys {
+        count += notes.of(key)?.lines().count();
+    }
+    if count > 0 {
+        let (key, path) = (
+            format!("points-{sequence:02}"),
+            format!("{sequence:02}/points.ply"),
+        );
+        sink.stream(&key, &path, |out| {
+            out.put(format!(
+                "ply\nformat ascii 1.0\nelement vertex {count}\nproperty float x\n\
+                 property float y\nproperty float z\nproperty uchar red\n\
+                 property uchar green\nproperty uchar blue\nend_header\n"
+            ))?;
+            keys.iter().try_for_each(|key| out.put(notes.of(key)?))
+        })?;
+    }
+    Ok(count > 0)
+}
+
+/// The file of some cameras, which are of one kind, of a sequence with this origin, with or without
+/// points.
+fn transforms(
+    source: &Source,
+    cameras: &[&CameraSpec],
+    (sequence, origin, has_points): (u32, DVec3, bool),
+) -> String {
     let model = camera_model(&cameras[0].intrinsics);
+    let points = if has_points {
+        "\"ply_file_path\":\"points.ply\","
+    } else {
+        ""
+    };
     let mut text = format!(
-        "{{\"camera_model\":\"{model}\",\"orientation_override\":\"none\",\
+        "{{\"camera_model\":\"{model}\",\"orientation_override\":\"none\",{points}\
          \"origin_m\":{},\n\"frames\":[",
         json!(origin.to_array())
     );

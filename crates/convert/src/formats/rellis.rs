@@ -4,7 +4,8 @@
 //! 00000/pylon_camera_node_label_id/frameFFFFFF-SECONDS_MILLISECONDS.png
 //! 00000/os1_cloud_node_kitti_bin/FFFFFF.bin
 //! 00000/os1_cloud_node_semantickitti_label_id/FFFFFF.label
-//! 00000/camera_info.txt            fx fy cx cy of the first camera
+//! 00000/camera_info.txt            fx fy cx cy of the first camera, as OpenCV has them: the first
+//!                                  pixel's centre is at (0, 0)
 //! 00000/calib.txt  poses.txt       as in KITTI's odometry benchmark
 //! {train,val,test}.lst             pictures and their labels
 //! pt_{train,val,test}.lst          scans and their labels
@@ -14,8 +15,7 @@
 //! Source: Jiang et al. (ICRA 2021) and the data set's `README.md`.
 
 use nemoral_dataset::Manifest;
-use nemoral_scene::{Image, Ontology, Semantic};
-use png::{BitDepth, ColorType};
+use nemoral_scene::{Ontology, Semantic};
 
 use crate::formats::kitti::{calibration, poses};
 use crate::geometry::line;
@@ -53,8 +53,8 @@ impl Format for Rellis {
                     if !sequence.cameras.is_empty() {
                         let [picture, map] = picture_names(&frame);
                         files.put(picture, source.picture_bytes(&frame, 0)?);
-                        let classes = source.classes(&frame, 0)?;
-                        files.put(map, encode_classes(&classes, &labels));
+                        let classes = source.classes(&frame, 0)?.map(|&c| labels.id(c) as u8);
+                        files.put(map, pictures::encode_grey(&classes));
                     }
                     if !sequence.lidars.is_empty() {
                         let [bin, label] = scan_names(&frame);
@@ -79,7 +79,7 @@ impl Format for Rellis {
                 files.put(format!("{folder}/calib.txt"), calibration(&sequence));
                 if let Some(camera) = sequence.cameras.first() {
                     let k = &camera.intrinsics;
-                    let text = line([k.fx, k.fy, k.cx, k.cy]);
+                    let text = line([k.fx, k.fy, k.cx - 0.5, k.cy - 0.5]);
                     files.put(format!("{folder}/camera_info.txt"), text);
                 }
                 Ok(String::new())
@@ -123,22 +123,4 @@ fn scan_names(frame: &FrameRef<'_>) -> [String; 2] {
         format!("{number:05}/os1_cloud_node_kitti_bin/{index:06}.bin"),
         format!("{number:05}/os1_cloud_node_semantickitti_label_id/{index:06}.label"),
     ]
-}
-
-/// 8-bit grey: class ids.
-fn encode_classes(classes: &Image<u8>, labels: &Labels) -> Vec<u8> {
-    let ids: Vec<u8> = classes
-        .pixels()
-        .iter()
-        .map(|&c| labels.id(c) as u8)
-        .collect();
-    let (width, height) = (classes.width(), classes.height());
-    pictures::encode(
-        width,
-        height,
-        ColorType::Grayscale,
-        BitDepth::Eight,
-        None,
-        &ids,
-    )
 }

@@ -2,20 +2,26 @@
 //! ```text
 //! SS-000000.tar                        SPLIT-SS-000000.tar if the data set is split
 //!   SS_FFFFFF.json                     split, time, pose of the body in the world, and of each
-//!                                      sensor
-//!   SS_FFFFFF.CAMERA.rgb.png           and .semantic.png, .instance.png, .normals.png: as they are
+//!                                      sensor, lenses, names of classes
+//!   SS_FFFFFF.CAMERA.rgb.png           and .instance.png, .normals.png: as they are
+//!   SS_FFFFFF.CAMERA.semantic.png      8-bit grey: class ids
 //!   SS_FFFFFF.CAMERA.depth.npy         planar depth, float32, metres; 0 = none
 //!   SS_FFFFFF.LIDAR.points.npy         float32, a row for each point: x, y, z, intensity
 //!   SS_FFFFFF.LIDAR.labels.npy         uint16, a row for each point: class, instance
 //! ```
-//! Owners, modes and times of the members are constant. Source: WebDataset's page "The WebDataset
-//! Format"; POSIX.1-1988, `ustar`; NumPy's page "NPY format".
+//! Class ids are grey, as WebDataset's decoders make RGB or grey of every picture, which turns the
+//! data set's palette into colours. `cx` and `cy` are in pixels, and the first pixel's centre is at
+//! (0.5, 0.5); `lens` is `pinhole`, `brown_conrady` or `fisheye`, and `distortion` has its
+//! coefficients by names such as `fisheye.k1`. Owners, modes and times of the members are constant.
+//! Source: WebDataset's page "The WebDataset Format"; POSIX.1-1988, `ustar`; NumPy's page "NPY
+//! format".
 
 use nemoral_dataset::{CameraFile, Split};
 use nemoral_scene::RigidTransform;
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 
-use crate::{Error, Format, FrameRef, Sequence, Sink, Source, Stream};
+use crate::geometry::lens;
+use crate::{Error, Format, FrameRef, Sequence, Sink, Source, Stream, pictures};
 
 /// Frames in a tar file.
 const FRAMES: usize = 100;
@@ -61,14 +67,16 @@ fn put_frame(
         &describe(source, sequence, frame),
     )?;
     for (i, camera) in sequence.cameras.iter().enumerate() {
-        for (what, file) in [
-            ("rgb", CameraFile::Rgb),
-            ("semantic", CameraFile::Semantic),
-            ("instance", CameraFile::Instance),
-            ("normals", CameraFile::Normals),
+        let bytes = |file| source.camera_bytes(frame, i, file);
+        let classes = pictures::encode_grey(&source.classes(frame, i)?);
+        for (what, picture) in [
+            ("rgb", bytes(CameraFile::Rgb)?),
+            ("semantic", classes),
+            ("instance", bytes(CameraFile::Instance)?),
+            ("normals", bytes(CameraFile::Normals)?),
         ] {
             let name = format!("{key}.{}.{what}.png", camera.name);
-            member(out, &name, &source.camera_bytes(frame, i, file)?)?;
+            member(out, &name, &picture)?;
         }
         let depth = source.depth_m(frame, i)?;
         let data: Vec<u8> = depth
@@ -109,10 +117,10 @@ fn describe(source: &Source, sequence: &Sequence<'_>, frame: &FrameRef<'_>) -> V
         let k = &c.intrinsics;
         json!({
             "name": c.name, "width": k.width, "height": k.height,
-            "fx": k.fx, "fy": k.fy, "cx": k.cx, "cy": k.cy,
+            "fx": k.fx, "fy": k.fy, "cx": k.cx, "cy": k.cy, "lens": lens(&k.distortion).0,
             "distortion": (k.distortion.coefficients().into_iter())
                 .map(|(name, value)| (name.to_owned(), value.into()))
-                .collect::<serde_json::Map<String, Value>>(),
+                .collect::<Map<String, Value>>(),
             "world_from_camera": in_world(c.body_from_camera),
         })
     };
@@ -120,10 +128,14 @@ fn describe(source: &Source, sequence: &Sequence<'_>, frame: &FrameRef<'_>) -> V
         let pose = in_world(l.body_from_lidar);
         json!({ "name": l.name, "world_from_lidar": pose })
     };
+    let classes = source.ontology().classes().iter();
+    let classes: Map<String, Value> = classes
+        .map(|c| (c.id.to_string(), c.name.clone().into()))
+        .collect();
     let value = json!({
         "sequence": frame.sequence, "frame": frame.index, "time_s": frame.time_s,
         "split": source.own_split(frame.sequence).map(Split::name),
-        "world_from_body": world_from_body.to_rows(),
+        "world_from_body": world_from_body.to_rows(), "classes": classes,
         "cameras": sequence.cameras.iter().map(camera).collect::<Vec<_>>(),
         "lidars": sequence.lidars.iter().map(lidar).collect::<Vec<_>>(),
     });

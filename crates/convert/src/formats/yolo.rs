@@ -4,8 +4,10 @@
 //! labels/SS/FFFFFF_CAMERA.txt   kind, then the middle's x and y, width and height, in pictures
 //! data.yaml                     paths and the names of kinds
 //! ```
-//! A box is around the visible pixels of a whole object, such as a tree, a log or a rock. Splits
-//! are [`Source::split`]'s. Source: Ultralytics' page "Object Detection Datasets Overview".
+//! A box is around the visible pixels of a whole object, such as a tree, a log or a rock, which are
+//! at least [`ConvertParams::min_px`](crate::ConvertParams::min_px). Splits are
+//! [`Source::split`]'s; sequences without pictures are not listed. Source: Ultralytics' page
+//! "Object Detection Datasets Overview".
 
 use std::collections::BTreeMap;
 
@@ -18,7 +20,10 @@ use crate::{Error, Format, Sink, Source};
 
 /// The format.
 #[derive(Debug)]
-pub(crate) struct Yolo;
+pub(crate) struct Yolo {
+    /// The fewest pixels of an object that has a box.
+    pub(crate) min_px: u32,
+}
 
 impl Format for Yolo {
     fn check(&self, manifest: &Manifest) -> Result<(), Error> {
@@ -38,8 +43,8 @@ impl Format for Yolo {
                         let instances = source.instances(&frame, i)?;
                         let size = (instances.width(), instances.height());
                         let mut text = String::new();
-                        for (instance, bounds) in boxes(instances.pixels(), size.0) {
-                            let kind = kinds.kind("yolo", instance, &name)?;
+                        for (instance, bounds) in boxes(instances.pixels(), size.0, self.min_px) {
+                            let kind = kinds.kind("yolo", instance, (&frame, &name))?;
                             text += &format!("{kind} {}", line(normalised(bounds, size)));
                         }
                         files.put(format!("labels/{name}.txt"), text);
@@ -55,15 +60,20 @@ impl Format for Yolo {
     }
 }
 
-/// Left, top, right and bottom of each object's pixels, the last two exclusive.
-fn boxes(instances: &[u32], width: usize) -> BTreeMap<u32, [usize; 4]> {
-    let mut boxes: BTreeMap<u32, [usize; 4]> = BTreeMap::new();
+/// Each object of at least so many pixels, by its id, with their left, top, right and bottom, the
+/// last two exclusive.
+fn boxes(instances: &[u32], width: usize, min_px: u32) -> Vec<(u32, [usize; 4])> {
+    let mut boxes: BTreeMap<u32, ([usize; 4], usize)> = BTreeMap::new();
     for (i, &instance) in instances.iter().enumerate().filter(|(_, id)| **id > 0) {
         let (x, y) = (i % width, i / width);
-        let b = boxes.entry(instance).or_insert([x, y, x + 1, y + 1]);
+        let (b, pixels) = boxes.entry(instance).or_insert(([x, y, x + 1, y + 1], 0));
         *b = [b[0].min(x), b[1].min(y), b[2].max(x + 1), b[3].max(y + 1)];
+        *pixels += 1;
     }
-    boxes
+    let large = boxes
+        .into_iter()
+        .filter(|(_, (_, pixels))| *pixels >= min_px as usize);
+    large.map(|(instance, (b, _))| (instance, b)).collect()
 }
 
 /// The middle and the size, as shares of the picture.
@@ -79,7 +89,8 @@ fn normalised([left, top, right, bottom]: [usize; 4], size: (usize, usize)) -> [
 
 fn data_yaml(source: &Source) -> String {
     let of = |split| -> Vec<u32> {
-        let numbers = source.sequences().map(|s| s.number);
+        let pictured = source.sequences().filter(|s| !s.cameras.is_empty());
+        let numbers = pictured.map(|s| s.number);
         numbers.filter(|n| source.split(*n) == split).collect()
     };
     let (train, mut validation, test) = (of(Split::Train), of(Split::Val), of(Split::Test));

@@ -22,6 +22,9 @@ pub(crate) struct Request {
     pub(crate) source: String,
     /// The digest of the class table, if one was given.
     pub(crate) ontology: Option<String>,
+    /// The fewest pixels of an object that is listed.
+    #[serde(default)]
+    pub(crate) min_px: u32,
 }
 
 impl Request {
@@ -38,7 +41,7 @@ impl Request {
             Mode::Fresh | Mode::Overwrite => Ok(false),
             Mode::Resume => {
                 self.compare(path, found)?;
-                self.same(path, found, "source", |r| Some(&r.source))?;
+                self.same(path, found, "source", |r| Some(r.source.clone()))?;
                 Ok(true)
             }
             Mode::Renew => {
@@ -52,14 +55,15 @@ impl Request {
     /// made of another state of the data set.
     pub(super) fn compare_data_set(&self, path: &Path, found: &Self) -> Result<(), Error> {
         self.compare(path, found)?;
-        self.same(path, found, "data set", |r| r.data_set.as_ref())
+        self.same(path, found, "data set", |r| r.data_set.clone())
     }
 
     /// Refuses a conversion that was made in another way, whatever it was made of.
     fn compare(&self, path: &Path, found: &Self) -> Result<(), Error> {
-        self.same(path, found, "converter", |r| Some(&r.converter))?;
-        self.same(path, found, "format", |r| Some(&r.format))?;
-        self.same(path, found, "ontology", |r| r.ontology.as_ref())
+        self.same(path, found, "converter", |r| Some(r.converter.clone()))?;
+        self.same(path, found, "format", |r| Some(r.format.clone()))?;
+        self.same(path, found, "ontology", |r| r.ontology.clone())?;
+        self.same(path, found, "min_px", |r| Some(r.min_px.to_string()))
     }
 
     fn same(
@@ -67,13 +71,13 @@ impl Request {
         path: &Path,
         found: &Self,
         field: &'static str,
-        value: impl Fn(&Self) -> Option<&String>,
+        value: impl Fn(&Self) -> Option<String>,
     ) -> Result<(), Error> {
         let (found, asked) = (value(found), value(self));
         if found == asked {
             return Ok(());
         }
-        let shown = |value: Option<&String>| value.map_or_else(|| "none".to_owned(), String::clone);
+        let shown = |value: Option<String>| value.unwrap_or_else(|| "none".to_owned());
         Err(Error::Mismatch {
             path: path.to_owned(),
             field,

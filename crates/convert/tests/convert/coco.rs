@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use nemoral_convert::FormatName;
+use nemoral_convert::{ConvertParams, FormatName, convert};
 use serde_json::Value;
 
 use crate::common::{header, made, objects, png, text};
@@ -175,4 +175,31 @@ fn masks_are_the_instance_maps_and_segments_the_classes() {
         "{} objects, {crowds} crowds",
         ids.len()
     );
+}
+
+#[test]
+fn objects_of_few_pixels_are_left_out_if_asked() {
+    let made = made(FormatName::Coco);
+    let all = json(&text(made.out.join("instances.json")));
+    let areas: Vec<usize> = (items(&all, "annotations").iter())
+        .map(|a| number(&a["area"]))
+        .collect();
+    let middle = (areas.iter().min().expect("objects") + areas.iter().max().expect("objects")) / 2;
+    let params = ConvertParams {
+        min_px: middle as u32,
+        ..ConvertParams::new(FormatName::Coco)
+    };
+    let out = made.out.with_file_name("large");
+    convert(made.dataset.root(), &out, &params).expect("converted");
+    let large = json(&text(out.join("instances.json")));
+    let found: Vec<usize> = (items(&large, "annotations").iter())
+        .map(|a| number(&a["area"]))
+        .collect();
+    let expected: Vec<usize> = areas.iter().copied().filter(|a| *a >= middle).collect();
+    assert!(!found.is_empty() && found.len() < areas.len());
+    assert_eq!(found, expected);
+    assert_eq!(large["images"], all["images"]);
+    // Segments are of all pixels.
+    let panoptic = [&made.out, &out].map(|out| text(out.join("panoptic.json")));
+    assert_eq!(panoptic[0], panoptic[1]);
 }

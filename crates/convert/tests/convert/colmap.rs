@@ -2,7 +2,7 @@
 //! the data set's own mounts and lenses.
 
 use nemoral_convert::FormatName;
-use nemoral_dataset::DatasetHeader;
+use nemoral_dataset::{CameraFrame, DatasetHeader};
 use nemoral_scene::glam::{DMat4, DQuat, DVec2, DVec3, DVec4};
 use nemoral_scene::{Distortion, Intrinsics};
 
@@ -87,7 +87,14 @@ fn colmaps_poses_and_lenses_project_points_as_ours() {
         let images = text(model.join("images.txt"));
         let images: Vec<&str> = images.lines().filter(|l| !l.starts_with('#')).collect();
         assert_eq!((cameras.len(), images.len()), (2, 12));
-        assert!(numbers(&text(model.join("points3D.txt"))).is_empty());
+        let own = numbers(&text(model.join("points3D.txt")));
+        // Points have ids from 1, and an error of 0 without a track.
+        let are_listed = |(i, row): (usize, &Vec<f64>)| {
+            row.len() == 8 && row[0] == (i + 1) as f64 && row[7] == 0.0
+        };
+        assert!(own.iter().enumerate().all(are_listed) && own.len() > 600);
+        let own: Vec<&[f64]> = own.iter().map(|row| &row[1..7]).collect();
+        let mut shown = vec![false; own.len()];
         let frame0 = &numbers(&text(made.out.join("00/frame0.txt")))[0];
         let rows = |r: usize| DVec4::from_slice(&frame0[4 * r..]);
         let world_from_first = DMat4::from_cols(rows(0), rows(1), rows(2), DVec4::W).transpose();
@@ -116,9 +123,28 @@ fn colmaps_poses_and_lenses_project_points_as_ours() {
             let (w, h, data) = png(made.out.join("00/images").join(words[9]));
             assert_eq!((w, h), (31, 22));
             let read = made.dataset.read_frame(frame).expect("a frame");
-            assert_eq!(data, read.cameras[camera].rgb.pixels().as_flattened());
+            let read = &read.cameras[camera];
+            assert_eq!(data, read.rgb.pixels().as_flattened());
+            for (point, is_shown) in own.iter().zip(&mut shown) {
+                let in_camera = turn * DVec3::from_slice(point) + DVec3::new(n[4], n[5], n[6]);
+                let pixel = project(cameras[camera][1], &k, in_camera);
+                *is_shown |= shows(read, in_camera.z, pixel, &point[3..]);
+            }
         }
+        assert!(shown.iter().all(|is_shown| *is_shown));
     }
+}
+
+/// Whether a picture shows a point of this depth and colour in the middle of this pixel.
+fn shows(read: &CameraFrame, z_m: f64, at: DVec2, rgb: &[f64]) -> bool {
+    if z_m <= 0.0 || at.min_element() < 0.0 || at.x >= 31.0 || at.y >= 22.0 {
+        return false;
+    }
+    let (column, row) = (at.x as usize, at.y as usize);
+    let is_middle = at.distance(at.floor() + 0.5) < 0.05;
+    let depth_m = f64::from(*read.depth_m.at(column, row));
+    let seen = read.rgb.at(column, row).map(f64::from);
+    is_middle && depth_m < 60.0 && (depth_m - z_m).abs() < 1e-3 && seen == *rgb
 }
 
 #[test]
@@ -139,6 +165,17 @@ fn nerfstudios_transforms_project_points_as_ours() {
                 .collect()
         };
         let origin = DVec3::from_slice(&vector(&files[0]["origin_m"]));
+        assert!(
+            files
+                .iter()
+                .all(|file| file["ply_file_path"] == "points.ply")
+        );
+        let ply = text(made.out.join("00/points.ply"));
+        let (head, body) = ply.split_once("end_header\n").expect("a header");
+        let own = numbers(body);
+        let count = format!("\nelement vertex {}\nproperty float x\n", own.len());
+        assert!(own.len() > 600 && head.contains(&count), "{head}");
+        let mut shown = vec![false; own.len()];
         let all = files
             .iter()
             .flat_map(|f| f["frames"].as_array().expect("frames"));
@@ -170,8 +207,15 @@ fn nerfstudios_transforms_project_points_as_ours() {
                 let found = project(model, &k, DVec3::new(gl.x, -gl.y, -gl.z));
                 assert!(found.distance(expected) < 1e-6, "{found} {expected}");
             }
+            let read = &made.dataset.read_frame(i / 2).expect("a frame").cameras[i % 2];
+            for (point, is_shown) in own.iter().zip(&mut shown) {
+                let gl = back.transform_point3(DVec3::from_slice(point));
+                let pixel = project(model, &k, DVec3::new(gl.x, -gl.y, -gl.z));
+                *is_shown |= shows(read, -gl.z, pixel, &point[3..]);
+            }
             let path = one["file_path"].as_str().expect("a path");
             assert_eq!(png(made.out.join("00").join(path)).0, 31);
         }
+        assert!(shown.iter().all(|is_shown| *is_shown));
     }
 }

@@ -14,7 +14,7 @@ use nemoral_scene::glam::{DVec2, DVec3, Vec2, Vec3};
 use nemoral_scene::{
     AnnotationKinds, Annotations, ChunkCoord, Flow, Image, Intrinsics, LidarPoint, ObjectBox,
     ObjectId, ObjectKind, ObjectRecord, Ontology, PixelBox, PointFlags, RigidTransform, Semantic,
-    Shutter, TruthImages, Twist,
+    Shutter, TreeRecord, TruthImages, Twist,
 };
 
 /// Where the drive begins, far from the origin as in long drives.
@@ -33,6 +33,50 @@ pub(crate) fn objects() -> Vec<ObjectRecord> {
         height_m: 2.0,
     };
     kinds.iter().enumerate().map(record).collect()
+}
+
+/// Logs that no picture shows, as in long drives: 16 chunks away from [`objects`], with the same
+/// ids in instance maps.
+fn twins() -> Vec<ObjectRecord> {
+    let away = [(16, 0), (-16, 0), (0, 16)];
+    let twin = |(seen, (dx, dy)): (ObjectRecord, (i32, i32))| {
+        let chunk = seen.object.chunk().offset(dx, dy);
+        let object = ObjectId::new(chunk, seen.object.item()).expect("in range");
+        assert_eq!(object.to_image_id(), seen.object.to_image_id());
+        ObjectRecord {
+            object,
+            kind: ObjectKind::Log,
+            position_m: seen.position_m + 50.0 * DVec3::new(dx.into(), dy.into(), 0.0),
+            ..seen
+        }
+    };
+    objects().into_iter().zip(away).map(twin).collect()
+}
+
+/// The tree of every picture, in the second row of its table, and one in the chunk west of it.
+pub(crate) fn trees() -> Vec<TreeRecord> {
+    let seen = objects()[0].object;
+    let chunk = seen.chunk();
+    let other = ObjectId::new(ChunkCoord::new(chunk.x - 1, chunk.y), 7);
+    let record = |(i, object): (u32, ObjectId)| TreeRecord {
+        object,
+        species: "fagus".to_owned(),
+        position_m: START - DVec3::X * 40.0 * f64::from(i),
+        dbh_m: 0.3,
+        height_m: 20.0,
+        crown_base_m: 8.0,
+        crown_radius_m: 2.5,
+        leaf_area_m2: 100.0,
+        stem_volume_m3: 0.7,
+        wood_volume_m3: None,
+        merchantable_volume_m3: None,
+        lean_rad: 0.0,
+        age_class: "middle".to_owned(),
+        alive: true,
+        field_id: String::new(),
+    };
+    let ids = [seen, other.expect("in range")];
+    (0..).zip(ids).map(record).collect()
 }
 
 pub(crate) fn header() -> DatasetHeader {
@@ -58,6 +102,20 @@ pub(crate) fn header() -> DatasetHeader {
         pointing_errors: false,
         ply: true,
     }];
+    header
+}
+
+/// The usual [`header`], whose sequence has one more LiDAR for each mount.
+pub(crate) fn with_lidars(mounts: &[RigidTransform]) -> DatasetHeader {
+    let mut header = header();
+    let usual = header.sequences[0].lidars[0].clone();
+    let further = |(i, mount): (usize, &RigidTransform)| LidarSpec {
+        name: format!("lidar_{i}"),
+        body_from_lidar: *mount,
+        ..usual.clone()
+    };
+    let further = mounts.iter().enumerate().map(further);
+    header.sequences[0].lidars.extend(further);
     header
 }
 
@@ -346,9 +404,9 @@ fn write_drive(
         lines: drive.lines.clone(),
         imu: spec.imu.as_ref().map(imu_texts),
     };
-    let objects = objects();
+    let (trees, objects) = (trees(), [objects(), twins()].concat());
     let world = WorldTables {
-        trees: &[],
+        trees: &trees,
         objects: &objects,
         deadwood: &[],
     };

@@ -453,6 +453,34 @@ fn a_table_that_does_not_fit_is_refused_before_anything_is_written() {
 }
 
 #[test]
+fn a_least_number_of_pixels_is_refused_where_no_objects_are_listed() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let source = dir.path().join("dataset");
+    write(&source, &annotated(), &[0, 1]);
+    let out = dir.path().join("out");
+    let mut refused = 0;
+    for format in FormatName::ALL {
+        let params = ConvertParams {
+            min_px: 20,
+            ..ConvertParams::new(format)
+        };
+        match convert(&source, &out, &params) {
+            Ok(_) => {
+                assert!(format.takes_min_px(), "{format}");
+                fs::remove_dir_all(&out).expect("removed");
+            }
+            Err(e) => {
+                let said = format!("{format}: min_px = 20: must be 0");
+                assert!(e.to_string().starts_with(&said), "{e}");
+                assert!(e.is_request() && !out.exists());
+                refused += 1;
+            }
+        }
+    }
+    assert_eq!(refused, FormatName::ALL.len() - 2);
+}
+
+#[test]
 fn a_data_set_that_lacks_what_a_format_needs_is_refused_before_anything_is_written() {
     let dir = tempfile::tempdir().expect("a folder");
     let out = dir.path().join("out");

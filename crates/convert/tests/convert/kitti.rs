@@ -58,7 +58,8 @@ fn points_poses_and_calibration_are_those_of_the_data_set() {
                     .body_from_lidar
                     .transform_point(DVec3::from_array(point));
                 let seen = c.body_from_camera.inverse().transform_point(body);
-                let expected = c.intrinsics.project(seen).expect("in front");
+                // There the first pixel's centre is at (0, 0), as OpenCV has it.
+                let expected = c.intrinsics.project(seen).expect("in front") - 0.5;
                 assert!((u / w - expected.x).hypot(v / w - expected.y) < 1e-8, "{p}");
             }
         }

@@ -99,7 +99,7 @@ fn the_index_leads_to_messages_and_points_are_those_of_scans() {
             _ => {}
         }
     }
-    assert_eq!((topics.len(), chunks.len()), (3 + 1 + 2 * 4, 3));
+    assert_eq!((topics.len(), chunks.len()), (4 + 1 + 2 * 5, 3));
     let mut count = 0;
     for (i, chunk) in chunks.into_iter().enumerate() {
         let frame = [1, 2, 4][i];
@@ -137,7 +137,7 @@ fn the_index_leads_to_messages_and_points_are_those_of_scans() {
             }
         }
     }
-    assert_eq!((count, total), (3 * 11 + 1, 3 * 11 + 1));
+    assert_eq!((count, total), (3 * 13 + 2, 3 * 13 + 2));
 }
 
 fn check_points(made: &crate::common::Made, i: usize, data: &[u8]) {
@@ -326,6 +326,77 @@ pub(crate) fn messages(bytes: &[u8]) -> Vec<(String, u64, &[u8])> {
     all
 }
 
+/// The encoding and the pixels of an image, of four bytes each.
+fn image<'a>(
+    messages: &[(String, u64, &'a [u8])],
+    topic: &str,
+    i: usize,
+) -> (String, Vec<&'a [u8]>) {
+    let mut of_topic = messages.iter().filter(|m| m.0 == topic);
+    let (.., data) = of_topic.nth(i).unwrap_or_else(|| panic!("no {topic}"));
+    let mut r = Reader::new(data);
+    r.at = 4;
+    let _stamp = (r.aligned(4), r.aligned(4));
+    let _frame = r.cdr_text();
+    assert_eq!((r.aligned(4), r.aligned(4)), (22, 31));
+    let encoding = r.cdr_text();
+    let (order, step, length) = (r.number(1), r.aligned(4), r.aligned(4) as usize);
+    assert_eq!((order, step, length), (0, 4 * 31, 4 * 31 * 22));
+    (encoding, r.take(length).chunks(4).collect())
+}
+
+#[test]
+fn depth_is_infinite_where_nothing_is_and_objects_have_their_numbers() {
+    let made = made(FormatName::Mcap);
+    let bytes = std::fs::read(made.out.join("00/00_0.mcap")).expect("a file");
+    let messages = messages(&bytes);
+    let mut empty = 0;
+    for i in 0..3 {
+        let read = made.dataset.read_frame(i).expect("a frame");
+        for seen in &read.cameras {
+            let (encoding, pixels) = image(&messages, &format!("/{}/depth", seen.name), i);
+            assert_eq!(encoding, "32FC1");
+            for (pixel, &depth_m) in pixels.iter().zip(seen.depth_m.pixels()) {
+                let found = f32::from_bits(Reader::new(pixel).number(4) as u32);
+                // 0 would be a surface at the lens.
+                let is_empty = depth_m == 0.0;
+                assert_eq!(found, if is_empty { f32::INFINITY } else { depth_m });
+                empty += usize::from(is_empty);
+            }
+            let (encoding, pixels) = image(&messages, &format!("/{}/instance", seen.name), i);
+            assert_eq!(encoding, "32SC1");
+            let found = pixels
+                .iter()
+                .map(|pixel| Reader::new(pixel).number(4) as u32);
+            assert!(found.eq(seen.instance.pixels().iter().copied()));
+        }
+    }
+    assert!(empty > 99, "{empty}");
+}
+
+#[test]
+fn names_of_classes_are_told_once() {
+    let made = made(FormatName::Mcap);
+    let bytes = std::fs::read(made.out.join("00/00_0.mcap")).expect("a file");
+    let messages = messages(&bytes);
+    let mut infos = messages.iter().filter(|m| m.0 == "/label_info");
+    let (_, time_ns, data) = infos.next().expect("a message");
+    assert!(infos.next().is_none());
+    assert_eq!((time_ns - START_NS) as f64 * 1e-9, pose(1).0);
+    let mut r = Reader::new(data);
+    r.at = 4;
+    let _stamp = (r.aligned(4), r.aligned(4));
+    assert_eq!(r.cdr_text(), "base_link");
+    let found: Vec<(u64, String)> = (0..r.aligned(4))
+        .map(|_| (r.aligned(2), r.cdr_text()))
+        .collect();
+    let classes = header().ontology;
+    let classes = classes.classes().iter();
+    let expected: Vec<(u64, String)> = classes.map(|c| (c.id.into(), c.name.clone())).collect();
+    assert_eq!(found, expected);
+    assert_eq!((r.aligned(4), r.at), (0, data.len()));
+}
+
 #[test]
 fn an_inertial_unit_says_what_it_measured_between_the_first_frame_and_the_last() {
     let mut header = header();
@@ -404,7 +475,8 @@ fn check_bag(made: &Made, (first_ns, last_s): (u64, f64)) {
         let _bytes = r.number(4);
         assert_eq!(r.text(), "offered_qos_profiles");
         let offered = r.text();
-        assert_eq!(offered, qos(if topic == "/tf_static" { 1 } else { 2 }));
+        let is_kept = ["/tf_static", "/label_info"].contains(&&*topic);
+        assert_eq!(offered, qos(if is_kept { 1 } else { 2 }));
         let (offered, count) = (offered.replace('\n', "\\n"), counts[&id]);
         topics += &format!(
             "    - topic_metadata:

@@ -2,7 +2,7 @@
 
 use nemoral_convert::FormatName;
 
-use crate::common::{made, numbers, png, text};
+use crate::common::{header, made, numbers, png, text};
 
 /// Background, Terrain, Traversable, Trunks, Canopy, Shrubs, Herbaceous, Rocks in RELLIS-3D.
 const IDS: [u8; 8] = [7, 1, 1, 4, 4, 19, 3, 34];
@@ -25,6 +25,13 @@ fn lists_lead_to_pictures_and_scans_with_their_classes() {
         "00000/pylon_camera_node/frame000004-2_250.png"
     );
     assert_eq!(numbers(&text(made.out.join("00000/poses.txt"))).len(), 3);
+    // The first pixel's centre is at (0, 0), as OpenCV has it.
+    let k = header().sequences[0].cameras[0].intrinsics;
+    let info = &numbers(&text(made.out.join("00000/camera_info.txt")))[0];
+    assert_eq!(*info, [k.fx, k.fy, 15.0, 10.5]);
+    let calib = text(made.out.join("00000/calib.txt"));
+    let row: Vec<&str> = calib.lines().next().expect("P0").split(' ').collect();
+    assert_eq!([row[0], row[3], row[7]], ["P0:", "15", "10.5"]);
     for i in 0..3 {
         let read = made.dataset.read_frame(i).expect("a frame");
         let (seen, scan) = (&read.cameras[0], &read.lidars[0]);

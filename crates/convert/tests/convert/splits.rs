@@ -3,12 +3,12 @@
 
 use std::path::Path;
 
-use nemoral_convert::FormatName;
+use nemoral_convert::{FormatName, Mode};
 use nemoral_dataset::{DatasetHeader, Split};
 use nemoral_scene::Distortion;
 use serde_json::Value;
 
-use crate::common::{Made, header, made_of, text};
+use crate::common::{Drive, Made, annotated, header, made_of, run, text, tree, write_drives};
 
 /// A data set for tests, of one sequence.
 fn split() -> DatasetHeader {
@@ -99,4 +99,56 @@ fn nerfstudio_has_a_file_for_each_kind_of_lens() {
     let first = json(made.out.join("00/transforms.json"));
     assert_eq!(first["camera_model"], "OPENCV_FISHEYE");
     assert!(made.out.join("00/transforms_lens.json").is_file());
+}
+
+#[test]
+fn sequences_without_frames_are_not_listed_nor_kept_for_validation() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let source = dir.path().join("dataset");
+    let mut header = annotated();
+    for number in 1..4 {
+        let mut next = header.sequences[0].clone();
+        next.number = number;
+        header.sequences.push(next);
+    }
+    // As in a part of a data set: of the last sequence nothing was made, of the third its tables.
+    let drives = [
+        Drive::of(0, &[0, 1]),
+        Drive::of(1, &[0, 1]),
+        Drive::of(2, &[]),
+    ];
+    write_drives(&source, &header, &drives);
+    for format in FormatName::ALL {
+        let out = dir.path().join(format.name());
+        run(&source, &out, format, Mode::Fresh).unwrap_or_else(|e| panic!("{e}"));
+        for absent in ["02", "03"] {
+            let named = tree(&out).into_keys().find(|path| {
+                let mut parts = path.iter().filter_map(|part| part.to_str());
+                parts.any(|part| part.split(['.', '-', '_']).any(|word| word == absent))
+            });
+            assert_eq!(named, None, "{format}");
+        }
+    }
+    let yaml = text(dir.path().join("yolo/data.yaml"));
+    let lists = "train:\n  - images/00\nval:\n  - images/01\nnames:\n";
+    assert!(yaml.starts_with(lists), "{yaml}");
+    let yaml = text(dir.path().join("kitti/ontology.yaml"));
+    let lists = "split:\n  train: [0]\n  valid: [1]\n  test: []\n";
+    assert!(yaml.ends_with(lists), "{yaml}");
+    assert!(dir.path().join("goose/images/val/nemoral_01").is_dir());
+}
+
+#[test]
+fn yolo_lists_no_sequence_without_pictures() {
+    let mut header = header();
+    let mut blind = header.sequences[0].clone();
+    (blind.number, blind.cameras) = (1, Vec::new());
+    header.sequences.push(blind);
+    let dir = tempfile::tempdir().expect("a folder");
+    let (source, out) = (dir.path().join("dataset"), dir.path().join("out"));
+    write_drives(&source, &header, &[Drive::of(0, &[0]), Drive::of(1, &[0])]);
+    run(&source, &out, FormatName::Yolo, Mode::Fresh).expect("converted");
+    let yaml = text(out.join("data.yaml"));
+    let lists = "train:\n  - images/00\nval:\n  - images/00\nnames:\n";
+    assert!(yaml.contains(lists), "{yaml}");
 }

@@ -1,10 +1,12 @@
 //! WebDataset's tar files, read by the offsets of POSIX.
 
 use std::collections::BTreeMap;
+use std::io::Cursor;
 
 use nemoral_convert::FormatName;
+use nemoral_scene::Distortion;
 
-use crate::common::{header, made, pose};
+use crate::common::{header, made_of, pose};
 
 /// The members by name, in their order.
 fn untar(bytes: &[u8]) -> Vec<(String, Vec<u8>)> {
@@ -59,8 +61,11 @@ fn npy<'a>(bytes: &'a [u8], data_type: &str) -> (Vec<usize>, &'a [u8]) {
 
 #[test]
 fn samples_hold_what_the_frames_hold() {
-    let made = made(FormatName::WebDataset);
-    let header = header();
+    let mut header = header();
+    let [k1, k2, k3, p1, p2] = [-0.15, 0.03, 0.001, 0.002, -0.004];
+    header.sequences[0].cameras[0].intrinsics.distortion =
+        Distortion::BrownConrady { k1, k2, k3, p1, p2 };
+    let made = made_of(FormatName::WebDataset, &header);
     let bytes = std::fs::read(made.out.join("00-000000.tar")).expect("a shard");
     let members = untar(&bytes);
     // The members of one sample are neighbours.
@@ -76,6 +81,9 @@ fn samples_hold_what_the_frames_hold() {
         let json: serde_json::Value = serde_json::from_slice(get("json")).expect("JSON");
         let (time_s, body) = pose(frame);
         assert_eq!(json["time_s"].as_f64(), Some(time_s));
+        let names = json["classes"].as_object().expect("names by ids");
+        assert_eq!(names.len(), 8);
+        assert_eq!(names["3"], "Trunks");
         for (c, camera) in header.sequences[0].cameras.iter().enumerate() {
             let at = (body * camera.body_from_camera).translation_m;
             let found = &json["cameras"][c]["world_from_camera"];
@@ -92,13 +100,26 @@ fn samples_hold_what_the_frames_hold() {
             };
             for (ours, theirs) in [
                 ("image_2", "rgb"),
-                ("semantic", "semantic"),
                 ("instance", "instance"),
                 ("normals", "normals"),
             ] {
                 let expected = std::fs::read(native(ours)).expect("a picture");
                 assert_eq!(*get(&format!("{name}.{theirs}.png")), expected);
             }
+            // Grey numbers, which stay what they are in RGB.
+            let classes = get(&format!("{name}.semantic.png"));
+            let mut decoder = png::Decoder::new(Cursor::new(&classes[..]));
+            decoder.set_transformations(png::Transformations::IDENTITY);
+            let mut reader = decoder.read_info().expect("a PNG");
+            let mut grey = vec![0; reader.output_buffer_size().expect("small")];
+            let info = reader.next_frame(&mut grey).expect("pixels");
+            let kind = (info.color_type, info.bit_depth);
+            assert_eq!(kind, (png::ColorType::Grayscale, png::BitDepth::Eight));
+            assert_eq!(grey, read.cameras[c].semantic.pixels());
+            let said = &json["cameras"][c];
+            let (k, lens) = (camera.intrinsics, ["brown_conrady", "pinhole"][c]);
+            assert_eq!(said["lens"], lens);
+            assert_eq!(said["cx"].as_f64(), Some(k.cx));
             let (shape, data) = npy(get(&format!("{name}.depth.npy")), "<f4");
             assert_eq!(shape, [22, 31]);
             let depth: Vec<f32> = data

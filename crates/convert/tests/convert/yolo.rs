@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use nemoral_convert::FormatName;
+use nemoral_convert::{ConvertParams, Error, FormatName, Mode, convert};
 
 use crate::common::{header, made, numbers, objects, text};
 
@@ -66,4 +66,46 @@ fn boxes_are_around_the_visible_pixels_of_objects() {
             assert!(!found.is_empty());
         }
     }
+}
+
+#[test]
+fn objects_of_few_pixels_have_no_boxes_if_asked() {
+    let made = made(FormatName::Yolo);
+    let map = &made.dataset.read_frame(0).expect("a frame").cameras[0].instance;
+    let mut sizes: BTreeMap<u32, usize> = BTreeMap::new();
+    for &id in map.pixels().iter().filter(|id| **id > 0) {
+        *sizes.entry(id).or_default() += 1;
+    }
+    let largest = sizes.values().copied().max().expect("objects");
+    assert!(sizes.len() > 1 && sizes.values().any(|size| *size < largest));
+    // The number itself is enough.
+    for min_px in [0, 1, largest, largest + 1] {
+        let params = ConvertParams {
+            min_px: min_px as u32,
+            ..ConvertParams::new(FormatName::Yolo)
+        };
+        let out = made.out.with_file_name(format!("of-{min_px}"));
+        convert(made.dataset.root(), &out, &params).expect("converted");
+        let rows = numbers(&text(out.join("labels/00/000001_front.txt")));
+        let expected = sizes.values().filter(|size| **size >= min_px).count();
+        assert_eq!(rows.len(), expected, "{min_px}");
+        assert!(out.join("images/00/000001_front.png").exists());
+    }
+    // One of other boxes is not gone on with.
+    let params = ConvertParams {
+        min_px: 1,
+        mode: Mode::Resume,
+        ..ConvertParams::new(FormatName::Yolo)
+    };
+    let e = convert(made.dataset.root(), &made.out, &params).expect_err("all boxes");
+    assert!(
+        matches!(
+            e,
+            Error::Mismatch {
+                field: "min_px",
+                ..
+            }
+        ),
+        "{e}"
+    );
 }

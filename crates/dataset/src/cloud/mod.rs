@@ -1,20 +1,25 @@
 //! All scans of a sequence as one registered, labelled cloud.
 
 mod crop;
+mod only;
 mod ply;
+mod point;
+mod trajectory;
+mod trees;
 
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 use nemoral_scene::glam::{DVec2, DVec3};
-use nemoral_scene::{Ontology, PointFlags, RigidTransform, Semantic, TreeRecord};
+use nemoral_scene::{Ontology, PointFlags, RigidTransform, TreeRecord};
 
-use crate::error::shown;
-use crate::formats::tables;
-use crate::{Dataset, Error, FrameRecord, PlyPoint, SequenceSpec, SiteSpec, Watch};
+use crate::{Dataset, Error, FrameRecord, SequenceSpec, SiteSpec, Watch};
+use only::Only;
 
 pub use crop::Crop;
 pub use ply::cloud;
+pub use point::CloudPoint;
+pub use trees::SeenTree;
 
 /// By which poses scans are registered.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -27,6 +32,17 @@ pub enum CloudPoses {
     /// By those of a file in the form of `poses.txt`, with a line for each frame of the whole
     /// sequence: what a program for odometry or mapping made of the data set.
     File(PathBuf),
+}
+
+/// The format of a cloud's file, which decides the coordinates and the clock of the tables beside
+/// it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CloudFormat {
+    /// PLY: the world's coordinates, and seconds after the start of the sequence.
+    Ply,
+    /// LAZ: the coordinates of the [site](Cloud::site), or those of an invented world, and times
+    /// that are later by [`Cloud::las_time_shift_s`].
+    Laz,
 }
 
 /// What goes into a cloud.
@@ -62,31 +78,6 @@ pub struct Cloud {
     /// The body's pose in the world at each frame of the sequence, if it is not the true one.
     world_from_body: Option<Vec<RigidTransform>>,
     watch: Watch,
-}
-
-/// A point of a cloud.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CloudPoint {
-    /// The measured position in the world, by the scanner's true pose, or by another one
-    /// ([`CloudParams::poses`]).
-    pub world_m: DVec3,
-    /// The surface's normal in the world.
-    pub normal: DVec3,
-    /// The vector to it from where the scanner was at the frame's time, in the world.
-    pub from_scanner_m: DVec3,
-    /// The number of the scan among those of the sequence, from 0: all scans of a frame follow each
-    /// other.
-    pub scan: u64,
-    /// The number of the flight line, from 0; `None` if the scanner was not flown along lines.
-    pub line: Option<u64>,
-    /// The frame's number in its sequence.
-    pub frame: u64,
-    /// The frame's time, seconds after the start of the sequence.
-    pub time_s: f64,
-    /// The number of the LiDAR.
-    pub lidar: u8,
-    /// The point as it was recorded, in the LiDAR's frame.
-    pub recorded: PlyPoint,
 }
 
 impl Cloud {
@@ -168,6 +159,21 @@ impl Cloud {
         self.spec().site.as_ref()
     }
 
+    /// What LAZ adds to the times of the sequence, seconds
+    /// ([`SequenceSpec::las_time_shift_s`]).
+    #[must_use]
+    pub fn las_time_shift_s(&self) -> f64 {
+        self.spec().las_time_shift_s()
+    }
+
+    /// All trees of the sequence, wherever they stand, in the order of `trees.csv`.
+    ///
+    /// # Errors
+    /// If `trees.csv` is missing or damaged.
+    pub fn all_trees(&self) -> Result<Vec<TreeRecord>, Error> {
+        self.dataset.trees(self.number)
+    }
+
     fn spec(&self) -> &SequenceSpec {
         let header = &self.dataset.manifest().header;
         (header.sequence(self.number)).expect("a manifest's tracks are of sequences")
@@ -202,46 +208,74 @@ impl Cloud {
         let mut filled = HashSet::new();
         let mut count = 0;
         let mut is_anything_there = self.params.crop.is_none();
-        let mut tracks = self.dataset.manifest().tracks.iter();
-        let track = tracks.find(|track| track.sequence == self.number);
-        let frames = self.dataset.frames();
-        let frames = frames.iter().filter(|f| f.sequence == self.number);
-        let total = frames.clone().count();
-        for (frame, record) in frames.enumerate() {
+        self.for_each_measured(|point: &CloudPoint| -> Result<(), E> {
+            if !self.is_within(point.world_m) {
+                return Ok(());
+            }
+            is_anything_there = true;
+            if self.keeps(point, &mut filled) {
+                put(point)?;
+                count += 1;
+            }
+            Ok(())
+        })?;
+        if !is_anything_there {
+            return Err(self.nothing_there().into());
+        }
+        Ok(count)
+    }
+
+    /// Calls `put` with each point of the sequence, whether or not it is kept.
+    fn for_each_measured<E: From<Error>>(
+        &self,
+        mut put: impl FnMut(&CloudPoint) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let total = self.frames().count();
+        for (done, record) in self.frames().enumerate() {
             let world_from_body = self.world_from_body(record);
+            let left = world_from_body.transform_vector(DVec3::Y);
+            let line = self.line_of(record);
             for (i, lidar) in self.spec().lidars.iter().enumerate() {
                 let world_from_lidar = world_from_body * lidar.body_from_lidar;
+                let scan = self.scan_number(record, i);
                 for recorded in self.dataset.read_ply(record, i)? {
                     let point = &recorded.point;
                     let position_m = point.position_m.as_dvec3();
-                    let world_m = world_from_lidar.transform_point(position_m);
-                    if !self.within(world_m) {
-                        continue;
-                    }
-                    is_anything_there = true;
-                    if !self.keeps(&recorded, world_m, &mut filled) {
-                        continue;
-                    }
+                    let from_scanner_m = world_from_lidar.transform_vector(position_m);
                     put(&CloudPoint {
-                        world_m,
+                        world_m: world_from_lidar.transform_point(position_m),
                         normal: world_from_lidar.transform_vector(point.normal.as_dvec3()),
-                        from_scanner_m: world_from_lidar.transform_vector(position_m),
-                        scan: record.index * self.spec().lidars.len() as u64 + i as u64,
-                        line: track.and_then(|track| track.line_of(record.index)),
+                        from_scanner_m,
+                        left_m: left.dot(from_scanner_m),
+                        scan,
+                        line,
                         frame: record.index,
                         time_s: record.time_s,
                         lidar: i as u8,
                         recorded,
                     })?;
-                    count += 1;
                 }
             }
-            self.watch.done(frame + 1, total, record)?;
+            self.watch.done(done + 1, total, record)?;
         }
-        if !is_anything_there {
-            return Err(self.nothing_there().into());
-        }
-        Ok(count)
+        Ok(())
+    }
+
+    /// The frames of the sequence that exist here.
+    fn frames(&self) -> impl Iterator<Item = &FrameRecord> {
+        let frames = self.dataset.frames().iter();
+        frames.filter(move |frame| frame.sequence == self.number)
+    }
+
+    /// The number of the flight line that a frame is on, from 0; `None` if it is on none.
+    fn line_of(&self, frame: &FrameRecord) -> Option<u64> {
+        let track = self.dataset.track(self.number).ok()?;
+        track.line_of(frame.index)
+    }
+
+    /// The number of a LiDAR's scan among those of the sequence, from 0.
+    fn scan_number(&self, frame: &FrameRecord, lidar: usize) -> u64 {
+        frame.index * self.spec().lidars.len() as u64 + lidar as u64
     }
 
     /// The pose by which a frame's scans are registered.
@@ -255,9 +289,9 @@ impl Cloud {
 
     /// The error of a crop without points, which says where there are any.
     fn nothing_there(&self) -> Error {
-        let frames = self.dataset.frames();
-        let places = frames.iter().filter(|f| f.sequence == self.number);
-        let places = places.map(|f| f.world_from_body().translation_m.truncate());
+        let places = self
+            .frames()
+            .map(|f| f.world_from_body().translation_m.truncate());
         let (low, high) = places.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), p| {
             (low.min(p), high.max(p))
         });
@@ -270,43 +304,31 @@ impl Cloud {
         Error::invalid("crop", "no point", allowed)
     }
 
-    fn keeps(&self, p: &PlyPoint, world_m: DVec3, filled: &mut HashSet<[i64; 3]>) -> bool {
+    /// Whether a point is kept, wherever it lies. `filled` has the voxels of those that were kept.
+    fn keeps(&self, p: &CloudPoint, filled: &mut HashSet<[i64; 3]>) -> bool {
         let odd = PointFlags::MIXED | PointFlags::FALSE_ALARM | PointFlags::MIRRORED;
-        if self.params.pure && p.point.flags.has(odd) || !self.only.has(p) {
+        if self.params.pure && p.recorded.point.flags.has(odd) || !self.only.has(&p.recorded) {
             return false;
         }
         // The set is only asked whether it contains a point, so its order does not matter.
         self.params.voxel_m.is_none_or(|side| {
-            let cell = (world_m / side).floor();
+            let cell = (p.world_m / side).floor();
             filled.insert(cell.to_array().map(|c| c as i64))
         })
     }
 
-    fn within(&self, world_m: DVec3) -> bool {
+    /// Whether a place belongs to the part of the world that is kept.
+    #[must_use]
+    pub fn is_within(&self, world_m: DVec3) -> bool {
         (self.params.crop).is_none_or(|crop| crop.contains(world_m.truncate()))
     }
 
-    /// The trees that stand in the part of the world that is kept.
-    ///
-    /// # Errors
-    /// If `trees.csv` is missing or damaged.
-    pub fn trees(&self) -> Result<Vec<TreeRecord>, Error> {
-        let mut trees = self.dataset.trees(self.number)?;
-        trees.retain(|t| self.within(t.position_m));
-        Ok(trees)
-    }
-
-    /// Writes [`trees`](Self::trees) as a CSV with the columns of `trees.csv`, and returns how many
-    /// they are. The file appears when it is whole.
-    ///
-    /// # Errors
-    /// As [`trees`](Self::trees) and [`check_name`](Self::check_name), and if it cannot be written.
-    pub fn write_trees(&self, out: &Path) -> Result<usize, Error> {
-        self.check_name(out, "csv")?;
-        let trees = self.trees()?;
-        let text = tables::encode_trees(&tables::tree_rows(&trees)?);
-        nemoral_files::write(out, text.as_bytes())?;
-        Ok(trees.len())
+    /// A place of the world in the coordinates of a format.
+    fn place_m(&self, format: CloudFormat, world_m: DVec3) -> DVec3 {
+        match (format, self.site()) {
+            (CloudFormat::Laz, Some(site)) => site.from_world(world_m),
+            _ => world_m,
+        }
     }
 }
 
@@ -317,41 +339,4 @@ fn estimated(dataset: &Dataset, sequence: u32) -> Result<Vec<RigidTransform>, Er
                        (navigation.enabled = true)";
         Error::invalid("estimated_poses", true, allowed)
     })
-}
-
-/// The classes and fine semantics that are kept.
-#[derive(Clone, Debug)]
-struct Only {
-    classes: Vec<u8>,
-    semantics: Vec<Semantic>,
-}
-
-impl Only {
-    fn new(names: &[String], ontology: &Ontology) -> Result<Self, Error> {
-        let mut only = Self {
-            classes: Vec::new(),
-            semantics: Vec::new(),
-        };
-        for name in names {
-            let class = (ontology.classes().iter()).find(|c| c.name.eq_ignore_ascii_case(name));
-            let semantic = Semantic::ALL.iter().find(|s| s.name() == name);
-            match (class, semantic) {
-                (Some(class), _) => only.classes.push(class.id),
-                (None, Some(semantic)) => only.semantics.push(*semantic),
-                (None, None) => {
-                    let classes = ontology.classes().iter().map(|c| shown(&c.name));
-                    let all = classes.chain(Semantic::ALL.iter().map(|s| s.name().to_owned()));
-                    let allowed = format!("one of {}", all.collect::<Vec<_>>().join(", "));
-                    return Err(Error::invalid("only", format!("'{name}'"), allowed));
-                }
-            }
-        }
-        Ok(only)
-    }
-
-    fn has(&self, p: &PlyPoint) -> bool {
-        (self.classes.is_empty() && self.semantics.is_empty())
-            || self.classes.contains(&p.class)
-            || self.semantics.contains(&p.point.semantic)
-    }
 }

@@ -14,9 +14,10 @@ use crate::formats::ply;
 /// drives.
 ///
 /// Positions are the measured ones, registered by the true poses unless others are
-/// asked for. Every point has its class, its object (`chunk_x`, `chunk_y`, `item` as in
-/// `trees.csv` and `instances.csv`), frame, LiDAR, return, true range, normal and its class's
-/// colour. Returns how many points were written. The file appears when it is whole.
+/// asked for. Every point has its time (`time`: seconds after the start of the sequence, at which
+/// its pulse was fired), its class, its object (`chunk_x`, `chunk_y`, `item` as in `trees.csv` and
+/// `instances.csv`), frame, LiDAR, ring, return, true range, normal and its class's colour. Returns
+/// how many points were written. The file appears when it is whole.
 ///
 /// # Errors
 /// As [`Cloud::open`], [`Cloud::check_name`] with `ply`, and [`Cloud::for_each`], and if the file
@@ -62,7 +63,8 @@ fn write_point(
     [r, g, b]: [u8; 3],
 ) -> io::Result<()> {
     let point = &p.recorded.point;
-    for v in p.world_m.to_array() {
+    let [x, y, z] = p.world_m.to_array();
+    for v in [x, y, z, p.fired_s()] {
         out.write_all(&v.to_le_bytes())?;
     }
     let floats = [
@@ -86,6 +88,7 @@ fn write_point(
         p.recorded.class,
         point.semantic as u8,
         p.lidar,
+        point.ring,
         point.return_number,
         point.returns,
         point.flags.0,

@@ -117,10 +117,11 @@ impl PlyPoint {
 }
 
 /// The properties of a registered cloud's vertex, in the file's order.
-const CLOUD_FIELDS: [(&str, &str); 23] = [
+const CLOUD_FIELDS: [(&str, &str); 25] = [
     ("x", "double"),
     ("y", "double"),
     ("z", "double"),
+    ("time", "double"),
     ("intensity", "float"),
     ("range_true", "float"),
     ("range", "float"),
@@ -135,6 +136,7 @@ const CLOUD_FIELDS: [(&str, &str); 23] = [
     ("class", "uchar"),
     ("semantic", "uchar"),
     ("lidar", "uchar"),
+    ("ring", "uchar"),
     ("return_no", "uchar"),
     ("n_returns", "uchar"),
     ("flags", "uchar"),
@@ -143,17 +145,20 @@ const CLOUD_FIELDS: [(&str, &str); 23] = [
     ("blue", "uchar"),
 ];
 
+const CLOUD_COMMENT: &str = "nemoral cloud: metres, world frame (x east, y north, z up); time \
+    seconds after the start of the sequence; flags 1 mixed, 2 false alarm, 4 mirrored, 8 grows on \
+    a stem, 16 on branches";
+const SCAN_COMMENT: &str = "nemoral LiDAR scan: metres, sensor frame (x forward, y left, z up); t \
+    seconds after the frame's time; flags 1 mixed, 2 false alarm, 4 mirrored, 8 grows on a stem, \
+    16 on branches";
+
 /// The header of a registered cloud; its vertices follow.
 pub(crate) fn cloud_header(vertices: usize) -> Vec<u8> {
-    let comment =
-        "nemoral cloud: metres, world frame (x east, y north, z up); flags 1 mixed, 2 false alarm";
-    header(&CLOUD_FIELDS, comment, vertices).into_bytes()
+    header(&CLOUD_FIELDS, CLOUD_COMMENT, vertices).into_bytes()
 }
 
 fn scan_header(vertices: usize) -> String {
-    let comment = "nemoral LiDAR scan: metres, sensor frame (x forward, y left, z up); t seconds \
-        after the frame's time; flags 1 mixed, 2 false alarm";
-    header(&PlyPoint::FIELDS, comment, vertices)
+    header(&PlyPoint::FIELDS, SCAN_COMMENT, vertices)
 }
 
 fn header(fields: &[(&str, &str)], comment: &str, vertices: usize) -> String {
@@ -393,6 +398,22 @@ mod tests {
             }
         }
         assert_eq!(decode(Path::new("x"), &bytes).expect("ours"), points);
+    }
+
+    #[test]
+    fn headers_name_all_flags() {
+        let flags = [
+            (PointFlags::MIXED, "mixed"),
+            (PointFlags::FALSE_ALARM, "false alarm"),
+            (PointFlags::MIRRORED, "mirrored"),
+            (PointFlags::ON_STEM, "grows on a stem"),
+            (PointFlags::ON_BRANCH, "on branches"),
+        ];
+        for comment in [SCAN_COMMENT, CLOUD_COMMENT] {
+            for (flag, name) in flags {
+                assert!(comment.contains(&format!(" {flag} {name}")), "{comment}");
+            }
+        }
     }
 
     #[test]

@@ -15,7 +15,8 @@ use crate::error::shown;
 /// The columns with which every row starts.
 const ID_COLUMNS: &str = "id,chunk_x,chunk_y,item,image_id,label_id";
 const TREE_COLUMNS: &str = "species,x_m,y_m,z_m,dbh_m,height_m,crown_base_m,crown_radius_m,\
-                            leaf_area_m2,stem_volume_m3,lean_deg,age_class,alive,field_id";
+                            leaf_area_m2,stem_volume_m3,wood_volume_m3,merchantable_volume_m3,\
+                            lean_deg,age_class,alive,field_id";
 const DEADWOOD_COLUMNS: &str = "kind,species,x_m,y_m,z_m,azimuth_deg,length_m,large_diameter_m,\
                                 small_diameter_m,decay,volume_m3,thrown";
 const OBJECT_COLUMNS: &str = "kind,species,x_m,y_m,z_m,radius_m,height_m";
@@ -64,25 +65,36 @@ pub(crate) fn insert(rows: &mut Rows, table: &str, row: StringRecord) -> Result<
     }
 }
 
+/// A number in whole steps, of which there are so many in one, and never -0.
+pub(crate) fn rounded(value: f64, steps: f64) -> f64 {
+    (value * steps).round() / steps + 0.0
+}
+
+fn tree_row(t: &TreeRecord) -> StringRecord {
+    let mut row = StringRecord::from(&id_fields(t.object)[..]);
+    row.push_field(&t.species);
+    row.extend(numbers(&t.position_m.to_array()));
+    row.extend(numbers(&[
+        t.dbh_m,
+        t.height_m,
+        t.crown_base_m,
+        t.crown_radius_m,
+        t.leaf_area_m2,
+        t.stem_volume_m3,
+    ]));
+    let volumes = [t.wood_volume_m3, t.merchantable_volume_m3];
+    row.extend(volumes.map(|v| v.map_or(String::new(), |v| v.to_string())));
+    row.extend(numbers(&[t.lean_rad.to_degrees()]));
+    row.push_field(&t.age_class);
+    row.push_field(&t.alive.to_string());
+    row.push_field(&t.field_id);
+    row
+}
+
 pub(crate) fn tree_rows(trees: &[TreeRecord]) -> Result<Rows, Error> {
     let mut rows = Rows::new();
-    for t in trees {
-        let mut row = StringRecord::from(&id_fields(t.object)[..]);
-        row.push_field(&t.species);
-        row.extend(numbers(&t.position_m.to_array()));
-        row.extend(numbers(&[
-            t.dbh_m,
-            t.height_m,
-            t.crown_base_m,
-            t.crown_radius_m,
-            t.leaf_area_m2,
-            t.stem_volume_m3,
-            t.lean_rad.to_degrees(),
-        ]));
-        row.push_field(&t.age_class);
-        row.push_field(&t.alive.to_string());
-        row.push_field(&t.field_id);
-        insert(&mut rows, "trees", row)?;
+    for tree in trees {
+        insert(&mut rows, "trees", tree_row(tree))?;
     }
     Ok(rows)
 }
@@ -125,6 +137,22 @@ pub fn trees_csv(trees: &[TreeRecord]) -> Result<String, Error> {
 
 pub(crate) fn encode_trees(rows: &Rows) -> String {
     encode(&format!("{ID_COLUMNS},{TREE_COLUMNS}"), rows)
+}
+
+/// Trees as the text of a table with the columns of `trees.csv` and then others, with the fields of
+/// these; an error if two that differ have the same id.
+pub(crate) fn encode_trees_and(
+    other_columns: &str,
+    trees: impl IntoIterator<Item = (TreeRecord, Vec<String>)>,
+) -> Result<String, Error> {
+    let mut rows = Rows::new();
+    for (tree, fields) in trees {
+        let mut row = tree_row(&tree);
+        row.extend(fields);
+        insert(&mut rows, "trees", row)?;
+    }
+    let columns = format!("{ID_COLUMNS},{TREE_COLUMNS},{other_columns}");
+    Ok(encode(&columns, &rows))
 }
 
 /// Logs and root plates as the text of a `deadwood.csv`.
@@ -251,6 +279,15 @@ impl<'a> Fields<'a> {
         }
     }
 
+    /// A number, or nothing.
+    fn optional_number(&mut self) -> Result<Option<f64>, Error> {
+        if self.row.get(self.taken).is_some_and(str::is_empty) {
+            self.taken += 1;
+            return Ok(None);
+        }
+        self.number().map(Some)
+    }
+
     fn flag(&mut self) -> Result<bool, Error> {
         self.parse("true or false")
     }
@@ -307,6 +344,8 @@ pub(crate) fn trees(path: &Path, rows: &Rows) -> Result<Vec<TreeRecord>, Error> 
             crown_radius_m: f.number()?,
             leaf_area_m2: f.number()?,
             stem_volume_m3: f.number()?,
+            wood_volume_m3: f.optional_number()?,
+            merchantable_volume_m3: f.optional_number()?,
             lean_rad: f.number()?.to_radians(),
             age_class: f.text().to_owned(),
             alive: f.flag()?,
@@ -382,7 +421,8 @@ mod tests {
             objects_in.dedup_by_key(|o| o.object);
             let trees_in: Vec<_> = objects_in
                 .iter()
-                .map(|o| TreeRecord {
+                .map(|o| (o, o.object.item().is_multiple_of(2)))
+                .map(|(o, alive)| TreeRecord {
                     object: o.object,
                     species: o.species.clone(),
                     position_m: o.position_m,
@@ -392,9 +432,11 @@ mod tests {
                     crown_radius_m: 2.0,
                     leaf_area_m2: 1e-7,
                     stem_volume_m3: 1.0 / 3.0,
+                    wood_volume_m3: alive.then_some(2.0 / 3.0),
+                    merchantable_volume_m3: alive.then_some(0.0),
                     lean_rad: 0.0,
                     age_class: "young".to_owned(),
-                    alive: o.object.item().is_multiple_of(2),
+                    alive,
                     field_id: String::new(),
                 })
                 .collect();
@@ -463,6 +505,8 @@ mod tests {
             crown_radius_m: 2.5,
             leaf_area_m2: 120.0,
             stem_volume_m3: 0.7,
+            wood_volume_m3: Some(0.9),
+            merchantable_volume_m3: None,
             lean_rad: 0.0,
             age_class: "young".to_owned(),
             alive: true,
@@ -473,6 +517,7 @@ mod tests {
             ("oak,0,", "oak,NaN,", "x_m = 'NaN': must be a finite"),
             (",0.3,", ",inf,", "dbh_m = 'inf': must be a finite"),
             (",0,young", ",1e999,young", "lean_deg = '1e999': must"),
+            (",0.9,", ",NaN,", "wood_volume_m3 = 'NaN': must be a finite"),
             (",true,", ",yes,", "alive = 'yes': must be true or false"),
             (",1,2,3,", ",1,x,3,", "chunk_y = 'x': must be a whole"),
         ] {

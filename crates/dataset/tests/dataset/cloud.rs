@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use nemoral_dataset::{Cloud, CloudParams, Crop, Dataset, cloud};
+use nemoral_dataset::{Cloud, CloudFormat, CloudParams, Crop, Dataset, Error, cloud};
 use nemoral_scene::glam::DVec3;
 
 use crate::common::{START, header, spheres, write};
@@ -11,9 +11,11 @@ use crate::common::{START, header, spheres, write};
 #[derive(Clone, Copy, Debug)]
 struct Vertex {
     world: DVec3,
+    time: f64,
     frame: u32,
     item: u16,
     class: u8,
+    ring: u8,
 }
 
 /// Reads the fields that the header names, by their sizes.
@@ -49,9 +51,11 @@ fn read(path: &Path) -> Vec<Vertex> {
     };
     let vertex = |v: &[u8]| Vertex {
         world: DVec3::new(f64_at(v, "x"), f64_at(v, "y"), f64_at(v, "z")),
+        time: f64_at(v, "time"),
         frame: i32::from_le_bytes(v[at["frame"]..][..4].try_into().expect("4 bytes")) as u32,
         item: i32::from_le_bytes(v[at["item"]..][..4].try_into().expect("4 bytes")) as u16,
         class: v[at["class"]],
+        ring: v[at["ring"]],
     };
     bytes[body..].chunks_exact(offset).map(vertex).collect()
 }
@@ -94,6 +98,30 @@ fn points_lie_on_the_worlds_surfaces() {
     }
     let frames: Vec<u32> = points.iter().map(|p| p.frame).collect();
     assert!(frames.is_sorted() && frames.last() == Some(&2));
+}
+
+#[test]
+fn points_have_the_times_and_rings_of_their_pulses() -> Result<(), Error> {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (data, out) = (folder.path().join("data"), folder.path().join("c.ply"));
+    let dataset = write(&data, &header(), &[0, 1]);
+    cloud(&data, &out, CloudParams::default())?;
+    let mut recorded = Vec::new();
+    for frame in dataset.frames() {
+        let scan = dataset.scan(frame, 0)?;
+        recorded.extend(scan.ply.iter().map(|p| (frame.time_s, p.point)));
+    }
+    let points = read(&out);
+    assert_eq!(points.len(), recorded.len());
+    for (p, (frame_s, point)) in points.iter().zip(&recorded) {
+        // Times of this world are whole microseconds.
+        let fired_us = frame_s * 1e6 + (point.time_ns / 1000) as f64;
+        assert!((p.time * 1e6 - fired_us).abs() < 1e-3, "{p:?}");
+        assert_eq!(p.ring, point.ring);
+    }
+    // The first scan begins before the sequence.
+    assert!(points[0].time < 0.0 && points.iter().any(|p| p.ring != points[0].ring));
+    Ok(())
 }
 
 #[test]
@@ -188,13 +216,14 @@ fn a_plot_has_its_points_and_its_inventory() {
 
     let csv = folder.path().join("plot.csv");
     let open = Cloud::open(&data, cropped(&[])).expect("a cloud");
-    let count = open.write_trees(&csv).expect("written");
+    let count = open.write_trees(&csv, CloudFormat::Ply).expect("written");
     let expected = trees.iter().filter(|t| within(t.position_m)).count();
     assert!(count >= 1 && count == expected);
     let text = std::fs::read_to_string(&csv).expect("a table");
     let whole = std::fs::read_to_string(data.join("sequences/00/trees.csv")).expect("a table");
-    assert!(text.lines().all(|row| whole.lines().any(|r| r == row)));
+    let begins = |row: &str| whole.lines().any(|r| row.starts_with(&format!("{r},")));
+    assert!(text.lines().all(begins), "{text}");
     assert_eq!(text.lines().count(), 1 + count);
-    let refused = open.write_trees(&folder.path().join("plot.txt"));
+    let refused = open.write_trees(&folder.path().join("plot.txt"), CloudFormat::Ply);
     assert!(refused.expect_err("refused").to_string().contains(".csv"));
 }

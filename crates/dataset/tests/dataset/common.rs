@@ -479,6 +479,8 @@ pub(crate) fn trees() -> Vec<TreeRecord> {
             0.0
         },
         stem_volume_m3: 0.7,
+        wood_volume_m3: Some(0.9),
+        merchantable_volume_m3: Some(0.5),
         lean_rad: 0.0,
         age_class: "middle".to_owned(),
         alive: o.object.item().is_multiple_of(2),

@@ -294,7 +294,7 @@ fn what_cannot_be_is_not_accepted() {
             j["sequences"][0]["site"] = json!({ "origin_m": origin_m, "epsg": epsg });
         }
     };
-    let lies: [Lie<'_>; 32] = [
+    let lies: [Lie<'_>; 34] = [
         ("world_from_body", &|j| {
             j["frames"][0]["world_from_body"][0][3] = json!(1e308)
         }),
@@ -326,6 +326,12 @@ fn what_cannot_be_is_not_accepted() {
         ("lines", &|j| j["tracks"][0]["lines"] = json!([0, u64::MAX])),
         ("chunk_size_m", &|j| {
             j["sequences"][0]["chunk_size_m"] = json!(0.0)
+        }),
+        ("half_scan_s", &|j| {
+            j["sequences"][0]["half_scan_s"] = json!(-0.5)
+        }),
+        ("half_scan_s", &|j| {
+            j["sequences"][0]["half_scan_s"] = json!(1e9)
         }),
         ("sensor name", &|j| {
             j["sequences"][0]["cameras"][0]["name"] = json!("../..")

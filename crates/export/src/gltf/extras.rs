@@ -63,6 +63,9 @@ pub(super) fn about_scene(scene: &ExportScene, inventory: &Inventory<'_>) -> Val
             object["crown_radius_m"] = json!(tree.crown_radius_m);
             object["leaf_area_m2"] = json!(tree.leaf_area_m2);
             object["stem_volume_m3"] = json!(tree.stem_volume_m3);
+            if let Some(volume_m3) = tree.wood_volume_m3 {
+                object["wood_volume_m3"] = json!(volume_m3);
+            }
             object["age_class"] = json!(tree.age_class);
             object["alive"] = json!(tree.alive);
         }

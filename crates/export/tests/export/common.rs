@@ -126,6 +126,8 @@ pub(crate) fn scene() -> ExportScene {
         crown_radius_m: 2.0,
         leaf_area_m2: 30.0,
         stem_volume_m3: 0.3,
+        wood_volume_m3: None,
+        merchantable_volume_m3: None,
         lean_rad: 0.0,
         age_class: "middle".to_owned(),
         alive: true,

@@ -23,7 +23,7 @@ pub struct Extent {
 }
 
 /// What a forester would measure on a tree.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct TreeMeasures {
     /// Diameter at breast height, metres: that of a circle of the same area as all stems' sections
     /// there, unless the sidecar tells it.
@@ -35,6 +35,9 @@ pub struct TreeMeasures {
     pub crown_radius_m: f64,
     /// One-sided area of the foliage, m²: what the masks leave of it.
     pub leaf_area_m2: f64,
+    /// Height and diameter of the stem, metres, at rising heights, measured as `dbh_m` is, and
+    /// brought to it where the sidecar tells it.
+    pub stem_cuts_m: Vec<[f64; 2]>,
     /// Volume of the stem above the ground, m³, by the areas of its sections.
     pub stem_volume_m3: f64,
     /// Lean of the stem from the vertical, radians.
@@ -216,7 +219,7 @@ pub(super) fn of_tree(
     let breast_m = BREAST_M.min(height_m / 2.0);
     let breast = stem_section(baked, breast_m);
     let measured_m = (breast.as_ref())
-        .map(|s| (4.0 * s.area_m2 / std::f64::consts::PI).sqrt())
+        .map(diameter_m)
         .filter(|d| (0.005..=5.0).contains(d));
     let Some(dbh_m) = sidecar.dbh_m.or(measured_m) else {
         return Err(ImportError::file(format!(
@@ -247,8 +250,13 @@ pub(super) fn of_tree(
     let stem_volume_m3 = slice_m * (0..SLICES).map(area_m2).sum::<f64>();
     let foliage = Foliage::of(baked);
     let is_alive = foliage.area_m2 > 0.0;
+    let stem_cuts_m = match measured_m {
+        Some(measured_m) => stem_cuts_m(baked, [breast_m, height_m], dbh_m / measured_m),
+        None => vec![[breast_m, dbh_m]],
+    };
     Ok(TreeMeasures {
         dbh_m,
+        stem_cuts_m,
         crown_base_m: if is_alive {
             foliage.base_m.clamp(0.0, height_m)
         } else {
@@ -261,6 +269,26 @@ pub(super) fn of_tree(
         foot_radius_m: sidecar.radius_m.unwrap_or(foot_m.max(dbh_m / 2.0)),
         is_alive,
     })
+}
+
+/// The diameter of the circle that has the area of a section, metres.
+fn diameter_m(section: &Section) -> f64 {
+    (4.0 * section.area_m2.max(0.0) / std::f64::consts::PI).sqrt()
+}
+
+/// Heights and diameters of a tree's stem, times a factor: at breast height, and from a
+/// two-hundredth of the tree's height up, each a tenth higher than the one below.
+fn stem_cuts_m(baked: &Baked, [breast_m, height_m]: [f64; 2], factor: f64) -> Vec<[f64; 2]> {
+    let rising = std::iter::successors(Some(height_m / 200.0), |z| Some(1.1 * z));
+    let mut heights_m: Vec<f64> = rising.take_while(|&z| z < height_m).collect();
+    heights_m.push(breast_m);
+    heights_m.sort_by(f64::total_cmp);
+    heights_m.dedup();
+    let cut = |z: f64| {
+        let diameter_m = stem_section(baked, z).map_or(0.0, |s| diameter_m(&s));
+        (diameter_m > 0.0).then_some([z, factor * diameter_m])
+    };
+    heights_m.into_iter().filter_map(cut).collect()
 }
 
 struct Foliage {

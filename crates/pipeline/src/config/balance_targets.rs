@@ -119,8 +119,7 @@ impl Config {
     pub(super) fn balance_problems(&self) -> Vec<(String, String)> {
         let mut out = Vec::new();
         let mut refuse = |key: &str, message: String| out.push((key.to_owned(), message));
-        let ontology = Ontology::by_name(&self.output.ontology)
-            .expect("the config's words are the built-in ontologies");
+        let ontology = self.output.ontology.table();
         for name in self.balance.targets.keys() {
             if counts(name, &ontology).is_some() {
                 continue;

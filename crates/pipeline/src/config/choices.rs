@@ -2,7 +2,7 @@
 
 use nemoral_convert::FormatName;
 use nemoral_lidar::Device;
-use nemoral_scene::TrailSurfaceKind;
+use nemoral_scene::{Ontology, TrailSurfaceKind};
 
 /// Declares an enum with the word that a config has for each variant.
 macro_rules! choices {
@@ -39,6 +39,16 @@ macro_rules! choices {
 }
 
 choices! {
+    /// A class table by its name.
+    OntologyName {
+        /// The paper's eight classes.
+        Paper = "paper",
+        /// The paper's, with shrubs and herbs as fuel.
+        Fuel = "fuel",
+        /// Each semantic as a class.
+        Semantics = "semantics",
+    }
+
     /// The noise that the terrain sums.
     TerrainNoise {
         /// Gradient noise of this project, without a period and with exact gradients.
@@ -202,6 +212,18 @@ choices! {
     }
 }
 
+impl OntologyName {
+    /// The class table.
+    #[must_use]
+    pub fn table(self) -> Ontology {
+        match self {
+            Self::Paper => Ontology::paper(),
+            Self::Fuel => Ontology::fuel(),
+            Self::Semantics => Ontology::semantics(),
+        }
+    }
+}
+
 /// The word of `trails.surface` for a surface of its own on each trail.
 pub(crate) const VARIED_SURFACES: &str = "varied";
 
@@ -240,3 +262,21 @@ pub(super) const DEVICES: [&str; 1 + Device::ALL.len()] = {
     }
     words
 };
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn class_tables_have_the_names_of_their_words() {
+        let all = [
+            OntologyName::Paper,
+            OntologyName::Fuel,
+            OntologyName::Semantics,
+        ];
+        assert_eq!(all.map(OntologyName::word), OntologyName::WORDS);
+        for name in all {
+            assert_eq!(name.table().name(), name.word());
+        }
+    }
+}

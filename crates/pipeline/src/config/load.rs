@@ -89,11 +89,13 @@ impl Config {
         toml::to_string(&to_table(self)).expect("a config is plain data")
     }
 
-    /// Refuses impossible combinations of values, of which each alone is allowed.
+    /// Refuses values that their keys do not allow, and impossible combinations of those that they
+    /// do.
     ///
     /// # Errors
-    /// All of them.
+    /// All values that are not allowed; if there are none, all impossible combinations.
     pub fn check(&self, inputs: &InputFiles) -> Result<(), Error> {
+        self.check_values()?;
         inputs.check(self)?;
         let problems = self.problems(inputs).into_iter();
         let errors = problems.map(|(path, message)| ConfigError {
@@ -103,6 +105,37 @@ impl Config {
         });
         ConfigErrors::from_iter(errors).into_result()?;
         Ok(())
+    }
+
+    /// Refuses values that their keys do not allow. Only code can set them: layers refuse them.
+    ///
+    /// # Errors
+    /// All of them.
+    pub(crate) fn check_values(&self) -> Result<(), Error> {
+        // TOML has no whole numbers beyond this, so they are in no table.
+        let whole = [
+            ("seed", self.seed),
+            ("frames", self.frames),
+            ("assets.seed", self.assets.seed),
+        ];
+        let too_large = whole
+            .into_iter()
+            .filter(|(_, number)| i64::try_from(*number).is_err());
+        let errors = too_large.map(|(key, number)| ConfigError {
+            path: key.to_owned(),
+            message: format!("{key} = {number}: must be at most {}", i64::MAX),
+            place: None,
+        });
+        ConfigErrors::from_iter(errors).into_result()?;
+        let mut errors = ConfigErrors::default();
+        check_table("", &to_table(self), &mut |path, message| {
+            errors.add(|| ConfigError {
+                path: path.to_owned(),
+                message: message(),
+                place: None,
+            });
+        });
+        errors.into_result()
     }
 
     /// A config from TOML that [`Config::to_toml`] or a user wrote.
@@ -189,7 +222,9 @@ pub(super) fn merged(
 ) -> Result<Config, Error> {
     let mut merged = with_sensors(preset, sources);
     for source in sources {
-        check_table("", &source.table, source, &mut errors);
+        check_table("", &source.table, &mut |path, message| {
+            errors.add(|| source.error(path, message()));
+        });
         merge("", &mut merged, &source.table);
     }
     errors.into_result()?;
@@ -266,12 +301,12 @@ fn last_text(sources: &[Source], path: &[&str]) -> Option<String> {
     sources.iter().rev().find_map(said)
 }
 
-/// Collects everything that is wrong with one layer.
-fn check_table(path: &str, table: &Table, source: &Source, errors: &mut ConfigErrors) {
+/// What is told of each key with which something is wrong: its path, and how to make the message.
+type Wrong<'a> = dyn FnMut(&str, &dyn Fn() -> String) + 'a;
+
+/// Tells everything that is wrong with the table at a path.
+fn check_table(path: &str, table: &Table, wrong: &mut Wrong<'_>) {
     let spec = section(path).expect("only sections are entered");
-    let mut wrong = |path: &str, message: &dyn Fn() -> String| {
-        errors.add(|| source.error(path, message()));
-    };
     let mut inner = Vec::new();
     let mut chosen: Vec<(&str, String)> = Vec::new();
     for (key, value) in table {
@@ -305,7 +340,7 @@ fn check_table(path: &str, table: &Table, source: &Source, errors: &mut ConfigEr
         }
     }
     for (path, table) in inner {
-        check_table(&path, table, source, errors);
+        check_table(&path, table, wrong);
     }
 }
 

@@ -39,7 +39,7 @@ pub(crate) use balance_targets::{BalanceTarget, Counts};
 pub(crate) use choices::VARIED_SURFACES;
 pub use choices::{
     ExposureMode, FlightFollow, LaconteSensor, Look, MeteringMode, MirrorKind, ModelKind,
-    PathFormat, RangeNoiseModel, ReturnMode, SpinningHead, TerrainNoise, ToneChoice,
+    OntologyName, PathFormat, RangeNoiseModel, ReturnMode, SpinningHead, TerrainNoise, ToneChoice,
     VignettingModel, WhiteBalanceMode,
 };
 pub(crate) use devices::LIGHT_M_PER_NS;

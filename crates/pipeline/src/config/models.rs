@@ -121,7 +121,7 @@ impl Config {
                     }
                 }
                 Ok(read) => {
-                    let tree_m = read.tree.map(|tree| tree.foot_radius_m);
+                    let tree_m = read.tree.as_ref().map(|tree| tree.foot_radius_m);
                     let radius_m = high * tree_m.unwrap_or(read.extent.radius_m);
                     let most_m = MOST_RADIUS_M.min(self.chunks.size_m / 8.0);
                     if radius_m > most_m {

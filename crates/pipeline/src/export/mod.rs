@@ -6,7 +6,7 @@ mod tree;
 
 use nemoral_export::{ExportCamera, ExportScene};
 use nemoral_scene::glam::{DVec2, DVec3};
-use nemoral_scene::{ChunkCoord, Instance, Ontology};
+use nemoral_scene::{ChunkCoord, Instance};
 
 pub use tree::tree_scene;
 
@@ -115,8 +115,7 @@ impl Recorder {
             origin_m,
             seed: config.seed,
             materials: assets.wet_materials(config.weather.wetness()),
-            ontology: Ontology::by_name(&config.output.ontology)
-                .expect("the config's words are the built-in ontologies"),
+            ontology: config.output.ontology.table(),
             instances,
             objects,
             trees,

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use nemoral_assets::{SingleTree, Species};
+use nemoral_assets::{SingleTree, Species, WoodVolume};
 use nemoral_export::ExportScene;
 use nemoral_scene::glam::{DVec3, Vec3};
 use nemoral_scene::{
@@ -54,6 +54,9 @@ pub fn tree_scene(
         crown_radius_m: size.crown_radius_m,
         leaf_area_m2: size.leaf_area_m2,
         stem_volume_m3: tree.stem_volume_m3,
+        wood_volume_m3: tree.wood.as_ref().map(WoodVolume::total_m3),
+        merchantable_volume_m3: (tree.wood.as_ref())
+            .map(|wood| wood.of_at_least_m3(WoodVolume::MERCHANTABLE_M)),
         lean_rad: size.lean_rad,
         age_class: tree.class.name().to_owned(),
         alive: tree.alive,

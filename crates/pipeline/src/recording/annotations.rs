@@ -15,7 +15,7 @@ use nemoral_stand::SceneObject;
 use super::pose::{FramePose, pictures_s};
 use super::scene::{FrameScene, chunk_offset_m};
 use crate::Error;
-use crate::config::Config;
+use crate::config::{Config, OntologyName};
 use crate::plan::{Demand, Hasher};
 use crate::pool::in_pool;
 use crate::world::cameras::CameraRig;
@@ -24,7 +24,7 @@ use crate::world::uncovered::UncoveredGeometry;
 /// The annotations that a config wants.
 #[derive(Clone, Debug)]
 pub(crate) struct AnnotationRecipe {
-    ontology: String,
+    ontology: OntologyName,
     chunk_size_m: f64,
     visible_radius_m: f64,
     /// How long the pictures take, seconds.
@@ -34,7 +34,7 @@ pub(crate) struct AnnotationRecipe {
 impl AnnotationRecipe {
     pub(crate) fn new(config: &Config) -> Self {
         Self {
-            ontology: config.output.ontology.clone(),
+            ontology: config.output.ontology,
             chunk_size_m: config.chunks.size_m,
             visible_radius_m: config.chunks.visible_radius_m,
             pictures_s: pictures_s(config),
@@ -48,7 +48,7 @@ impl AnnotationRecipe {
             visible_radius_m,
             pictures_s,
         } = self;
-        hasher.write_str(ontology);
+        hasher.write_str(ontology.word());
         hasher.write_f64(*chunk_size_m);
         hasher.write_f64(*visible_radius_m);
         hasher.write_f64(*pictures_s);
@@ -73,8 +73,7 @@ impl AnnotationRecipe {
         } else {
             None
         };
-        let ontology = Ontology::by_name(&self.ontology)
-            .expect("the config's words are the built-in ontologies");
+        let ontology = self.ontology.table();
         let annotator = Annotator {
             ontology: &ontology,
             max_range_m: self.visible_radius_m as f32,

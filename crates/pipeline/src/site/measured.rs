@@ -1,6 +1,6 @@
 //! The sizes of the trees of a stem map, and the shapes that are grown for them.
 
-use nemoral_assets::{Competitors, MeasuredTree, Species, TreeSize};
+use nemoral_assets::{Competitors, MeasuredTree, Species, StemProfile, TreeSize};
 use nemoral_import::Stem;
 use nemoral_scene::glam::DVec2;
 use nemoral_seed::{Domain, Draw, Key};
@@ -12,6 +12,9 @@ const PLOT: Domain = Domain::new("pipeline.plot");
 
 /// The size of a copy relative to its shape, across and along, is within these.
 const STRETCH: [f64; 2] = [0.35, 2.8];
+
+/// The height at which diameters are measured, metres.
+const BREAST_M: f64 = 1.3;
 
 /// Of the height that a dead tree had, so much is left on average ([`nemoral_assets::grow_snag`]).
 const BROKEN: f64 = 0.65;
@@ -39,26 +42,50 @@ pub(crate) struct ModelStem {
 }
 
 impl ModelStem {
-    /// How much wider and how much higher the copy is than its model, which has a name, a diameter
-    /// and a height. What the map does not say follows from what it says.
+    /// How much wider and how much higher the copy is than its model, which has a name, a stem and
+    /// a height. What the map does not say follows from what it says.
     pub(crate) fn stretch(
         &self,
         name: &str,
-        [dbh_m, height_m]: [f64; 2],
+        stem: &StemProfile,
+        height_m: f64,
     ) -> Result<[f64; 2], String> {
         let [low, high] = STRETCH;
-        let of = |what: &str, told: Option<f64>, own: f64| match told {
-            Some(told) if !(low..=high).contains(&(told / own)) => Err(format!(
-                "line {}: {what} = {told}: must be from {:.2} to {:.2} for a copy of models.{name}",
-                self.line,
-                low * own,
-                high * own
-            )),
-            _ => Ok(told.map(|told| told / own)),
+        let check = |what: &str, told: f64, [least, most]: [f64; 2]| {
+            let is_within = (least..=most).contains(&told);
+            is_within.then_some(told).ok_or_else(|| {
+                format!(
+                    "line {}: {what} = {told}: must be from {least:.2} to {most:.2} for a copy of \
+                     models.{name}",
+                    self.line
+                )
+            })
         };
-        let across = of("dbh_m", self.dbh_m, dbh_m)?;
-        let along = of("height_m", self.height_m, height_m)?;
-        Ok([across.or(along), along.or(across)].map(|stretch| stretch.unwrap_or(1.0)))
+        let along = match self.height_m {
+            Some(told) => {
+                Some(check("height_m", told, [low * height_m, high * height_m])? / height_m)
+            }
+            None => None,
+        };
+        let Some(dbh_m) = self.dbh_m else {
+            return Ok([along.unwrap_or(1.0); 2]);
+        };
+        // At breast height of the copy, that of a model of the copy's height and its own width.
+        let own_m = |along: f64| stem.diameter_m(BREAST_M / along);
+        if let Some(along) = along {
+            let own_m = own_m(along);
+            check("dbh_m", dbh_m, [low * own_m, high * own_m])?;
+            return Ok([dbh_m / own_m, along]);
+        }
+        // The larger the copy, the thicker it is there.
+        check("dbh_m", dbh_m, [low * own_m(low), high * own_m(high)])?;
+        let mut between = STRETCH;
+        for _ in 0..60 {
+            let middle = 0.5 * (between[0] + between[1]);
+            let is_too_thick = middle * own_m(middle) > dbh_m;
+            between[usize::from(is_too_thick)] = middle;
+        }
+        Ok([between[0]; 2])
     }
 }
 
@@ -438,12 +465,17 @@ mod tests {
         assert_eq!((all.stems.len(), all.stems[0].number), (1, 1));
         let numbers: Vec<usize> = all.models.iter().map(|m| m.number).collect();
         assert_eq!(numbers, [0, 2, 3, 4]);
-        let stretch = |i: usize| all.models[i].stretch("old_oak", [0.4, 12.0]);
+        // 0.4 m thick up to 2 m, then thinner: 0.2 m at 7 m.
+        let oak = StemProfile::new(vec![[0.1, 0.4], [2.0, 0.4]], 12.0);
+        let stretch = |i: usize| all.models[i].stretch("old_oak", &oak, 12.0);
         assert_eq!(stretch(0), Ok([2.0, 1.5]));
-        assert_eq!(stretch(1), Ok([0.5, 0.5]));
+        // At half of its size, 1.3 m are 2.6 m of the model, where it is thinner.
+        let [across, along] = stretch(1).expect("possible");
+        assert_eq!(across, along);
+        assert!((across * oak.diameter_m(1.3 / along) - 0.2).abs() < 1e-9 && across > 0.5);
         assert_eq!(stretch(2), Ok([1.0, 1.0]));
         let message = stretch(3).expect_err("too thick");
-        let expected = "line 6: dbh_m = 3: must be from 0.14 to 1.12 for a copy of models.old_oak";
+        let expected = "line 6: dbh_m = 3: must be from 0.12 to 1.12 for a copy of models.old_oak";
         assert_eq!(message, expected);
     }
 

@@ -1,5 +1,6 @@
 //! What is wrong with the files of a site, and with what a config asks for beside them.
 
+use nemoral_assets::StemProfile;
 use nemoral_import::ModelKind;
 use nemoral_scene::ObjectId;
 use nemoral_seed::Key;
@@ -75,8 +76,9 @@ fn stems_problem(config: &Config, inputs: &InputFiles) -> Option<String> {
             let file = inputs.get(&config.models[name].file)?;
             // What is wrong with a model itself is said of the model.
             let model = file.model(ModelKind::Tree).ok()?;
-            let own = [model.tree?.dbh_m, model.extent.height_m];
-            stem.stretch(name, own).err()
+            let height_m = model.extent.height_m;
+            let profile = StemProfile::new(model.tree.as_ref()?.stem_cuts_m.clone(), height_m);
+            stem.stretch(name, &profile, height_m).err()
         });
         misfit.map_or(Ok(()), |e| Err(of_site.of_stems(&e)))
     };

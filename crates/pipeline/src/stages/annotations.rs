@@ -1,11 +1,12 @@
 //! Annotations of a picture: flow, hidden trunks, boxes.
 
 use nemoral_render::CameraImages;
-use nemoral_scene::{Annotations, ChunkCoord, Ontology};
+use nemoral_scene::{Annotations, ChunkCoord};
 use nemoral_seed::Key;
 use nemoral_stand::SceneObjects;
 
 use crate::Error;
+use crate::config::OntologyName;
 use crate::plan::{AnyChunk, Forest, Hasher, Node, OfWorld, Stage, Values};
 use crate::pool::in_pool;
 use crate::recording::annotations::AnnotationRecipe;
@@ -21,7 +22,7 @@ use crate::world::uncovered::{Trunks, UncoveredGeometry};
 /// Strips the [`WorldAssets`] to their [`Trunks`].
 #[derive(Clone, Debug)]
 pub struct TrunkStage {
-    pub(crate) ontology: String,
+    pub(crate) ontology: OntologyName,
 }
 
 impl Stage<Forest> for TrunkStage {
@@ -33,12 +34,11 @@ impl Stage<Forest> for TrunkStage {
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         let Self { ontology } = self;
-        hasher.write_str(ontology);
+        hasher.write_str(ontology.word());
     }
 
     fn run(&self, (): (), _: Key, (assets,): Values<'_, Self>) -> Result<Trunks, Error> {
-        let ontology = Ontology::by_name(&self.ontology)
-            .expect("the config's words are the built-in ontologies");
+        let ontology = self.ontology.table();
         in_pool(|| Trunks::new(&assets, &ontology))
     }
 }

@@ -7,56 +7,54 @@ use nemoral_dataset::{deadwood_csv, trees_csv};
 use nemoral_export::{RasterMap, RasterValues, check_folder, to_geotiff};
 use nemoral_files::{Folder, InnerPath};
 use nemoral_mensuration::{
-    CanopyCell, MapFrame, MapGrid, Plot, StandMeasures, StandRow, VisibleCrown, crowns_geojson,
-    profile_csv, stand_csv, stems_geojson, visible_crowns,
+    CanopyCell, LyingDeadwood, MapFrame, Plot, StandMeasures, StandRow, VisibleCrown,
+    crowns_geojson, deadwood_stand_csv, profile_csv, stand_csv, stems_geojson, visible_crowns,
 };
+use nemoral_scene::TreeRecord;
 use nemoral_scene::glam::DVec2;
-use nemoral_scene::{ParamError, TreeRecord};
 use serde_json::json;
 
-use super::plots::plots_csv;
+use super::plots::{InventoryPlots, Plots, plots_csv};
 use super::{Survey, SurveyParams};
 use crate::{Error, Recorder};
 
-/// How the trees of an inventory are counted.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// How the trees and the dead wood of an inventory are counted.
+#[derive(Clone, Debug, PartialEq)]
 pub struct InventoryParams {
     /// What is surveyed.
     pub survey: SurveyParams,
     /// The callipering limit of measures per hectare, 0 to 2 m: thinner trees do not count.
     pub min_dbh_m: f64,
-    /// Side of the square plots that the rectangle is cut into, 1 to 1000 m, if it is.
-    pub plot_m: Option<f64>,
+    /// Logs that are thinner at their thick end do not count per hectare, 0 to 2 m.
+    pub min_deadwood_diameter_m: f64,
+    /// The plots that are measured by themselves, too.
+    pub plots: InventoryPlots,
 }
 
 impl Default for InventoryParams {
-    /// Trees of 7 cm and more count, as in Germany's national inventory, and there are no plots.
+    /// Trees of 7 cm and more count, as in Germany's national inventory, and logs of 10 cm and
+    /// more, as there, too; there are no plots.
     fn default() -> Self {
         Self {
             survey: SurveyParams::default(),
             min_dbh_m: 0.07,
-            plot_m: None,
+            min_deadwood_diameter_m: 0.1,
+            plots: InventoryPlots::None,
         }
     }
 }
 
 impl InventoryParams {
-    /// Checks the numbers for a rectangle, and gives the whole of it as a plot and the grid of its
-    /// plots.
-    fn check(&self, low_m: DVec2, high_m: DVec2) -> Result<(Plot, Option<MapGrid>), Error> {
-        let invalid = |e: ParamError| Error::request(e.to_string());
+    /// Checks the numbers for a rectangle, and gives the whole of it as a plot, and its plots.
+    fn check(&self, low_m: DVec2, high_m: DVec2) -> Result<(Plot, Option<Plots>), Error> {
         let extent_m = high_m - low_m;
         let whole = Plot {
             area_m2: extent_m.x * extent_m.y,
             min_dbh_m: self.min_dbh_m,
+            min_deadwood_diameter_m: self.min_deadwood_diameter_m,
         };
-        whole.check().map_err(invalid)?;
-        let grid = self.plot_m.map(|side_m| {
-            ParamError::check_within("plot_m", side_m, 1.0, 1000.0)?;
-            MapGrid::of(low_m, high_m, side_m)
-        });
-        let of_plots = |e: ParamError| Error::request(format!("plots: {e}"));
-        Ok((whole, grid.transpose().map_err(of_plots)?))
+        whole.check().map_err(|e| Error::request(e.to_string()))?;
+        Ok((whole, Plots::of(&self.plots, [low_m, high_m])?))
     }
 }
 
@@ -65,8 +63,9 @@ impl Recorder {
     /// folder, which must be new or empty:
     ///
     /// - `trees.csv`, `deadwood.csv`: trees and dead wood of the rectangle, as in a data set;
-    /// - `stand.csv`: measures per hectare, of all trees and of each species; `plots.csv`: those of
-    ///   each plot, if there are any, with its canopy;
+    /// - `stand.csv`: measures per hectare, of all trees and of each species;
+    ///   `deadwood_stand.csv`: those of lying dead wood, of all and of each stage of decay;
+    ///   `plots.csv`: those of each plot, if there are any, with its dead wood and its canopy;
     /// - `profile.csv`: leaf and wood area by height;
     /// - `dtm.tif`, `dsm.tif`, `chm.tif`: heights of the ground, of the surface, and of the canopy
     ///   above the ground;
@@ -80,7 +79,8 @@ impl Recorder {
     ///
     /// # Errors
     /// As [`Recorder::survey`]; if a parameter is out of its range, the folder has something in it,
-    /// a plot is not a whole part of the rectangle's sides, or a file cannot be written.
+    /// squares are not whole parts of the rectangle's sides, a given plot is not wholly in the
+    /// rectangle, or a file cannot be written.
     pub fn write_inventory(
         &self,
         [low_m, high_m]: [DVec2; 2],
@@ -96,10 +96,15 @@ impl Recorder {
         let mut crowned = [&survey.trees[..], &survey.trees_outside].concat();
         crowned.sort_by_key(|tree| tree.object);
         let stand = stand_csv((&["species"], &[]), &by_species(&survey.trees, &whole)?);
+        let lying = LyingDeadwood::of(&survey.deadwood, &whole).map_err(Error::of_stage)?;
         let mut files = vec![
             ("trees.csv", trees_csv(&survey.trees)?.into_bytes()),
             ("deadwood.csv", deadwood_csv(&survey.deadwood)?.into_bytes()),
             ("stand.csv", stand.into_bytes()),
+            (
+                "deadwood_stand.csv",
+                deadwood_stand_csv(&lying).into_bytes(),
+            ),
             ("profile.csv", profile_csv(&survey.profile).into_bytes()),
             (
                 "crowns.geojson",
@@ -111,12 +116,14 @@ impl Recorder {
             ),
         ];
         if let Some(plots) = &plots {
-            let text = plots_csv(&survey, plots, params.min_dbh_m, frame.origin_m.truncate())?;
+            let text = plots_csv(&survey, plots, &whole, frame.origin_m.truncate())?;
             files.push(("plots.csv", text.into_bytes()));
         }
         files.extend(maps(&survey, &crowns, &frame)?);
-        // The `sum` of nothing is -0.
-        let lying_m3 = (survey.deadwood.iter()).fold(0.0, |sum, piece| sum + piece.volume_m3);
+        let side_m = match params.plots {
+            InventoryPlots::Squares { side_m } => Some(side_m),
+            InventoryPlots::None | InventoryPlots::Given(_) => None,
+        };
         let rounded = |number: f64| (number * 1e6).round() / 1e6;
         let about = json!({
             "generator": concat!("nemoral ", env!("CARGO_PKG_VERSION")),
@@ -129,10 +136,12 @@ impl Recorder {
             "rays_a_side": params.survey.rays_a_side,
             "layer_m": params.survey.layer_m,
             "min_dbh_m": params.min_dbh_m,
-            "plot_m": params.plot_m,
+            "min_deadwood_diameter_m": params.min_deadwood_diameter_m,
+            "plot_m": side_m,
+            "plots": plots.map_or(0, |plots| plots.shapes().len()),
             "canopy_cover": rounded(survey.maps.cover()),
             "leaf_area_index_of_all_plants": rounded(survey.profile.leaf_area_index()),
-            "lying_deadwood_m3_ha": rounded(1e4 * lying_m3 / whole.area_m2),
+            "lying_deadwood_m3_ha": rounded(lying.all().volume_m3_ha),
         });
         let about = serde_json::to_string_pretty(&about).expect("numbers and text");
         files.push(("inventory.json", format!("{about}\n").into_bytes()));

@@ -15,6 +15,7 @@ use nemoral_scene::{
 use rayon::prelude::*;
 
 pub use files::InventoryParams;
+pub use plots::InventoryPlots;
 
 use crate::plan::Runner;
 use crate::pool::in_pool;

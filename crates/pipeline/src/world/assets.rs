@@ -4,8 +4,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use nemoral_assets::{
-    Library, LogAsset, PlantAsset, SizeClass, SnowMaterials, SnowParams, Species, TreeAsset,
-    TreeSize,
+    Library, LogAsset, PlantAsset, SizeClass, SnowMaterials, SnowParams, TreeAsset, WoodVolume,
 };
 use nemoral_raycast::Blas;
 use nemoral_scene::{
@@ -264,7 +263,7 @@ impl WorldAssets {
         let measured = {
             let edge_trees = if params.edge_trees { of_stand[0] } else { 0 };
             let first = [of_stand[0] + edge_trees, library.trees.len() + of_stand[1]];
-            let mut objects = objects_of(&stems, &species, first, &standing);
+            let mut objects = objects_of(&stems, first, &standing);
             for stem in &stems.models {
                 let copy = copy_of(stem, &models, &standing).map_err(|e| recipe.of_stems(&e))?;
                 objects.push(copy);
@@ -564,40 +563,32 @@ impl WorldAssets {
         }
         let tree = &self.standing[object.asset].tree;
         let s = object.scale;
-        let mut size = tree.size.scaled(s);
-        let mut stem_volume_m3 = tree.stem_volume_m3 * s * s * s;
+        let mut stretch = [s, s];
+        let mut measured_m = None;
         let mut field_id = String::new();
         if let Some(measured) = object.measured {
-            let MeasuredSize {
-                number,
-                dbh_m,
-                height_m,
-                across,
-                along,
-            } = measured;
-            let mean = libm::cbrt(across * across * along);
-            size = TreeSize {
-                dbh_m,
-                height_m,
-                crown_base_m: tree.size.crown_base_m * along,
-                crown_radius_m: tree.size.crown_radius_m * across,
-                // Leaves point all ways, so their area grows as the mean of all ways does.
-                leaf_area_m2: tree.size.leaf_area_m2 * mean * mean,
-                lean_rad: libm::atan(libm::tan(tree.size.lean_rad) * across / along),
-            };
-            stem_volume_m3 = tree.stem_volume_m3 * across * across * along;
-            field_id.clone_from(&self.field_ids[number as usize]);
+            stretch = [measured.across, measured.along];
+            measured_m = Some([measured.dbh_m, measured.height_m]);
+            field_id.clone_from(&self.field_ids[measured.number as usize]);
         }
+        let [across, along] = stretch;
+        let size = tree.size_of_copy(stretch);
+        let [dbh_m, height_m] = measured_m.unwrap_or([size.dbh_m, size.height_m]);
+        let growth = across * across * along;
+        let merchantable_m3 =
+            |wood: &WoodVolume| growth * wood.of_at_least_m3(WoodVolume::MERCHANTABLE_M / across);
         Some(TreeRecord {
             object: object.object,
             species: tree.species.clone(),
             position_m: object.position_m,
-            dbh_m: size.dbh_m,
-            height_m: size.height_m,
+            dbh_m,
+            height_m,
             crown_base_m: size.crown_base_m,
             crown_radius_m: size.crown_radius_m,
             leaf_area_m2: size.leaf_area_m2,
-            stem_volume_m3,
+            stem_volume_m3: growth * tree.stem_volume_m3,
+            wood_volume_m3: tree.wood.as_ref().map(|wood| growth * wood.total_m3()),
+            merchantable_volume_m3: tree.wood.as_ref().map(merchantable_m3),
             lean_rad: size.lean_rad,
             age_class: tree.class.name().to_owned(),
             alive: tree.alive,
@@ -610,7 +601,6 @@ impl WorldAssets {
 /// and their first dead shape among the standing trees.
 fn objects_of(
     measured: &MeasuredStems,
-    species: &[(Species, f64)],
     first: [usize; 2],
     standing: &[Standing],
 ) -> Vec<MeasuredObject> {
@@ -627,14 +617,8 @@ fn objects_of(
         let asset = assets[stem.shape];
         let tree = &standing[asset].tree;
         let along = stem.height_m / tree.size.height_m;
-        // The shape's stem where the copy's breast height is, by the taper of the size in which it
-        // grew: of a dead tree, before its top broke.
-        let species = &species[stem.species].0;
-        let grown = &measured.shapes[stem.shape].size;
-        let shape_dbh_m = species.stem_diameter_m(grown, BREAST_M / along)
-            / species.stem_diameter_m(grown, BREAST_M)
-            * tree.size.dbh_m;
-        let across = stem.dbh_m / shape_dbh_m;
+        // The shape's stem where the copy's breast height is.
+        let across = stem.dbh_m / tree.stem.diameter_m(BREAST_M / along);
         MeasuredObject {
             asset,
             size: MeasuredSize {
@@ -659,13 +643,14 @@ fn copy_of(
     let mut trees = models.trees();
     let (name, asset) = trees.nth(stem.model).ok_or("the model is not there")?;
     let tree = &standing[asset].tree;
-    let [across, along] = stem.stretch(name, [tree.size.dbh_m, tree.size.height_m])?;
+    let stretch = stem.stretch(name, &tree.stem, tree.size.height_m)?;
+    let ([across, along], size) = (stretch, tree.size_of_copy(stretch));
     Ok(MeasuredObject {
         asset,
         size: MeasuredSize {
             number: stem.number as u32,
-            dbh_m: tree.size.dbh_m * across,
-            height_m: tree.size.height_m * along,
+            dbh_m: size.dbh_m,
+            height_m: size.height_m,
             across,
             along,
         },

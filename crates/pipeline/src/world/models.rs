@@ -4,8 +4,8 @@ use std::fmt;
 use std::sync::Arc;
 
 use nemoral_assets::{
-    Library, LogAsset, PlantAsset, ShapeKind, SizeClass, TreeAsset, TreeClimbers, TreeSize,
-    with_occlusion,
+    Library, LogAsset, PlantAsset, ShapeKind, SizeClass, StemProfile, TreeAsset, TreeClimbers,
+    TreeSize, with_occlusion,
 };
 use nemoral_import::{self as import, LogMeasures, TreeMeasures};
 use nemoral_placement::Variety;
@@ -99,7 +99,7 @@ impl ModelRecipe {
             };
             let shape = Arc::new(with_occlusion(shape, &all.materials, of_kind, scale));
             let species = wanted.species_or(name).to_owned();
-            let (kind, asset) = match (kind, model.tree, model.log) {
+            let (kind, asset) = match (kind, &model.tree, model.log) {
                 (_, _, Some(measures)) => {
                     let of = DecayStage::ALL
                         .into_iter()
@@ -127,7 +127,7 @@ impl ModelRecipe {
                         all.climbers.trees.push(TreeClimbers::default());
                     }
                     let height_m = model.extent.height_m;
-                    all.trees.push(tree(species, shape, &measures, height_m));
+                    all.trees.push(tree(species, shape, measures, height_m));
                     (ObjectKind::Tree, all.trees.len() - 1)
                 }
                 (kind, ..) => {
@@ -183,7 +183,9 @@ fn tree(species: String, shape: Arc<Prototype>, of: &TreeMeasures, height_m: f64
         },
         class: SizeClass::ALL[class],
         alive: of.is_alive,
+        stem: StemProfile::new(of.stem_cuts_m.clone(), height_m),
         stem_volume_m3: of.stem_volume_m3,
+        wood: None,
         radius_m: of.foot_radius_m.max(LEAST_RADIUS_M),
         flare_lobes: Vec::new(),
     }

@@ -1,14 +1,18 @@
 //! A survey agrees with the trees that were grown, with the ground, and with itself.
 
 use std::collections::BTreeSet;
+use std::f64::consts::PI;
 use std::path::Path;
 
+use nemoral_dataset::Crop;
 use nemoral_import::HeightMap;
 use nemoral_pipeline::config::Layers;
-use nemoral_pipeline::{Backend, ExportArea, InventoryParams, Recorder, Survey, SurveyParams};
+use nemoral_pipeline::{
+    Backend, ExportArea, InventoryParams, InventoryPlots, Recorder, Survey, SurveyParams,
+};
 use nemoral_realism::grown;
-use nemoral_scene::TreeRecord;
 use nemoral_scene::glam::DVec2;
+use nemoral_scene::{DeadwoodRecord, ObjectKind, TreeRecord};
 
 fn recorder(settings: &[&str]) -> Recorder {
     let base = [
@@ -190,7 +194,7 @@ fn files_say_the_same(recorder: &Recorder) {
     let out = dir.path().join("plot");
     let params = InventoryParams {
         survey: coarse(),
-        plot_m: Some(20.0),
+        plots: InventoryPlots::Squares { side_m: 20.0 },
         ..InventoryParams::default()
     };
     let survey = recorder.write_inventory([LOW_M, HIGH_M], &params, &out);
@@ -210,24 +214,16 @@ fn files_say_the_same(recorder: &Recorder) {
     let heights = grid.from_north(|number| survey.maps.cells[number].height_m as f32);
     assert_eq!(canopy.heights_m, heights);
     // Plots have the trees and the canopy of the whole.
-    let column = |table: &str, name: &str| -> Vec<f64> {
-        let mut lines = table.lines();
-        let head = lines.next().expect("a head");
-        let at = head.split(',').position(|c| c == name);
-        let at = at.unwrap_or_else(|| panic!("{name} in {table}"));
-        let field = |line: &str| {
-            line.split(',')
-                .nth(at)
-                .expect("wide")
-                .parse()
-                .unwrap_or(0.0)
-        };
-        lines.map(field).collect()
-    };
     let (stand, plots) = (text("stand.csv"), text("plots.csv"));
     let mean = |name: &str| column(&plots, name).iter().sum::<f64>() / 6.0;
     let per_ha = column(&stand, "trees_per_ha");
     assert_eq!(column(&plots, "west_m")[..4], [-20.0, 0.0, 20.0, -20.0]);
+    assert_eq!(column(&plots, "x_m")[..4], [-10.0, 10.0, 30.0, -10.0]);
+    assert_eq!(
+        column(&plots, "plot_id")[..],
+        [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]
+    );
+    assert_eq!(column(&plots, "area_m2")[..], [400.0; 6]);
     assert!((mean("trees_per_ha") - per_ha[0]).abs() < 1e-3);
     assert!((mean("canopy_cover") - survey.maps.cover()).abs() < 1e-4);
     assert!(mean("canopy_cells") > mean("canopy_cover"));
@@ -255,6 +251,22 @@ fn files_say_the_same(recorder: &Recorder) {
     );
 }
 
+/// The numbers of a column of a table; 0 for what is none.
+fn column(table: &str, name: &str) -> Vec<f64> {
+    let mut lines = table.lines();
+    let head = lines.next().expect("a head");
+    let at = head.split(',').position(|c| c == name);
+    let at = at.unwrap_or_else(|| panic!("{name} in {table}"));
+    let field = |line: &str| {
+        line.split(',')
+            .nth(at)
+            .expect("wide")
+            .parse()
+            .unwrap_or(0.0)
+    };
+    lines.map(field).collect()
+}
+
 /// In a wet, mossy forest with climbers, dead wood and leafless trees, and on a slope.
 #[test]
 fn ground_water_moss_and_stones_are_no_canopy() {
@@ -265,15 +277,131 @@ fn ground_water_moss_and_stones_are_no_canopy() {
         "terrain.max_height_m=60",
         "season.day_of_year=20",
     ]);
-    let survey = recorder.survey(LOW_M, HIGH_M, &coarse()).expect("a survey");
+    let survey = plots_are_what_is_in_them(&recorder);
     heights_are_the_trees(&survey);
     the_ground_is_the_worlds(&recorder, &survey);
-    assert!(!survey.deadwood.is_empty());
     // Summer's leaves are in tables of trees, and few are left.
     let of_trees = survey.trees.iter().map(|t| t.leaf_area_m2).sum::<f64>();
     let found = survey.profile.leaf_m2[2..].iter().sum::<f64>();
     println!("leaf area in winter {found:.0} of {of_trees:.0} m²");
     assert!(found < 0.9 * of_trees, "{found} {of_trees}");
+}
+
+/// Circles have the trees, the logs and the cells that are as near to their middles as their
+/// radius; the whole has all logs, in every file.
+fn plots_are_what_is_in_them(recorder: &Recorder) -> Survey {
+    let circle = |x, y, radius_m| Crop::Circle {
+        centre_m: DVec2::new(x, y),
+        radius_m,
+    };
+    let rectangle = |low_m, high_m| Crop::Rectangle { low_m, high_m };
+    let given = vec![
+        circle(2.5, 8.25, 17.84),
+        circle(25.0, 15.0, 15.0),
+        // The square around it, and the whole.
+        rectangle(DVec2::new(10.0, 0.0), DVec2::new(40.0, 30.0)),
+        rectangle(LOW_M, HIGH_M),
+    ];
+    let params = InventoryParams {
+        survey: coarse(),
+        min_deadwood_diameter_m: 0.15,
+        plots: InventoryPlots::Given(given.clone()),
+        ..InventoryParams::default()
+    };
+    let around = params.plots.region_m(1.0).expect("in range");
+    assert_eq!(around, Some([LOW_M, HIGH_M]));
+    let dir = tempfile::tempdir().expect("a folder");
+    let out = dir.path().join("plots");
+    let survey = recorder.write_inventory([LOW_M, HIGH_M], &params, &out);
+    let survey = survey.expect("an inventory");
+    let text = |name: &str| {
+        let bytes = nemoral_files::read(&out.join(name), 1 << 24).expect(name);
+        String::from_utf8(bytes).expect("text")
+    };
+    let plots = text("plots.csv");
+    let found = |name: &str| column(&plots, name);
+    assert_eq!(found("radius_m"), [17.84, 15.0, 0.0, 0.0]);
+    assert_eq!(found("x_m"), [2.5, 25.0, 25.0, 10.0]);
+    assert_eq!(found("west_m"), [-15.34, 10.0, 10.0, -20.0]);
+    let counts_as_log = |piece: &&DeadwoodRecord| {
+        piece.kind == ObjectKind::Log && piece.diameter_m[0] >= params.min_deadwood_diameter_m
+    };
+    for (i, plot) in given.iter().enumerate() {
+        let (area_m2, is_inside): (f64, Box<dyn Fn(DVec2) -> bool>) = match *plot {
+            Crop::Circle { centre_m, radius_m } => (
+                PI * radius_m * radius_m,
+                Box::new(move |at_m: DVec2| (at_m - centre_m).length_squared() <= radius_m.powi(2)),
+            ),
+            Crop::Rectangle { low_m, high_m } => (
+                (high_m.x - low_m.x) * (high_m.y - low_m.y),
+                Box::new(move |at_m: DVec2| at_m.cmpge(low_m).all() && at_m.cmplt(high_m).all()),
+            ),
+        };
+        let per_ha = 1e4 / area_m2;
+        let near = |name: &str, wanted: f64| {
+            let found = found(name)[i];
+            assert!(
+                (found - wanted).abs() < 1e-3,
+                "{name} of {plot:?}: {found} {wanted}"
+            );
+        };
+        let [living_m2, dead_m2] = [true, false].map(|alive| {
+            let thick = survey
+                .trees
+                .iter()
+                .filter(|t| t.alive == alive && t.dbh_m >= 0.07);
+            let here = thick.filter(|t| is_inside(t.position_m.truncate()));
+            here.map(|t| PI / 4.0 * t.dbh_m * t.dbh_m)
+                .collect::<Vec<f64>>()
+        });
+        assert!(living_m2.len() > 5, "{plot:?}");
+        near("area_m2", area_m2);
+        near("trees_per_ha", per_ha * living_m2.len() as f64);
+        near("basal_area_m2_ha", per_ha * living_m2.iter().sum::<f64>());
+        near("dead_trees_per_ha", per_ha * dead_m2.len() as f64);
+        near(
+            "dead_basal_area_m2_ha",
+            per_ha * dead_m2.iter().sum::<f64>(),
+        );
+        let logs = survey.deadwood.iter().filter(counts_as_log);
+        let logs = logs.filter(|log| is_inside(log.position_m.truncate()));
+        let logs_m3: f64 = logs.map(|log| log.volume_m3).sum();
+        near("lying_deadwood_m3_ha", per_ha * logs_m3);
+        let grid = &survey.maps.grid;
+        let cells: Vec<_> = (0..grid.cells())
+            .filter(|&number| is_inside(grid.middle_m(number)))
+            .map(|number| survey.maps.cells[number])
+            .collect();
+        let mean = cells.iter().map(|cell| cell.cover).sum::<f64>() / cells.len() as f64;
+        near("canopy_cover", mean);
+        let highest_m = cells.iter().map(|cell| cell.height_m).fold(0.0, f64::max);
+        near("canopy_height_max_m", highest_m);
+    }
+    // A circle has no more than the square around it, in absolute numbers.
+    let count = |i: usize| found("trees_per_ha")[i] * found("area_m2")[i] / 1e4;
+    assert!(count(1) <= count(2) + 1e-3 && count(2) < count(3));
+    // The threshold leaves some out, and the whole is the same in all files.
+    let [thick, all] = [
+        survey.deadwood.iter().filter(counts_as_log).count(),
+        survey.deadwood.len(),
+    ];
+    println!("{thick} of {all} pieces of dead wood count");
+    assert!(0 < thick && thick < all, "{thick} of {all}");
+    let whole_m3_ha = found("lying_deadwood_m3_ha")[3];
+    assert!(whole_m3_ha > 5.0, "{whole_m3_ha}");
+    let of_stages = column(&text("deadwood_stand.csv"), "volume_m3_ha");
+    assert_eq!(of_stages.len(), 6);
+    assert!((of_stages[0] - whole_m3_ha).abs() < 1e-3);
+    assert!((of_stages[1..].iter().sum::<f64>() - whole_m3_ha).abs() < 1e-3);
+    let pieces_per_ha = column(&text("deadwood_stand.csv"), "pieces_per_ha")[0];
+    let hectares = survey.maps.grid.area_m2() / 1e4;
+    assert!((pieces_per_ha * hectares - thick as f64).abs() < 1e-3);
+    let about: serde_json::Value = serde_json::from_str(&text("inventory.json")).expect("JSON");
+    let of_json = about["lying_deadwood_m3_ha"].as_f64().expect("a number");
+    assert!((of_json - whole_m3_ha).abs() < 1e-3);
+    assert_eq!(about["min_deadwood_diameter_m"], 0.15);
+    assert_eq!(about["plots"], 4);
+    survey
 }
 
 /// A site's maps lie where its files do.
@@ -294,7 +422,7 @@ fn the_inventory_of_a_site_lies_on_its_map() {
     let out = dir.path().join("maps");
     let params = InventoryParams {
         survey: coarse(),
-        plot_m: Some(10.0),
+        plots: InventoryPlots::Squares { side_m: 10.0 },
         ..InventoryParams::default()
     };
     let survey = recorder
@@ -323,7 +451,7 @@ fn the_inventory_of_a_site_lies_on_its_map() {
             .lines()
             .nth(1)
             .expect("a plot")
-            .starts_with("553212,4450324,")
+            .starts_with("1,553217,4450329,,553212,4450324,553222,4450334,100,")
     );
     assert!(text("inventory.json").contains("\"epsg\": 32629"));
     // Numbers of crowns are those of the polygons, cell by cell.
@@ -409,6 +537,55 @@ fn what_cannot_be_surveyed_is_refused_before_anything_is_written() {
     refused(square, &|p| p.survey.rays_a_side = 0, "rays_a_side = 0");
     refused(square, &|p| p.survey.layer_m = 0.0, "layer_m = 0");
     refused(square, &|p| p.min_dbh_m = 7.0, "min_dbh_m = 7");
-    refused(square, &|p| p.plot_m = Some(7.0), "plots");
-    refused(square, &|p| p.plot_m = Some(0.2), "plots: plot_m = 0.2");
+    refused(
+        square,
+        &|p| p.min_deadwood_diameter_m = 10.0,
+        "min_deadwood_diameter_m = 10",
+    );
+    for (side_m, told) in [(7.0, "plots: cells ="), (0.2, "plots: plot_m = 0.2")] {
+        refused(
+            square,
+            &|p| p.plots = InventoryPlots::Squares { side_m },
+            told,
+        );
+    }
+    // Each reaches out of the square at one side, is in the coordinates of a site, or has no area.
+    for (x, y, radius_m, told) in [
+        (4.0, 10.0, 5.0, "plot 2 = 4,10,5: must have an area and lie"),
+        (
+            10.0,
+            4.0,
+            5.0,
+            "wholly in the region 0,0,20,20, metres in world",
+        ),
+        (15.5, 10.0, 5.0, "plot 2 = 15.5,10,5"),
+        (10.0, 15.5, 5.0, "plot 2 = 10,15.5,5"),
+        (553_220.0, 4_450_330.0, 5.0, "plot 2 = 553220,4450330,5"),
+        (10.0, 10.0, 0.0, "plot 2 = 10,10,0"),
+        (10.0, 10.0, -1.0, "plot 2 = 10,10,-1"),
+        (10.0, f64::NAN, 5.0, "plot 2 = 10,NaN,5"),
+        (10.0, 10.0, f64::INFINITY, "plot 2 = 10,10,inf"),
+    ] {
+        let circle = |x, y, radius_m| Crop::Circle {
+            centre_m: DVec2::new(x, y),
+            radius_m,
+        };
+        refused(
+            square,
+            &|p| {
+                let whole = circle(10.0, 10.0, 10.0);
+                p.plots = InventoryPlots::Given(vec![whole, circle(x, y, radius_m)]);
+            },
+            told,
+        );
+    }
+    let given = InventoryPlots::Given(vec![Crop::Circle {
+        centre_m: DVec2::new(-3.1, 4.0),
+        radius_m: 5.0,
+    }]);
+    let around = given.region_m(0.5).expect("in range");
+    assert_eq!(around, Some([DVec2::new(-8.5, -1.0), DVec2::new(2.0, 9.0)]));
+    assert_eq!(InventoryPlots::None.region_m(0.5).expect("in range"), None);
+    let wrong = given.region_m(0.0).expect_err("no cell").to_string();
+    assert!(wrong.contains("cell_m = 0"), "{wrong}");
 }

@@ -4,7 +4,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use nemoral_assets::{Library, PlantAsset, TreeAsset};
+use nemoral_assets::{
+    Climbers, Deadwood, Library, PlantAsset, StreamStones, TreeAsset, TreeClimbers,
+};
 use nemoral_dataset::Split;
 use nemoral_pipeline::config::{Layers, SequenceConfig};
 use nemoral_pipeline::plan::Runner;
@@ -17,7 +19,7 @@ use nemoral_scene::{ChunkCoord, Prototype, Surface};
 type Digests = BTreeMap<Digest, String>;
 type Digest = [u8; blake3::OUT_LEN];
 
-/// Two sequences of each of two splits, with a few individuals of most that grows.
+/// Two sequences of each of two splits, with a few individuals of all that grows.
 fn sequences() -> Vec<SequenceConfig> {
     let settings = [
         "sequences=4",
@@ -25,12 +27,25 @@ fn sequences() -> Vec<SequenceConfig> {
         "splits.test=0.5",
         "deadwood.volume_m3_ha=20",
         "climbers.ivy=0.5",
-        "litter.leaves=1",
+        "climbers.moss=1",
+        "climbers.honeysuckle=0.1",
+        "climbers.clematis=0.1",
+        "climbers.resin=0.5",
+        "litter.cover=0.9",
         "assets.eucalyptus=0",
         "assets.english_oak=0",
         "placement.regeneration.saplings=20",
         "placement.regeneration.seedlings=0.1",
         "undergrowth.surface_roots=1",
+        "undergrowth.sward.cover=0.3",
+        "undergrowth.thickets.bramble=0.1",
+        "undergrowth.thickets.bracken=0.1",
+        "undergrowth.thickets.heath=0.1",
+        "undergrowth.thickets.bilberry=0.1",
+        "undergrowth.thickets.nettles=0.1",
+        "undergrowth.thickets.reeds=0.5",
+        // With streams there are wet stones, and what lies across ways and beside them.
+        "water.springs_per_km2=14",
     ];
     let layers = Layers {
         preset: Some("demo".to_owned()),
@@ -76,45 +91,112 @@ fn trees(library: &Library) -> Digests {
     trees.map(of_tree).collect()
 }
 
-/// Of everything that grows or lies but the trees. What people build, such as culverts, is not in
-/// it.
+/// Of everything but the trees. Nothing is shared by design: all shapes are grown from the key of
+/// the split's plants. Parts are taken out one by one, so that no new one is forgotten here.
 fn other_shapes(library: &Library) -> Digests {
-    let of = library;
-    let plants: [&[PlantAsset]; 16] = [
-        &of.shrubs,
-        &of.stumps,
-        &of.rocks,
-        &of.grass,
-        &of.herbs,
-        &of.ferns,
-        &of.seedlings,
-        &of.litter,
-        &of.trail_tufts,
-        &of.strip_mats,
-        &of.trail_stones,
-        &of.trail_roots,
-        &of.surface_roots,
-        &of.banks,
-        &of.deadwood.branches,
-        &of.deadwood.root_plates,
+    let Library {
+        // What the others refer to.
+        materials: _,
+        full_leaf_masks: _,
+        always_wet: _,
+        ground: _,
+        // They are in `trees`.
+        trees: _,
+        saplings: _,
+        snags: _,
+        shrubs,
+        stumps,
+        rocks,
+        grass,
+        herbs,
+        ferns,
+        seedlings,
+        litter,
+        shed,
+        trail_tufts,
+        strip_mats,
+        trail_stones,
+        trail_roots,
+        culverts,
+        trail_steps,
+        surface_roots,
+        stone_beds,
+        stream_stones,
+        banks,
+        deadwood,
+        climbers,
+        communities,
+    } = library;
+    let StreamStones {
+        rocks: wet_rocks,
+        stones: wet_stones,
+        beds: wet_beds,
+    } = stream_stones;
+    let Deadwood {
+        logs,
+        thrown,
+        root_plates,
+        branches,
+        brash,
+    } = deadwood;
+    let Climbers {
+        trees: on_trees,
+        snags: on_snags,
+        carpets,
+    } = climbers;
+    let plants: [&[PlantAsset]; 24] = [
+        shrubs,
+        stumps,
+        rocks,
+        grass,
+        herbs,
+        ferns,
+        seedlings,
+        litter,
+        trail_tufts,
+        strip_mats,
+        trail_stones,
+        trail_roots,
+        culverts,
+        trail_steps,
+        surface_roots,
+        stone_beds,
+        wet_rocks,
+        wet_stones,
+        wet_beds,
+        banks,
+        root_plates,
+        branches,
+        brash,
+        carpets,
     ];
-    let shed = of
-        .shed
+    for (number, of_kind) in plants.iter().enumerate() {
+        assert!(!of_kind.is_empty(), "there are some of kind {number}");
+    }
+    let shed = shed.iter().flat_map(|of| of.wide.iter().chain(&of.narrow));
+    let tiles = communities
         .iter()
         .flat_map(|of| of.wide.iter().chain(&of.narrow));
+    assert!(communities.iter().all(|of| !of.wide.is_empty()));
+    assert!(shed.clone().next().is_some() && !logs.is_empty() && !thrown.is_empty());
     let plants = plants
         .into_iter()
         .flatten()
         .chain(shed)
+        .chain(tiles)
         .map(|plant| &plant.prototype);
-    let logs = of
-        .deadwood
-        .logs
-        .iter()
-        .chain(&of.deadwood.thrown)
-        .map(|log| &log.prototype);
-    let climbers = of.climbers.trees.iter().chain(&of.climbers.snags);
-    let climbers = climbers.flat_map(|of| of.ivy.iter().chain(&of.moss));
+    let logs = logs.iter().chain(thrown).map(|log| &log.prototype);
+    let climbers = on_trees.iter().chain(on_snags).flat_map(|of| {
+        let TreeClimbers {
+            ivy,
+            moss,
+            honeysuckle,
+            clematis,
+            resin,
+        } = of;
+        let lianas = honeysuckle.iter().chain(clematis).chain(resin);
+        ivy.iter().chain(moss).chain(lianas)
+    });
     let shapes = plants.chain(logs).chain(climbers);
     shapes
         .map(|shape| (of_shape(shape), shape.name().to_owned()))

@@ -284,7 +284,7 @@ impl Clearances {
         Self(clearances)
     }
 
-    /// The share of the plane where a disc finds room.
+    /// The share of the plane where a disk finds room.
     fn share(&self, radius: f64) -> f64 {
         if self.0.is_empty() {
             return 1.0;

@@ -110,7 +110,7 @@ impl Patches {
 /// The patches around a chunk.
 #[derive(Debug)]
 pub(crate) struct PatchMap {
-    /// Discs around the outlines, in the same order.
+    /// Disks around the outlines, in the same order.
     index: QuadTree,
     outlines: Vec<Outline>,
 }
@@ -145,8 +145,8 @@ impl PatchMap {
     /// the chunk's centre. They may overlap.
     pub(crate) fn squares(&self, need: f64) -> impl Iterator<Item = Square> {
         let whole = Square::around_tile(need);
-        let discs = (0..self.outlines.len()).filter_map(|i| self.index.get(i));
-        discs.filter_map(move |(centre, radius)| {
+        let disks = (0..self.outlines.len()).filter_map(|i| self.index.get(i));
+        disks.filter_map(move |(centre, radius)| {
             let low = (centre - radius).max(whole.low());
             let high = (centre + radius).min(whole.high());
             low.cmple(high).all().then(|| Square::covering(low, high))

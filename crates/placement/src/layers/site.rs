@@ -22,7 +22,7 @@ pub struct Site {
 ///
 /// It is called with positions inside the current chunk only. Closures implement it.
 pub trait Exclusion: Sync {
-    /// Whether a disc of `radius_m` around the world position may be occupied.
+    /// Whether a disk of `radius_m` around the world position may be occupied.
     fn allows(&self, position_m: DVec2, radius_m: f64) -> bool;
 }
 

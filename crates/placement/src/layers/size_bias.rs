@@ -8,7 +8,7 @@ use crate::sampler::fill::SamplePoint;
 use crate::sampler::sizes::DiskSizes;
 
 /// Small disks find more places than large ones. In a fill, the density of a hard core c over its
-/// share among the darts falls like exp(−a c − b c²), the form of a disc's probability to find room
+/// share among the darts falls like exp(−a c − b c²), the form of a disk's probability to find room
 /// among others; a and b are fitted to the first two moments of the fill (maximum likelihood).
 pub(super) struct SizeBias {
     theta: DVec2,

@@ -4,9 +4,9 @@ use std::ops::ControlFlow;
 
 use glam::DVec2;
 
-/// A collection of discs that can be searched for those that overlap another disc.
+/// A collection of disks that can be searched for those that overlap another disk.
 pub trait NeighbourIndex {
-    /// Calls `visit` with the number (in order of insertion) of every stored disc q with
+    /// Calls `visit` with the number (in order of insertion) of every stored disk q with
     /// `|p − q| < radius + r_q`, in no particular order, until it breaks.
     fn visit_overlaps(
         &self,
@@ -15,13 +15,13 @@ pub trait NeighbourIndex {
         visit: &mut dyn FnMut(usize) -> ControlFlow<()>,
     ) -> ControlFlow<()>;
 
-    /// Whether a disc would overlap none of the stored ones.
+    /// Whether a disk would overlap none of the stored ones.
     fn is_free(&self, p: DVec2, radius: f64) -> bool {
         self.visit_overlaps(p, radius, &mut |_| ControlFlow::Break(()))
             .is_continue()
     }
 
-    /// The numbers of all stored discs that a disc would overlap, ascending.
+    /// The numbers of all stored disks that a disk would overlap, ascending.
     fn overlaps(&self, p: DVec2, radius: f64) -> Vec<usize> {
         let mut found = Vec::new();
         let _ = self.visit_overlaps(p, radius, &mut |i| {
@@ -33,18 +33,18 @@ pub trait NeighbourIndex {
     }
 }
 
-/// An index that looks at every disc. It is best for a few discs, and is the oracle of the
+/// An index that looks at every disk. It is best for a few disks, and is the oracle of the
 /// quadtree.
 #[derive(Clone, Debug, Default)]
 pub struct LinearScan {
-    discs: Vec<(DVec2, f64)>,
+    disks: Vec<(DVec2, f64)>,
 }
 
 impl LinearScan {
-    /// Stores a disc and returns its number.
+    /// Stores a disk and returns its number.
     pub fn insert(&mut self, p: DVec2, radius: f64) -> usize {
-        self.discs.push((p, radius));
-        self.discs.len() - 1
+        self.disks.push((p, radius));
+        self.disks.len() - 1
     }
 }
 
@@ -55,7 +55,7 @@ impl NeighbourIndex for LinearScan {
         radius: f64,
         visit: &mut dyn FnMut(usize) -> ControlFlow<()>,
     ) -> ControlFlow<()> {
-        for (i, &(q, r)) in self.discs.iter().enumerate() {
+        for (i, &(q, r)) in self.disks.iter().enumerate() {
             if overlap(p, radius, q, r) {
                 visit(i)?;
             }

@@ -1,4 +1,4 @@
-//! A quadtree over discs of different radii.
+//! A quadtree over disks of different radii.
 
 use std::ops::ControlFlow;
 
@@ -12,22 +12,22 @@ const LEAF: u32 = 12;
 const MAX_DEPTH: u32 = 16;
 const NONE: u32 = u32::MAX;
 
-/// A region quadtree of discs (the paper's neighbour search, section IV-D).
+/// A region quadtree of disks (the paper's neighbour search, section IV-D).
 ///
 /// Every node knows the tight box of its centres and its largest radius, so that a query descends
-/// only where an overlap is possible, whatever the mix of radii. Discs outside of the bounds given
+/// only where an overlap is possible, whatever the mix of radii. Disks outside of the bounds given
 /// to [`new`](Self::new) are found as well, only more slowly.
 #[derive(Clone, Debug)]
 pub struct QuadTree {
-    discs: Vec<Disc>,
+    disks: Vec<Disk>,
     nodes: Vec<Node>,
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Disc {
+struct Disk {
     p: DVec2,
     radius: f64,
-    /// The next disc of the same leaf.
+    /// The next disk of the same leaf.
     next: u32,
 }
 
@@ -42,7 +42,7 @@ struct Node {
     half: f64,
     /// The first of four consecutive children, [`NONE`] for a leaf.
     children: u32,
-    /// The first disc of a leaf.
+    /// The first disk of a leaf.
     first: u32,
     len: u32,
     depth: u32,
@@ -69,38 +69,38 @@ impl Node {
 }
 
 impl QuadTree {
-    /// An empty tree for discs in the square of edge `size` whose lower corner is `low`.
+    /// An empty tree for disks in the square of edge `size` whose lower corner is `low`.
     #[must_use]
     pub fn new(low: DVec2, size: f64) -> Self {
         let half = size / 2.0;
         Self {
-            discs: Vec::new(),
+            disks: Vec::new(),
             nodes: vec![Node::empty(low + DVec2::splat(half), half, 0)],
         }
     }
 
-    /// The number of discs.
+    /// The number of disks.
     #[must_use]
     pub fn len(&self) -> usize {
-        self.discs.len()
+        self.disks.len()
     }
 
     /// Whether there is none.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        self.discs.is_empty()
+        self.disks.is_empty()
     }
 
-    /// The centre and radius of a disc by its number.
+    /// The centre and radius of a disk by its number.
     #[must_use]
     pub fn get(&self, number: usize) -> Option<(DVec2, f64)> {
-        self.discs.get(number).map(|d| (d.p, d.radius))
+        self.disks.get(number).map(|d| (d.p, d.radius))
     }
 
-    /// Stores a disc and returns its number: discs are numbered from 0 as they come.
+    /// Stores a disk and returns its number: disks are numbered from 0 as they come.
     pub fn insert(&mut self, p: DVec2, radius: f64) -> usize {
-        let number = self.discs.len();
-        self.discs.push(Disc {
+        let number = self.disks.len();
+        self.disks.push(Disk {
             p,
             radius,
             next: NONE,
@@ -109,17 +109,17 @@ impl QuadTree {
         number
     }
 
-    /// Puts a stored disc into the leaf below a node where it belongs.
-    fn descend(&mut self, mut at: u32, disc: u32) {
-        let Disc { p, radius, .. } = self.discs[disc as usize];
+    /// Puts a stored disk into the leaf below a node where it belongs.
+    fn descend(&mut self, mut at: u32, disk: u32) {
+        let Disk { p, radius, .. } = self.disks[disk as usize];
         loop {
             let node = &mut self.nodes[at as usize];
             node.low = node.low.min(p);
             node.high = node.high.max(p);
             node.max_radius = node.max_radius.max(radius);
             if node.children == NONE {
-                self.discs[disc as usize].next = node.first;
-                node.first = disc;
+                self.disks[disk as usize].next = node.first;
+                node.first = disk;
                 node.len += 1;
                 if node.len > LEAF && node.depth < MAX_DEPTH {
                     self.split(at);
@@ -133,7 +133,7 @@ impl QuadTree {
     fn split(&mut self, at: u32) {
         let children = self.nodes.len() as u32;
         let node = &mut self.nodes[at as usize];
-        let mut disc = node.first;
+        let mut disk = node.first;
         node.children = children;
         node.first = NONE;
         let (centre, half, depth) = (node.centre, node.half / 2.0, node.depth + 1);
@@ -141,10 +141,10 @@ impl QuadTree {
             self.nodes
                 .push(Node::empty(centre + DVec2::new(x, y), half, depth));
         }
-        while disc != NONE {
-            let next = self.discs[disc as usize].next;
-            self.descend(at, disc);
-            disc = next;
+        while disk != NONE {
+            let next = self.disks[disk as usize].next;
+            self.descend(at, disk);
+            disk = next;
         }
     }
 
@@ -180,11 +180,11 @@ impl QuadTree {
             }
             let mut i = node.first;
             while i != NONE {
-                let disc = &self.discs[i as usize];
-                if overlap(p, radius, disc.p, disc.radius) {
+                let disk = &self.disks[i as usize];
+                if overlap(p, radius, disk.p, disk.radius) {
                     visit(i as usize)?;
                 }
-                i = disc.next;
+                i = disk.next;
             }
         }
         ControlFlow::Continue(())
@@ -215,7 +215,7 @@ mod tests {
     use crate::LinearScan;
     use proptest::prelude::*;
 
-    fn disc() -> impl Strategy<Value = (f64, f64, f64)> {
+    fn disk() -> impl Strategy<Value = (f64, f64, f64)> {
         // Coarse coordinates make coincident points and exact touches common; some are out of
         // bounds.
         let coordinate = prop_oneof![(-40..140_i32).prop_map(|i| f64::from(i) / 100.0), -0.5..1.5];
@@ -226,15 +226,15 @@ mod tests {
     proptest! {
         #[test]
         fn finds_what_a_scan_finds(
-            discs in prop::collection::vec(disc(), 0..200),
-            queries in prop::collection::vec(disc(), 1..20),
+            disks in prop::collection::vec(disk(), 0..200),
+            queries in prop::collection::vec(disk(), 1..20),
         ) {
             let mut tree = QuadTree::new(DVec2::ZERO, 1.0);
             let mut scan = LinearScan::default();
-            for &(x, y, r) in &discs {
+            for &(x, y, r) in &disks {
                 prop_assert_eq!(tree.insert(DVec2::new(x, y), r), scan.insert(DVec2::new(x, y), r));
             }
-            prop_assert_eq!(tree.len(), discs.len());
+            prop_assert_eq!(tree.len(), disks.len());
             for (x, y, r) in queries {
                 let p = DVec2::new(x, y);
                 prop_assert_eq!(tree.overlaps(p, r), scan.overlaps(p, r));

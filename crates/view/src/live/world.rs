@@ -52,8 +52,7 @@ pub(super) struct Shown {
 
 /// The config's classes.
 pub(super) fn ontology(config: &Config) -> Ontology {
-    let ontology = Ontology::by_name(&config.output.ontology);
-    ontology.expect("the config's words are the built-in ontologies")
+    config.output.ontology.table()
 }
 
 /// The plan of a world, with the sensors that the view needs.

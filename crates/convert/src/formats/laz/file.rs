@@ -1,8 +1,8 @@
 //! A LAZ file: LAS 1.4 with point format 6 and extra bytes, compressed.
 //!
-//! Source: LAS specification 1.4 R15 (ASPRS): header, table 3; point format 6, table 13; extra
-//! bytes, table 24; the reference system as WKT, section 2.6.3. Points are compressed by the crate
-//! `laz`.
+//! Source: LAS specification 1.4 R15 (ASPRS): header, table 3; point format 6, table 13; the
+//! reference system as WKT, section 2.6.3. Extra bytes are in [`extra`](super::extra). Points are
+//! compressed by the crate `laz`.
 
 use std::io::{self, Seek, SeekFrom, Write};
 
@@ -10,6 +10,8 @@ use laz::{LasZipCompressor, LazItemRecordBuilder, LazVlr, LazVlrBuilder};
 use nemoral_dataset::{PlyPoint, SiteSpec};
 use nemoral_scene::glam::{DVec2, DVec3};
 
+use super::bytes::Bytes;
+use super::extra;
 use crate::Crs;
 
 /// Metres for a step of a coordinate.
@@ -21,18 +23,9 @@ const POINT_BYTES: u16 = 30;
 /// The bytes of a header up to which it says which system and software made the file.
 pub(crate) const START_BYTES: usize = 90;
 const MADE_BY: [&str; 2] = ["nemoral", "nemoral-convert"];
-/// The extra dimensions: name, the specification's number of the type, and bytes.
-const EXTRA: [(&str, u8, u16); 9] = [
-    ("class", 1, 1),
-    ("semantic", 1, 1),
-    ("instance", 5, 4),
-    ("ring", 1, 1),
-    ("pulse", 5, 4),
-    ("range", 9, 4),
-    ("range_true", 9, 4),
-    ("incidence_cos", 9, 4),
-    ("flags", 1, 1),
-];
+/// Nanoseconds between pulses that two LiDARs fire together: more than between those of one, as a
+/// ring is at most 255.
+const LIDAR_NS: i64 = 256;
 
 /// A point as it is written.
 pub(crate) struct LazPoint<'a> {
@@ -40,14 +33,21 @@ pub(crate) struct LazPoint<'a> {
     pub(crate) world_m: DVec3,
     /// The vector to it from where the scanner was at the frame's time, in the world.
     pub(crate) from_scanner_m: DVec3,
+    /// How far it is to the left of the scanner, across the body's heading, metres.
+    pub(crate) left_m: f64,
     /// `point_source_id`.
     pub(crate) source: u16,
-    /// The frame's time, seconds.
+    /// The frame's time, seconds after the start of the sequence.
     pub(crate) time_s: f64,
+    /// What is added to it, so that no time is negative:
+    /// [`SequenceSpec::las_time_shift_s`](nemoral_dataset::SequenceSpec::las_time_shift_s).
+    pub(crate) time_shift_s: f64,
     /// The number of the LiDAR, from 0.
     pub(crate) lidar: u8,
     /// `classification`.
     pub(crate) class: u8,
+    /// The row of its tree in the sequence's `trees.csv`, from 1; 0 for what is no tree.
+    pub(crate) tree: u32,
 }
 
 /// A place of the world in the coordinates of files: those of the site, or the world's own if it is
@@ -67,7 +67,7 @@ impl<W: Write + Seek + Send + Sync + 'static> LazWriter<W> {
     /// Begins a file of a site, or of an invented world. Its coordinates are relative to a whole
     /// metre at `near_m` in the world.
     pub(crate) fn new(mut to: W, site: Option<&SiteSpec>, near_m: DVec3) -> io::Result<Self> {
-        let extra_bytes: u16 = EXTRA.iter().map(|(_, _, bytes)| bytes).sum();
+        let extra_bytes = extra::bytes_per_point();
         let items = LazItemRecordBuilder::default_for_point_format_id(6, extra_bytes);
         let items = items.map_err(io::Error::other)?;
         let vlr = LazVlrBuilder::new(items).build();
@@ -75,7 +75,7 @@ impl<W: Write + Seek + Send + Sync + 'static> LazWriter<W> {
         vlr.write_to(&mut laszip)?;
         let mut records = vec![
             (LazVlr::USER_ID, LazVlr::RECORD_ID, "", laszip),
-            ("LASF_Spec", 4, "extra dimensions", extra_dimensions()),
+            ("LASF_Spec", 4, "extra dimensions", extra::record()),
         ];
         let code = site.and_then(|site| site.epsg);
         if let Some(wkt) = code.and_then(Crs::of_epsg).and_then(|crs| crs.wkt) {
@@ -214,25 +214,22 @@ fn record(p: &LazPoint<'_>, steps: DVec3) -> Vec<u8> {
     }
     out.u16((point.intensity.clamp(0.0, 1.0) * 65535.0).round() as u16);
     let (number, returns) = (point.return_number.clamp(1, 15), point.returns.clamp(1, 15));
-    out.bytes(&[number | returns << 4, 0, p.class, p.lidar.saturating_add(1)]);
-    out.bytes(&scan_angle(p.from_scanner_m, point.position_m.y).to_le_bytes());
+    // Each LiDAR has a channel of the scanner, as far as there are four.
+    let channel = (p.lidar & 3) << 4;
+    out.bytes(&[number | returns << 4, channel, p.class])
+        .bytes(&[p.lidar.saturating_add(1)])
+        .bytes(&scan_angle(p.from_scanner_m, p.left_m).to_le_bytes());
     out.u16(p.source);
     // Readers know a pulse by its time alone, and some lasers fire together.
-    out.f64(p.time_s + (point.time_ns as f64 + f64::from(point.ring)) * 1e-9);
-    out.bytes(&[p.recorded.class, point.semantic as u8]);
-    out.u32(point.object.to_image_id())
-        .bytes(&[point.ring])
-        .u32(point.pulse);
-    out.f32(point.range_m)
-        .f32(point.true_range_m)
-        .f32(point.incidence_cos);
-    out.bytes(&[point.flags.0]);
+    let fired_ns = point.time_ns + i64::from(point.ring) + LIDAR_NS * i64::from(p.lidar);
+    out.f64(p.time_s + p.time_shift_s + fired_ns as f64 * 1e-9);
+    extra::put(&mut out, p);
     out.0
 }
 
 /// The angle at which a point was seen, from straight down, in steps of 0.006°, negative to the
-/// left of where the scanner looks.
-fn scan_angle(from_scanner_m: DVec3, left_m: f32) -> i16 {
+/// left of where the body heads, as of an aeroplane, however the scanner is mounted.
+fn scan_angle(from_scanner_m: DVec3, left_m: f64) -> i16 {
     const STEP_DEG: f64 = 0.006;
     let level_m = from_scanner_m.truncate().length();
     let from_nadir_deg = DVec2::new(-from_scanner_m.z, level_m)
@@ -240,52 +237,4 @@ fn scan_angle(from_scanner_m: DVec3, left_m: f32) -> i16 {
         .to_degrees();
     let steps = (from_nadir_deg / STEP_DEG).round() as i16;
     if left_m > 0.0 { -steps } else { steps }
-}
-
-/// The record that describes the extra bytes.
-fn extra_dimensions() -> Vec<u8> {
-    let mut out = Bytes::default();
-    for (name, data_type, _) in EXTRA {
-        out.bytes(&[0, 0, data_type, 0]).text(name, 32);
-        // No value stands for nothing; no limits, scale or offset are given.
-        out.bytes(&[0; 4 + 5 * 24]).text("", 32);
-    }
-    out.0
-}
-
-/// Little-endian bytes.
-#[derive(Default)]
-struct Bytes(Vec<u8>);
-
-impl Bytes {
-    fn bytes(&mut self, bytes: &[u8]) -> &mut Self {
-        self.0.extend_from_slice(bytes);
-        self
-    }
-
-    fn u16(&mut self, value: u16) -> &mut Self {
-        self.bytes(&value.to_le_bytes())
-    }
-
-    fn u32(&mut self, value: u32) -> &mut Self {
-        self.bytes(&value.to_le_bytes())
-    }
-
-    fn u64(&mut self, value: u64) -> &mut Self {
-        self.bytes(&value.to_le_bytes())
-    }
-
-    fn f32(&mut self, value: f32) -> &mut Self {
-        self.bytes(&value.to_le_bytes())
-    }
-
-    fn f64(&mut self, value: f64) -> &mut Self {
-        self.bytes(&value.to_le_bytes())
-    }
-
-    /// A text in a field that is filled up with zeros.
-    fn text(&mut self, text: &str, length: usize) -> &mut Self {
-        self.bytes(text.as_bytes());
-        self.bytes(&vec![0; length - text.len()])
-    }
 }

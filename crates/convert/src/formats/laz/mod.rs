@@ -4,25 +4,33 @@
 //! ```
 //! x, y and z are those of the site, with its coordinate reference system as WKT, or of an invented
 //! world; at the frame's pose, in steps of 0.1 mm. `gps_time` is seconds after the start of the
-//! sequence, `intensity` that of the scan times 65535, `point_source_id` and
-//! `user_data` the number of the LiDAR, from 1, `scan_angle` that from straight down at
-//! which the scanner saw the point from where it was at the frame's time. `classification` is by
-//! the table `asprs` unless another is given;
-//! what the data set knows besides is in extra dimensions: `class` and `semantic`, the object's
-//! `instance` (as in instance maps), `ring`, `pulse`, `range`, `range_true`, `incidence_cos`,
-//! `flags`.
+//! sequence plus [`SequenceSpec::las_time_shift_s`], and tells pulses from each other that are
+//! fired together. `intensity` is that of the scan times 65535, `point_source_id` and `user_data`
+//! the number of the LiDAR, from 1, `scanner_channel` the same from 0, modulo 4, and `scan_angle`
+//! that from straight down at which the scanner saw the point from where it was at the frame's
+//! time, negative to the left of where the body heads. `classification` is by the table `asprs`
+//! unless another is given; what the data set knows besides is in extra dimensions: `class` and
+//! `semantic`, the object's `instance` (as in instance maps), `chunk_x` and `chunk_y`, `treeID`
+//! (the row of `trees.csv`), `ring`, `pulse`, `range`, `range_true`, `incidence_cos`, `flags`.
 //!
-//! The files themselves are in [`file`].
+//! The files themselves are in [`file`], their extra dimensions in [`extra`].
+//!
+//! [`SequenceSpec::las_time_shift_s`]: nemoral_dataset::SequenceSpec::las_time_shift_s
 
+mod bytes;
+mod extra;
 mod file;
+mod trees;
 
 use std::collections::BTreeSet;
 use std::io::{self, Cursor};
 
 use nemoral_dataset::{Manifest, PlyPoint, SiteSpec};
+use nemoral_scene::glam::DVec3;
 use nemoral_scene::{Ontology, RigidTransform};
 
 pub(crate) use self::file::{LazPoint, LazWriter, START_BYTES, STEP_M, is_own, place_m};
+pub(crate) use self::trees::TreeNumbers;
 use crate::labels::Labels;
 use crate::{Crs, Error, Format, Sink, Source, Table};
 
@@ -71,17 +79,22 @@ impl Format for Laz {
     fn write(&self, source: &Source, sink: &mut Sink) -> Result<(), Error> {
         let labels = self.labels(source.ontology())?;
         for sequence in source.sequences() {
+            let trees = TreeNumbers::new(&source.trees(sequence.number)?);
+            let time_shift_s = source.las_time_shift_s(sequence.number);
             for frame in source.frames(sequence.number) {
                 sink.step(&format!("frame-{}", frame.name()), |files| {
                     for (i, lidar) in sequence.lidars.iter().enumerate() {
-                        let world_from_lidar = frame.world_from_body() * lidar.body_from_lidar;
+                        let world_from_body = frame.world_from_body();
                         let points = &source.scan(&frame, i)?.ply;
                         let scan = Scan {
                             site: sequence.site,
-                            world_from_lidar,
+                            world_from_lidar: world_from_body * lidar.body_from_lidar,
+                            left: world_from_body.transform_vector(DVec3::Y),
                             time_s: frame.time_s,
+                            time_shift_s,
                             lidar: i as u8,
                             labels: &labels,
+                            trees: &trees,
                         };
                         let (number, name) = (sequence.number, &lidar.name);
                         let path = format!("{number:02}/{name}/{:06}.laz", frame.index);
@@ -115,9 +128,13 @@ pub(crate) fn crs_note(site: &SiteSpec) -> Option<String> {
 struct Scan<'a> {
     site: Option<SiteSpec>,
     world_from_lidar: RigidTransform,
+    /// The direction to the body's left, in the world.
+    left: DVec3,
     time_s: f64,
+    time_shift_s: f64,
     lidar: u8,
     labels: &'a Labels,
+    trees: &'a TreeNumbers,
 }
 
 impl Scan<'_> {
@@ -127,14 +144,18 @@ impl Scan<'_> {
         let mut writer = LazWriter::new(Cursor::new(Vec::new()), self.site.as_ref(), near_m)?;
         for recorded in points {
             let position_m = recorded.point.position_m.as_dvec3();
+            let from_scanner_m = self.world_from_lidar.transform_vector(position_m);
             let point = LazPoint {
                 recorded,
                 world_m: self.world_from_lidar.transform_point(position_m),
-                from_scanner_m: self.world_from_lidar.transform_vector(position_m),
+                from_scanner_m,
+                left_m: self.left.dot(from_scanner_m),
                 time_s: self.time_s,
+                time_shift_s: self.time_shift_s,
                 lidar: self.lidar,
                 source: u16::from(self.lidar) + 1,
                 class: self.labels.id_of_semantic(recorded.point.semantic) as u8,
+                tree: self.trees.of(recorded.point.object),
             };
             writer.put(&point)?;
         }

@@ -1,8 +1,8 @@
 //! ROS 2's messages: their definitions, and how they are laid out in bytes.
 //!
-//! Source: the `.msg` files of common_interfaces and geometry2 (comments left out); the layout is
-//! OMG's plain CDR, little-endian: each number at a multiple of its size, counted from after the
-//! four bytes that name the encoding.
+//! Source: the `.msg` files of common_interfaces, geometry2 and vision_msgs (comments left out);
+//! the layout is OMG's plain CDR, little-endian: each number at a multiple of its size, counted
+//! from after the four bytes that name the encoding.
 
 use nemoral_scene::RigidTransform;
 
@@ -13,6 +13,7 @@ pub(super) const CAMERA_INFO: usize = 2;
 pub(super) const TF: usize = 3;
 pub(super) const ODOMETRY: usize = 4;
 pub(super) const IMU: usize = 5;
+pub(super) const LABEL_INFO: usize = 6;
 
 const TIME: (&str, &str) = ("builtin_interfaces/Time", "int32 sec\nuint32 nanosec\n");
 const HEADER: (&str, &str) = (
@@ -66,6 +67,10 @@ pub(super) fn schemas() -> Vec<(&'static str, String)> {
     let twist = (
         "geometry_msgs/Twist",
         "geometry_msgs/Vector3 linear\ngeometry_msgs/Vector3 angular\n",
+    );
+    let class = (
+        "vision_msgs/VisionClass",
+        "uint16 class_id\nstring class_name\n",
     );
     let twist_covariance = (
         "geometry_msgs/TwistWithCovariance",
@@ -134,6 +139,13 @@ pub(super) fn schemas() -> Vec<(&'static str, String)> {
                 &[HEADER, TIME, QUATERNION, VECTOR],
             ),
         ),
+        (
+            "vision_msgs/msg/LabelInfo",
+            definition(
+                "std_msgs/Header header\nvision_msgs/VisionClass[] class_map\nfloat32 threshold\n",
+                &[HEADER, TIME, class],
+            ),
+        ),
     ]
 }
 
@@ -157,6 +169,12 @@ impl Cdr {
 
     pub(super) fn u8(&mut self, value: u8) -> &mut Self {
         self.0.push(value);
+        self
+    }
+
+    pub(super) fn u16(&mut self, value: u16) -> &mut Self {
+        self.align(2);
+        self.0.extend_from_slice(&value.to_le_bytes());
         self
     }
 

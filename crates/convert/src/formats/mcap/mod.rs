@@ -9,9 +9,11 @@
 //! - `/NAME/points`: `PointCloud2` of a LiDAR; its fields are in `docs/reference/formats.md`.
 //! - `/NAME/image`: `Image` of a camera, `rgb8`.
 //! - `/NAME/semantic`: `Image`, `mono8`: the class.
-//! - `/NAME/depth`: `Image`, `32FC1`: planar depth, metres; 0 = none.
+//! - `/NAME/instance`: `Image`, `32SC1`: the object as in instance maps; 0 = none.
+//! - `/NAME/depth`: `Image`, `32FC1`: planar depth, metres; +Inf where nothing is (REP 117, 118).
 //! - `/NAME/camera_info`: `CameraInfo`; the first pixel's centre is (0, 0), as OpenCV has it;
 //!   `right` has the baseline of its pair in `p`.
+//! - `/label_info`: `LabelInfo`: the names of classes, of all pictures and scans, once.
 //! - `/imu`: `Imu`, if the data set has an inertial measurement unit: angular velocity, and linear
 //!   acceleration with gravity.
 //! - `/tf_static`, `/tf`: sensors in `base_link`, `base_link` in `map`.
@@ -52,6 +54,9 @@ const FRAMES: [&str; 3] = [BODY, MAP, "odom"];
 const TF_STATIC: usize = 0;
 const TF: usize = 1;
 const ODOM: usize = 2;
+const LABELS: usize = 3;
+/// The channels of a camera.
+const OF_CAMERA: usize = 5;
 
 /// The format.
 #[derive(Debug)]
@@ -161,9 +166,10 @@ fn write_messages(
         }
         if i == 0 {
             messages.push(mounts(sequence, frame));
+            messages.push(label_info(labels, frame));
         }
         messages.extend(poses(frame, motion.at(i).as_ref()));
-        let mut channel = ODOM + 1;
+        let mut channel = LABELS + 1;
         for (l, (lidar, &timing)) in sequence.lidars.iter().zip(&timings).enumerate() {
             let scan = source.scan(frame, l)?.ply;
             let data = cloud::message(&scan, labels, frame, (&lidar.name, timing));
@@ -174,7 +180,7 @@ fn write_messages(
             let data = pictures(source, (sequence, frame), c, labels)?;
             let all = data.into_iter().zip(channel..);
             messages.extend(all.map(|(data, channel)| message(channel, frame, data)));
-            channel += 4;
+            channel += OF_CAMERA;
         }
         messages.sort_by_key(|message| message.time_ns);
         container.chunk(&messages)?;
@@ -193,9 +199,9 @@ fn metadata(source: &Source, sequence: &Sequence<'_>, file: &str) -> Result<Stri
     let parts: Vec<_> = imu::parts(&readings, &times_ns).collect();
     let readings: usize = parts.iter().map(|part| part.len()).sum();
     times_ns.extend(parts.iter().copied().flatten().map(imu::time_ns));
-    // The mounts are told once, all else at each frame, but readings.
+    // Mounts and classes are told once, all else at each frame, but readings.
     let count = |i, channel: &Channel| match i {
-        TF_STATIC => frames.min(1),
+        TF_STATIC | LABELS => frames.min(1),
         _ if channel.topic == imu::TOPIC => readings,
         _ => frames,
     };
@@ -237,12 +243,13 @@ fn channels(sequence: &Sequence<'_>) -> Vec<Channel> {
         schema,
         qos: bag::offered_qos(durability),
     };
-    let mounts = channel("/tf_static".to_owned(), cdr::TF, Durability::TransientLocal);
+    let once = |topic, schema| channel(topic, schema, Durability::TransientLocal);
     let stream = |topic, schema| channel(topic, schema, Durability::Volatile);
     let mut all = vec![
-        mounts,
+        once("/tf_static".to_owned(), cdr::TF),
         stream("/tf".to_owned(), cdr::TF),
         stream("/odom".to_owned(), cdr::ODOMETRY),
+        once("/label_info".to_owned(), cdr::LABEL_INFO),
     ];
     for lidar in sequence.lidars {
         all.push(stream(format!("/{}/points", lidar.name), cdr::POINT_CLOUD));
@@ -251,6 +258,7 @@ fn channels(sequence: &Sequence<'_>) -> Vec<Channel> {
         let name = &camera.name;
         all.push(stream(image_topic(name), cdr::IMAGE));
         all.push(stream(format!("/{name}/semantic"), cdr::IMAGE));
+        all.push(stream(format!("/{name}/instance"), cdr::IMAGE));
         all.push(stream(format!("/{name}/depth"), cdr::IMAGE));
         all.push(stream(format!("/{name}/camera_info"), cdr::CAMERA_INFO));
     }
@@ -285,6 +293,20 @@ fn mounts(sequence: &Sequence<'_>, frame: &FrameRef<'_>) -> Message {
     message(TF_STATIC, frame, out.finish())
 }
 
+/// `LabelInfo`: the names of classes, which are those of all pictures and scans. Its threshold is
+/// for the confidence of guesses, and these are none.
+fn label_info(labels: &Labels, frame: &FrameRef<'_>) -> Message {
+    let mut out = Cdr::new();
+    out.header(time_ns(frame), BODY)
+        .u32(labels.classes.len() as u32);
+    for class in &labels.classes {
+        out.u16(class.id).text(&class.name);
+    }
+    let threshold = 0.0_f32;
+    out.u32(threshold.to_bits());
+    message(LABELS, frame, out.finish())
+}
+
 /// Where the robot is, and how it moves.
 fn poses(frame: &FrameRef<'_>, twist: Option<&Twist>) -> [Message; 2] {
     let pose = frame.world_from_body();
@@ -296,13 +318,13 @@ fn poses(frame: &FrameRef<'_>, twist: Option<&Twist>) -> [Message; 2] {
     ]
 }
 
-/// The four messages of a camera, in the order of its topics.
+/// The messages of a camera, in the order of its topics.
 fn pictures(
     source: &Source,
     (sequence, frame): (&Sequence<'_>, &FrameRef<'_>),
     i: usize,
     labels: &Labels,
-) -> Result<[Vec<u8>; 4], Error> {
+) -> Result<[Vec<u8>; OF_CAMERA], Error> {
     let camera = &sequence.cameras[i];
     let image = |size: (usize, usize), encoding: &str, data: &[u8]| {
         let (width, height) = size;
@@ -320,11 +342,17 @@ fn pictures(
     let classes = source
         .classes(frame, i)?
         .map(|&class| labels.id(class) as u8);
-    let depth: Image<[u8; 4]> = source.depth_m(frame, i)?.map(|z| z.to_le_bytes());
+    let instances: Image<[u8; 4]> = source.instances(frame, i)?.map(|id| id.to_le_bytes());
+    // To ROS 0 is a distance, and +Inf a direction in which nothing is.
+    let distance_m = |&z: &f32| if z > 0.0 { z } else { f32::INFINITY };
+    let depth: Image<[u8; 4]> = source
+        .depth_m(frame, i)?
+        .map(|z| distance_m(z).to_le_bytes());
     let size = (rgb.width(), rgb.height());
     Ok([
         image(size, "rgb8", rgb.pixels().as_flattened()),
         image(size, "mono8", classes.pixels()),
+        image(size, "32SC1", instances.pixels().as_flattened()),
         image(size, "32FC1", depth.pixels().as_flattened()),
         camera_info(frame, camera, baseline_px(sequence, i)),
     ])

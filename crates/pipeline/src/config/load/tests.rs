@@ -263,18 +263,8 @@ fn a_commented_config_has_its_further_sensors() {
 
 #[test]
 fn every_default_is_allowed_and_every_key_is_defined() {
-    let table = to_table(&Config::default());
-    let source = Source {
-        name: String::new(),
-        is_argument: false,
-        text: String::new(),
-        table: table.clone(),
-        is_drawn: false,
-        base: crate::config::file_paths::Base::WorkingFolder,
-    };
-    let mut errors = ConfigErrors::default();
-    check_table("", &table, &source, &mut errors);
-    assert_eq!(errors, ConfigErrors::default());
+    let checked = Config::default().check_values();
+    assert_eq!(checked.map_err(|e| e.to_string()), Ok(()));
     let schema = crate::config::json_schema();
     assert_eq!(
         schema["properties"]["terrain"]["properties"]["octaves"]["maximum"],

@@ -22,7 +22,7 @@ mod ways;
 
 use std::collections::BTreeMap;
 
-use crate::config::choices::FORMATS;
+use crate::config::choices::{FORMATS, OntologyName};
 use crate::config::schema::Allowed::{Flag, OneOf, Real, SomeOf, Text, Whole};
 use crate::config::schema::{SectionSpec, section};
 
@@ -174,7 +174,7 @@ section! {
     /// What is written.
     Output at "output" {
         /// The class table: the paper's eight classes, its fuel, or each semantic as a class.
-        ontology: String = "paper".into(), OneOf(&["paper", "fuel", "semantics"]),
+        ontology: OntologyName = OntologyName::Paper, OneOf(OntologyName::WORDS),
             "paper, V-A and VII";
         /// Formats of other people's programs that are written besides the data set's own, each
         /// into a folder beside it, `OUT-FORMAT`. Shards write none; `nemoral merge` does.

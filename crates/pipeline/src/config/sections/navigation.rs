@@ -7,8 +7,8 @@ section! {
     /// The robot's navigation system: satellites and inertial sensors, or simultaneous localisation
     /// and mapping. Poses, labels and all that sensors record stay true; what the system would
     /// estimate of the poses, with its errors, is a file beside them, `poses_estimated.txt`, by
-    /// which `nemoral cloud --estimated-poses` registers scans. All errors of attitude turn the body
-    /// about its first LiDAR, or its first camera if there is none.
+    /// which `nemoral cloud --estimated-poses` registers scans. All errors of attitude turn the
+    /// body about its first LiDAR, or its first camera if there is none.
     Navigation at "navigation" {
         /// Whether data sets have what it estimates, which stations and drives do, not balanced
         /// frames.

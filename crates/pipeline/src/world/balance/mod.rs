@@ -10,7 +10,7 @@ mod probe;
 mod weights;
 
 use nemoral_scene::glam::{DVec2, DVec3};
-use nemoral_scene::{ChunkCoord, MaterialLibrary, Ontology, RigidTransform, Surface};
+use nemoral_scene::{ChunkCoord, MaterialLibrary, RigidTransform, Surface};
 use nemoral_seed::{Domain, Key};
 use nemoral_trajectory::{Beside, Heading, Stance};
 use rayon::prelude::*;
@@ -46,7 +46,7 @@ pub(crate) fn rays_of_choice(balance: &config::Balance) -> f64 {
 #[derive(Clone, Debug)]
 pub(crate) struct BalanceRecipe {
     balance: config::Balance,
-    ontology: String,
+    ontology: config::OntologyName,
     clearance_m: f64,
     reach: VisibleReach,
     /// The config's sensors, of which the first one's view is what counts.
@@ -92,7 +92,7 @@ impl BalanceRecipe {
         }
         let mut recipe = Self {
             balance: config.balance.clone(),
-            ontology: config.output.ontology.clone(),
+            ontology: config.output.ontology,
             clearance_m: config.robot.clearance_m,
             reach: VisibleReach::new(config),
             sensors: Box::new(config.clone()),
@@ -114,9 +114,7 @@ impl BalanceRecipe {
     }
 
     fn targets(&self) -> Vec<BalanceTarget> {
-        let ontology = Ontology::by_name(&self.ontology)
-            .expect("the config's words are the built-in ontologies");
-        self.balance.targets(&ontology)
+        self.balance.targets(&self.ontology.table())
     }
 
     /// Chooses a frame.

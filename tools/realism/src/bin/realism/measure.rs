@@ -18,7 +18,7 @@ use nemoral_realism::{
 };
 use nemoral_realism::{World, config};
 use nemoral_scene::glam::{DVec2, DVec3, Vec3};
-use nemoral_scene::{ChunkCoord, Image, Ontology, Ray, Surface, TreeRecord};
+use nemoral_scene::{ChunkCoord, Image, Ray, Surface, TreeRecord};
 use nemoral_seed::{Draw, Key};
 
 /// Side of the square whose trees are counted, chunks.
@@ -336,7 +336,7 @@ struct Views {
 
 impl Views {
     fn take(world: &World, runner: &Runner<'_>) -> Self {
-        let ontology = Ontology::by_name(&world.config.output.ontology).expect("an ontology");
+        let ontology = world.config.output.ontology.table();
         let (mut luminances, mut lights) = (Vec::new(), Vec::new());
         let (mut colours, mut from_above) = (Vec::new(), Vec::new());
         let mut seen = ClassCounts::default();

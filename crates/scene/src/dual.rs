@@ -4,30 +4,55 @@ use std::ops::{Add, Mul, Neg, Sub};
 
 use glam::DVec2;
 
-/// A value and its gradient with respect to position (forward-mode differentiation).
+/// A value with its gradient with respect to the place on the map: forward-mode automatic
+/// differentiation.
+///
+/// What is computed from duals has the exact gradient of what is computed from their values, such
+/// as the slope of ground that is a sum of terrain, trails and streams.
+///
+/// ```
+/// use nemoral_scene::Dual;
+/// use nemoral_scene::glam::DVec2;
+///
+/// let (x, y) = (Dual::new(3.0, DVec2::X), Dual::new(2.0, DVec2::Y));
+/// let product = x * y + Dual::constant(1.0);
+/// assert_eq!((product.value, product.gradient), (7.0, DVec2::new(2.0, 3.0)));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Dual {
-    pub(crate) value: f64,
-    pub(crate) gradient: DVec2,
+pub struct Dual {
+    /// The value.
+    pub value: f64,
+    /// Its change per metre to the east and to the north, if places are in metres.
+    pub gradient: DVec2,
 }
 
 impl Dual {
-    pub(crate) const fn new(value: f64, gradient: DVec2) -> Self {
+    /// A value and its gradient.
+    #[inline]
+    #[must_use]
+    pub const fn new(value: f64, gradient: DVec2) -> Self {
         Self { value, gradient }
     }
 
-    pub(crate) const fn constant(value: f64) -> Self {
+    /// A value that is the same everywhere.
+    #[inline]
+    #[must_use]
+    pub const fn constant(value: f64) -> Self {
         Self::new(value, DVec2::ZERO)
     }
 
-    /// The value of a function of this, by its value and derivative.
-    pub(crate) fn chain(self, (value, derivative): (f64, f64)) -> Self {
+    /// A function of this, by the function's value and derivative here.
+    #[inline]
+    #[must_use]
+    pub fn chain(self, (value, derivative): (f64, f64)) -> Self {
         Self::new(value, derivative * self.gradient)
     }
 
     /// The larger, rounded off where they differ by less than `k`, by at most k / 4 (Quilez's
     /// quadratic smooth maximum).
-    pub(crate) fn smooth_max(self, other: Self, k: Self) -> Self {
+    #[inline]
+    #[must_use]
+    pub fn smooth_max(self, other: Self, k: Self) -> Self {
         let gap = self - other;
         if gap.value >= k.value {
             return self;
@@ -44,12 +69,17 @@ impl Dual {
         (self + other + bow).scale(0.5)
     }
 
-    /// The smaller, rounded off.
-    pub(crate) fn smooth_min(self, other: Self, k: Self) -> Self {
+    /// The smaller, rounded off as the larger is by [`smooth_max`](Self::smooth_max).
+    #[inline]
+    #[must_use]
+    pub fn smooth_min(self, other: Self, k: Self) -> Self {
         -(-self).smooth_max(-other, k)
     }
 
-    pub(crate) fn scale(self, factor: f64) -> Self {
+    /// This times a constant.
+    #[inline]
+    #[must_use]
+    pub fn scale(self, factor: f64) -> Self {
         Self::new(factor * self.value, factor * self.gradient)
     }
 }
@@ -57,6 +87,7 @@ impl Dual {
 impl Add for Dual {
     type Output = Self;
 
+    #[inline]
     fn add(self, o: Self) -> Self {
         Self::new(self.value + o.value, self.gradient + o.gradient)
     }
@@ -65,6 +96,7 @@ impl Add for Dual {
 impl Sub for Dual {
     type Output = Self;
 
+    #[inline]
     fn sub(self, o: Self) -> Self {
         Self::new(self.value - o.value, self.gradient - o.gradient)
     }
@@ -73,6 +105,7 @@ impl Sub for Dual {
 impl Mul for Dual {
     type Output = Self;
 
+    #[inline]
     fn mul(self, o: Self) -> Self {
         Self::new(
             self.value * o.value,
@@ -84,6 +117,7 @@ impl Mul for Dual {
 impl Neg for Dual {
     type Output = Self;
 
+    #[inline]
     fn neg(self) -> Self {
         self.scale(-1.0)
     }
