@@ -86,6 +86,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 vertical_fwhm_rad: 0.3e-3,
                 rings,
                 resolution_m: 0.1,
+                exit_m: 0.0,
             },
             returns,
             ..ScannerParams::default()

@@ -301,6 +301,15 @@ def test_models_of_noise() -> None:
     assert wide == pytest.approx(0.1, rel=0.2)
     closed = errors({"model": "laconte", "laconte_device": "lms1xx", "laconte_closed": True})
     assert not np.array_equal(closed, errors("laconte"))
+
+    # Intensities have noise of their own, which leaves ranges as they are.
+    def scan(spread: float) -> nemoral.Scan:
+        noise = {"intensity_at_threshold": spread}
+        return nemoral.Scanner("avia", noise=noise, pulses=3000, rings=0).scan(scene, pose)
+
+    noisy, quiet = scan(0.27), scan(0.0)
+    assert np.array_equal(noisy.range_m, quiet.range_m)
+    assert 1e-3 < np.std(noisy.intensity / quiet.intensity) < 0.05
     with pytest.raises(nemoral.ConfigError) as raised:
         nemoral.Scanner("avia", noise={"model": "paper", "sigma_m": -1.0})
     assert raised.value.key == "lidar.noise.sigma_m"

@@ -22,10 +22,10 @@
 //! whose mean is a device's error function. The two functions are separate traits, because its
 //! sources are of two kinds: Laconte et al. measure a *bias* ([`LaconteWaveform`]), Soudarissanane
 //! et al. a *spread* ([`IncidenceLaw`], which can be both here). [`SnrSigma`] and [`RangeEquation`]
-//! add what data sheets give: spread and greatest range by reflectance. [`DetectedRange`] puts any
-//! detection before any measurement. Errors of pointing are left to the scanner, which knows the
-//! directions. [`RangeNoise`] names whole models for configurations, and [`RangeSensor`] measures
-//! with them.
+//! add what data sheets give: spread and greatest range by reflectance, around which detection
+//! fades by [`SoftThreshold`]. [`DetectedRange`] puts any detection before any measurement. Errors
+//! of pointing are left to the scanner, which knows the directions. [`RangeNoise`] names whole
+//! models for configurations, and [`RangeSensor`] measures with them.
 //!
 //! An echo is described by a [`EchoObservation`]: its range in metres, the cosine of the angle of
 //! incidence, and the surface's reflectance, 0..1. Transcendental functions go through libm and the

@@ -101,7 +101,8 @@ impl Detection for RangeEquation {
 ///
 /// The usual approximation of a receiver in Gaussian noise with a given probability of false alarm
 /// (Skolnik, "Introduction to Radar Systems"). Its noise unit is chosen so that an echo at
-/// [`RangeEquation`]'s threshold is seen with probability one half: the two agree on the range.
+/// [`RangeEquation`]'s threshold is seen with probability one half: the two agree on the range. An
+/// echo without power is never seen, as false alarms are not its own.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SoftThreshold {
     range_equation: RangeEquation,
@@ -134,8 +135,12 @@ impl SoftThreshold {
 
 impl Detection for SoftThreshold {
     fn probability(&self, o: &EchoObservation) -> f64 {
+        let signal_to_noise = self.range_equation.signal_to_noise(o);
+        if signal_to_noise <= 0.0 {
+            return 0.0;
+        }
         // erfc(0) = 1 where SNR + ½ = −ln P_fa, which is the threshold's own ratio in noise units.
-        let in_noise_units = self.range_equation.signal_to_noise(o) * (self.threshold - 0.5);
+        let in_noise_units = signal_to_noise * (self.threshold - 0.5);
         let margin = self.threshold.sqrt() - (in_noise_units + 0.5).sqrt();
         0.5 * libm::erfc(margin)
     }
@@ -226,6 +231,10 @@ mod tests {
         assert!(soft.probability(&at(45.0, 0.1)) > 0.999);
         // Noise alone raises false alarms with a probability of ½ erfc(√9.21 − √½) = 5e-4.
         assert!(soft.probability(&at(9e9, 0.1)) < 1e-3);
+        // What sends nothing back is not seen, at whatever range.
+        for range_m in [0.0, 5.0, 90.0] {
+            assert_eq!(soft.probability(&at(range_m, 0.0)), 0.0);
+        }
     }
 
     /// LiDAR data sheets state "2 cm at 20 m", and 1 cm for bright targets nearby.

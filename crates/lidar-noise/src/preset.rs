@@ -7,7 +7,9 @@ use crate::gaussian::{
     ConstantSigma, DetectedRange, GaussianRange, LinearSigma, LinearSigmaParams, NoMeanError,
 };
 use crate::laconte::{LaconteClosedForm, LaconteDevice, LaconteWaveform};
-use crate::link_budget::{RangeEquation, RangeEquationParams, SnrSigma, SnrSigmaParams};
+use crate::link_budget::{
+    RangeEquation, RangeEquationParams, SnrSigma, SnrSigmaParams, SoftThreshold,
+};
 use crate::model::MeanError;
 use crate::soudarissanane::{IncidenceLaw, IncidenceLawParams};
 
@@ -36,13 +38,17 @@ pub enum RangeNoise {
     Incidence(IncidenceLawParams),
     /// A spread that grows with range alone. There is no bias, and every echo is seen.
     Linear(LinearSigmaParams),
-    /// A spread by signal-to-noise ratio without bias, and no echo below the threshold of
-    /// detection: the behaviour that Livox's data sheets describe.
+    /// A spread by signal-to-noise ratio without bias, and a threshold of detection: the behaviour
+    /// that Livox's data sheets describe.
     SignalToNoise {
         /// The row of the data sheet.
         range: RangeEquationParams,
         /// The spread.
         sigma: SnrSigmaParams,
+        /// The probability of a false alarm per pulse of a receiver whose detection fades around
+        /// the threshold ([`SoftThreshold`]), below 0.5; 0 for one that sees every echo above it
+        /// and none below.
+        false_alarm_probability: f64,
     },
 }
 
@@ -57,12 +63,13 @@ pub enum LaconteForm {
 }
 
 impl RangeNoise {
-    /// Livox Mid-40 and Horizon.
+    /// Livox Mid-40 and Horizon, with a hard threshold.
     #[must_use]
     pub fn livox() -> Self {
         Self::SignalToNoise {
             range: RangeEquationParams::default(),
             sigma: SnrSigmaParams::default(),
+            false_alarm_probability: 0.0,
         }
     }
 }
@@ -116,6 +123,7 @@ enum Model {
     Incidence(GaussianRange<NoMeanError, IncidenceLaw>),
     Linear(GaussianRange<NoMeanError, LinearSigma>),
     SignalToNoise(DetectedRange<RangeEquation, NoMeanError, SnrSigma>),
+    FadingSignal(DetectedRange<SoftThreshold, NoMeanError, SnrSigma>),
 }
 
 impl RangeSensor {
@@ -155,12 +163,23 @@ impl RangeSensor {
                 mean: NoMeanError,
                 sigma: LinearSigma::new(params)?,
             }),
-            RangeNoise::SignalToNoise { range, sigma } => {
-                let detection = RangeEquation::new(range)?;
-                let sigma = SnrSigma::new(sigma, detection)?;
-                let mean = NoMeanError;
-                let range = GaussianRange { mean, sigma };
-                Model::SignalToNoise(DetectedRange { detection, range })
+            RangeNoise::SignalToNoise {
+                range,
+                sigma,
+                false_alarm_probability,
+            } => {
+                let equation = RangeEquation::new(range)?;
+                let range = GaussianRange {
+                    mean: NoMeanError,
+                    sigma: SnrSigma::new(sigma, equation)?,
+                };
+                if false_alarm_probability == 0.0 {
+                    let detection = equation;
+                    Model::SignalToNoise(DetectedRange { detection, range })
+                } else {
+                    let detection = SoftThreshold::new(equation, false_alarm_probability)?;
+                    Model::FadingSignal(DetectedRange { detection, range })
+                }
             }
         };
         Ok(Self { model })
@@ -176,6 +195,7 @@ impl RangeSensor {
             Model::Incidence(range) => Some(range.measure(o, rng)),
             Model::Linear(range) => Some(range.measure(o, rng)),
             Model::SignalToNoise(range) => range.measure(o, rng),
+            Model::FadingSignal(range) => range.measure(o, rng),
         }
     }
 
@@ -193,7 +213,7 @@ impl RangeSensor {
             Model::LaconteClosed(range) => range.measure_each(os, rngs, ranges_m),
             Model::Incidence(range) => range.measure_each(os, rngs, ranges_m),
             Model::Linear(range) => range.measure_each(os, rngs, ranges_m),
-            Model::Off | Model::SignalToNoise(_) => {
+            Model::Off | Model::SignalToNoise(_) | Model::FadingSignal(_) => {
                 for ((o, mut rng), range_m) in os.iter().zip(rngs).zip(ranges_m) {
                     *range_m = self.measure(o, &mut rng);
                 }
@@ -258,6 +278,43 @@ mod tests {
         }
     }
 
+    /// A model whose detection fades.
+    fn fading(false_alarm_probability: f64) -> RangeNoise {
+        RangeNoise::SignalToNoise {
+            range: RangeEquationParams::default(),
+            sigma: SnrSigmaParams::default(),
+            false_alarm_probability,
+        }
+    }
+
+    /// Of a target of 10 %, nine tenths are seen at 68 m, half at 90 m and a tenth at 131 m. The
+    /// ranges of those that a hard threshold sees, too, are the same to the bit.
+    #[test]
+    fn detection_fades_with_range() {
+        let soft = RangeSensor::new(fading(1e-4)).unwrap();
+        let hard = RangeSensor::new(RangeNoise::livox()).unwrap();
+        let n = 20_000;
+        for (range_m, share) in [(30.0, 1.0), (68.0, 0.9), (90.0, 0.5), (131.0, 0.1)] {
+            let o = EchoObservation {
+                range_m,
+                incidence_cos: 1.0,
+                reflectance: 0.1,
+            };
+            let rng = Xoshiro256PlusPlus::seed_from_u64;
+            let mut seen = 0;
+            for seed in 0..n {
+                let (a, b) = (
+                    soft.measure(&o, &mut rng(seed)),
+                    hard.measure(&o, &mut rng(seed)),
+                );
+                assert!(a.is_none() || b.is_none() || a == b);
+                seen += u32::from(a.is_some());
+            }
+            let found = f64::from(seen) / n as f64;
+            assert!((found - share).abs() < 0.016, "{range_m}: {found}");
+        }
+    }
+
     #[test]
     fn bad_parameters_are_refused_by_name() {
         let error = RangeSensor::new(RangeNoise::Paper { sigma_m: -0.5 }).unwrap_err();
@@ -266,5 +323,9 @@ mod tests {
             "sigma_m = -0.5: must be finite and at least 0"
         );
         assert!(RangeSensor::new(RangeNoise::Paper { sigma_m: f64::NAN }).is_err());
+        for bad in [-1e-4, 0.5, f64::NAN] {
+            let error = RangeSensor::new(fading(bad)).unwrap_err();
+            assert_eq!(error.field, "false_alarm_probability");
+        }
     }
 }

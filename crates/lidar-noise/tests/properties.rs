@@ -103,7 +103,7 @@ fn errors_of(noise: RangeNoise, o: &EchoObservation) -> (Vec<f64>, f64, f64) {
         },
         RangeNoise::Incidence(law) => (0.0, IncidenceLaw::new(law).expect("in range").sigma_m(o)),
         RangeNoise::Linear(line) => (0.0, LinearSigma::new(line).expect("in range").sigma_m(o)),
-        RangeNoise::SignalToNoise { range, sigma } => {
+        RangeNoise::SignalToNoise { range, sigma, .. } => {
             let equation = RangeEquation::new(range).expect("in range");
             (
                 0.0,
@@ -356,6 +356,11 @@ proptest! {
             RangeNoise::Incidence(nemoral_lidar_noise::IncidenceLawParams::default()),
             RangeNoise::Linear(nemoral_lidar_noise::LinearSigmaParams::SICK_LMS1XX),
             RangeNoise::livox(),
+            RangeNoise::SignalToNoise {
+                range: nemoral_lidar_noise::RangeEquationParams::default(),
+                sigma: nemoral_lidar_noise::SnrSigmaParams::default(),
+                false_alarm_probability: 1e-4,
+            },
         ] {
             let sensor = RangeSensor::new(noise).unwrap();
             let measure = || sensor.measure(&o, &mut Xoshiro256PlusPlus::seed_from_u64(seed));

@@ -226,6 +226,11 @@ impl Air {
         }
     }
 
+    /// The weakest power that the receiver sees: reflectance over the square of the range.
+    pub(crate) fn weakest(&self) -> f64 {
+        self.weakest
+    }
+
     /// The air from a height in the scene.
     pub(crate) fn at_height(&self, z_m: f64) -> Option<AirFrom<'_>> {
         let here = self.params.layers().map(|layer| {
@@ -385,7 +390,7 @@ fn speckle(rng: &mut PhiloxRng) -> f64 {
 /// e^x to 3e-10 of it, from −700 to 700, and as at these beyond them. The compiler inlines it and
 /// computes several at once; with a library's, a scan in fog takes half as long again.
 #[inline]
-fn exp(x: f64) -> f64 {
+pub(crate) fn exp(x: f64) -> f64 {
     // Adding it rounds to a whole number.
     const ROUND: f64 = 6_755_399_441_055_744.0;
     let x = x.clamp(-700.0, 700.0);

@@ -19,9 +19,13 @@ pub struct Beam {
     /// Rings of sub-rays around the middle, 0..=8: 1, 7, 19, 37 … rays a pulse. With 0 the beam is
     /// a line without width.
     pub rings: u8,
-    /// Half the length of the pulse, metres, at least 0: echoes of surfaces no farther behind each
-    /// other are merged into one between them (0.6 m for 4 ns).
+    /// Half the length of the pulse, metres, at least 0 (0.6 m for 4 ns): echoes of surfaces no
+    /// farther behind each other are merged into one between them. One surface that slants through
+    /// more than that is one echo, too, as its light comes back without a break.
     pub resolution_m: f64,
+    /// Diameter of the beam where it leaves the scanner, out to 1/e² of the middle's intensity,
+    /// metres, 0..=0.1. The beam widens from there; with 0 it begins as a point.
+    pub exit_m: f64,
 }
 
 impl Default for Beam {
@@ -32,6 +36,7 @@ impl Default for Beam {
             vertical_fwhm_rad: 0.0,
             rings: 0,
             resolution_m: 0.6,
+            exit_m: 0.0,
         }
     }
 }
@@ -44,6 +49,8 @@ pub(crate) struct SubRay {
     up: f64,
     /// The factor that gives its direction unit length.
     scale: f64,
+    /// Where it leaves the scanner, to the left of the beam's middle and above it, metres.
+    exit_m: [f64; 2],
     /// Its share of the beam's light.
     pub(crate) weight: f64,
 }
@@ -55,6 +62,7 @@ impl SubRay {
             left,
             up,
             scale: 1.0 / (1.0 + left * left + up * up).sqrt(),
+            exit_m: [0.0; 2],
             weight,
         }
     }
@@ -75,6 +83,18 @@ impl Beam {
         std::f64::consts::FRAC_PI_2 * (reach * along) * (reach * up)
     }
 
+    /// The variance of the directions of one sub-ray's part of the beam, across and up together,
+    /// radians².
+    pub(crate) fn part_variance(&self) -> f64 {
+        let step = REACH / (f64::from(self.rings) + 0.5);
+        // Gaussians of this width around the sub-rays of rings sum up to that of the beam within a
+        // quarter; a ray alone stands for the whole beam.
+        let share = (step * step / 4.0).min(1.0);
+        let across = self.horizontal_fwhm_rad / FWHM;
+        let up = self.vertical_fwhm_rad / FWHM;
+        share * (across * across + up * up)
+    }
+
     pub(crate) fn check(&self) -> Result<(), ParamError> {
         for (field, width) in [
             ("beam.horizontal_fwhm_rad", self.horizontal_fwhm_rad),
@@ -83,6 +103,7 @@ impl Beam {
             ParamError::check((0.0..=0.1).contains(&width), field, width, "0..=0.1 rad")?;
         }
         ParamError::check(self.rings <= 8, "beam.rings", self.rings, "at most 8")?;
+        ParamError::check_range("beam.exit_m", self.exit_m, 0.0..=0.1, "0..=0.1 m")?;
         ParamError::check(
             self.resolution_m.is_finite() && self.resolution_m >= 0.0,
             "beam.resolution_m",
@@ -98,6 +119,7 @@ impl Beam {
         // The share of a round Gaussian that lies outside a radius.
         let outside = |radius: f64| libm::exp(-0.5 * radius * radius);
         let all = 1.0 - outside(REACH);
+        let exit_sigma_m = self.exit_m / (2.0 * REACH);
         let mut rays = Vec::new();
         for ring in 0..=rings {
             let radius = f64::from(ring) * step;
@@ -108,11 +130,16 @@ impl Beam {
                 // Rings are turned against each other, so that rays do not line up.
                 let turn = (f64::from(i) + 0.5 * f64::from(ring % 2)) / f64::from(count);
                 let (sin, cos) = libm::sincos(std::f64::consts::TAU * turn);
-                rays.push(SubRay::new(
-                    radius * cos * self.horizontal_fwhm_rad / FWHM,
-                    radius * sin * self.vertical_fwhm_rad / FWHM,
+                let (left, up) = (radius * cos, radius * sin);
+                let part = SubRay::new(
+                    left * self.horizontal_fwhm_rad / FWHM,
+                    up * self.vertical_fwhm_rad / FWHM,
                     share / f64::from(count),
-                ));
+                );
+                rays.push(SubRay {
+                    exit_m: [left * exit_sigma_m, up * exit_sigma_m],
+                    ..part
+                });
             }
         }
         rays
@@ -164,6 +191,12 @@ impl BeamAxes {
         let aside = self.left * part.left + self.up * part.up;
         (self.forward + aside) * part.scale
     }
+
+    /// Where a part of the beam leaves the scanner, from where its middle does, metres.
+    pub(crate) fn exit_m(&self, part: &SubRay) -> DVec3 {
+        let [left_m, up_m] = part.exit_m;
+        self.left * left_m + self.up * up_m
+    }
 }
 
 /// A unit vector turned by small angles to its left and upwards. Angles of 0 leave its bits as they
@@ -209,6 +242,44 @@ mod tests {
                 assert!((ratio - 0.687).abs() < 0.04, "{rings} {ratio}");
             }
         }
+    }
+
+    /// A beam that leaves the scanner 1 cm wide widens from there: out to 1/e² of its middle, it is
+    /// as wide as the exit and the divergence together.
+    #[test]
+    fn a_beam_is_as_wide_as_its_exit_and_its_divergence() {
+        let beam = Beam {
+            horizontal_fwhm_rad: 0.002,
+            vertical_fwhm_rad: 0.001,
+            rings: 8,
+            exit_m: 0.01,
+            ..Beam::default()
+        };
+        let axes = BeamAxes::along(DVec3::X, DVec3::Z);
+        for (range_m, width_m, height_m) in [
+            (0.0, 0.01, 0.01),
+            (
+                10.0,
+                0.01 + 10.0 * 0.002 * 4.0 / FWHM,
+                0.01 + 10.0 * 0.001 * 4.0 / FWHM,
+            ),
+        ] {
+            // The outermost ring stands for the light around it, to 1/e².
+            let reach = 8.0 / 8.5;
+            let ends = beam.sub_rays().iter().fold(DVec3::ZERO, |most, part| {
+                let direction = axes.towards(part);
+                let at = axes.exit_m(part) + direction * (range_m / direction.x);
+                most.max(at.abs())
+            });
+            assert!((ends.y - 0.5 * reach * width_m).abs() < 1e-6, "{ends}");
+            assert!((ends.z - 0.5 * reach * height_m).abs() < 1e-6, "{ends}");
+        }
+        let point = Beam {
+            exit_m: 0.0,
+            ..beam
+        };
+        let rays = point.sub_rays();
+        assert!(rays.iter().all(|part| axes.exit_m(part) == DVec3::ZERO));
     }
 
     #[test]

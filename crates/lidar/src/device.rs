@@ -28,7 +28,7 @@ pub enum Device {
     Os0,
     /// Ouster OS1 with 32 beams, 1024 columns, 10 Hz.
     Os1x32,
-    /// Ouster OS1 with 64 beams, 1024 columns, 10 Hz.
+    /// Ouster OS-1-64 of the first generation, 1024 columns, 10 Hz.
     Os1x64,
     /// Ouster OS1 with 128 beams, 1024 columns, 10 Hz.
     Os1x128,
@@ -68,6 +68,8 @@ pub struct DeviceSheet {
     pub sigma_floor_m: f64,
     /// The spread that noise adds at the threshold of detection, metres.
     pub sigma_at_threshold_m: f64,
+    /// The most returns of a pulse, 1..=15.
+    pub max_returns: u8,
     /// The sources of these numbers and of the parameters, and what is uncertain about them.
     pub source: &'static str,
 }
@@ -134,7 +136,7 @@ impl Device {
             Self::Hdl64e => Box::new(Spinning::hdl64e(10.0).expect(known)),
             Self::Os0 => ouster(90.0, 128),
             Self::Os1x32 => ouster(45.0, 32),
-            Self::Os1x64 => ouster(45.0, 64),
+            Self::Os1x64 => Box::new(Spinning::os1_64(1024, 10.0).expect(known)),
             Self::Os1x128 => ouster(45.0, 128),
             Self::Terrestrial => {
                 let [columns, rows] = TERRESTRIAL;
@@ -157,7 +159,8 @@ impl Device {
 
     /// Its parameters: ranges, wavelength, beam, quantisation. Scans take 0.1 s, or a whole turn of
     /// a terrestrial scanner, a minute. The beam is cast with 19 sub-rays, and with 7 for that
-    /// turn.
+    /// turn. The spreads of intensities and of objects' reflectances are our choice, the same for
+    /// all devices.
     #[must_use]
     pub fn params(self) -> ScannerParams {
         // Divergence sideways and up, degrees; nearest and farthest range; steps of range; pulse,
@@ -170,11 +173,17 @@ impl Device {
             Self::Vlp16 | Self::ZebHorizon => ([0.172, 0.086], [0.4, 100.0], 0.002, 6.0, 0.0),
             Self::Hdl64e => ([0.115, 0.115], [0.9, 120.0], 0.002, 5.0, 0.0),
             Self::Os0 => ([0.35, 0.35], [0.3, 50.0], 0.001, 5.0, 0.0),
-            Self::Os1x32 | Self::Os1x64 | Self::Os1x128 => {
-                ([0.18, 0.18], [0.8, 120.0], 0.001, 5.0, 0.0)
-            }
+            Self::Os1x64 => ([0.13, 0.13], [0.8, 120.0], 0.012, 5.0, 0.0),
+            Self::Os1x32 | Self::Os1x128 => ([0.18, 0.18], [0.8, 120.0], 0.001, 5.0, 0.0),
             Self::Terrestrial => ([0.012, 0.012], [1.5, 600.0], 0.0001, 5.0, 0.0),
             Self::Vux1Uav => ([0.0169, 0.0169], [3.0, 280.0], 0.0001, 4.0, 0.0),
+        };
+        // 0 where none is published.
+        let exit_m = match self {
+            Self::Vlp16 | Self::ZebHorizon => 0.0084,
+            Self::Os1x32 | Self::Os1x64 | Self::Os1x128 => 0.01,
+            Self::Terrestrial => 0.007,
+            _ => 0.0,
         };
         let (pulses_per_scan, rings) = match self {
             Self::Terrestrial => (TERRESTRIAL[0] * TERRESTRIAL[1], 1),
@@ -184,6 +193,7 @@ impl Device {
             Self::Terrestrial | Self::Vux1Uav => Wavelength::Nm1550,
             _ => Wavelength::Nm905,
         };
+        let sheet = self.sheet();
         ScannerParams {
             pulses_per_scan,
             min_range_m: ranges_m[0],
@@ -194,14 +204,23 @@ impl Device {
                 vertical_fwhm_rad: width_deg[1] * PI / 180.0,
                 rings,
                 resolution_m: 0.5 * 0.299_792_458 * pulse_ns,
+                exit_m,
             },
             returns: Returns::Strongest,
-            air: AirParams::default(),
+            air: AirParams {
+                drop_reflectance: wavelength.drop_reflectance(),
+                reference_range_m: sheet.reference_range_m,
+                reference_reflectance: sheet.reference_reflectance,
+                ..AirParams::default()
+            },
             errors: PulseErrors {
                 angular_sigma_rad: f64::to_radians(angular_deg),
                 range_step_m: step_m,
+                intensity_at_threshold: 0.27,
+                reflectance_spread: 0.1,
                 ..PulseErrors::default()
             },
+            carrier: None,
             deskew: true,
         }
     }
@@ -216,6 +235,7 @@ impl Device {
             reference_reflectance: 0.1,
             sigma_floor_m: 0.007,
             sigma_at_threshold_m: 0.09,
+            max_returns: 1,
             source: "Livox wiki: range ladder 90/130/260 m at 10/20/80 %, 2 cm at 20 m, 0.28° x \
                 0.03°, angles below 0.1°; pulse length: HELIOS++",
         };
@@ -226,29 +246,34 @@ impl Device {
             reference_reflectance: 0.1,
             sigma_floor_m: 0.015,
             sigma_at_threshold_m: 0.10,
-            source: "OS1 data sheet: 40 m at 10 %, 0.8 to 120 m, 1.5 to 10 cm by signal, 0.13° to \
-                0.18°; 850 nm, for which the reflectances at 905 nm stand; pulse length assumed",
+            max_returns: 1,
+            source: "OS1 data sheet: 40 m at 10 %, 0.8 to 120 m, 1.5 to 10 cm by signal, 0.18°, \
+                10 mm at the exit, strongest return; 850 nm, for which the reflectances at 905 nm \
+                stand; pulse length assumed",
         };
         match self {
             Self::Mid40 => LIVOX,
             Self::Mid70 => DeviceSheet {
                 title: "Livox Mid-70",
                 field_of_view_deg: [70.4, 70.4],
-                source: "as Mid-40; blind zone 5 cm",
+                max_returns: 2,
+                source: "as Mid-40; blind zone 5 cm; user manual: dual return",
                 ..LIVOX
             },
             Self::Avia => DeviceSheet {
                 title: "Livox Avia",
                 field_of_view_deg: [70.4, 77.2],
                 reference_range_m: 190.0,
-                source: "190 m at 10 %; optics: HELIOS++; the rest as Mid-40",
+                max_returns: 3,
+                source: "190 m at 10 %, three returns; optics: HELIOS++; the rest as Mid-40",
                 ..LIVOX
             },
             Self::HorizonLike => DeviceSheet {
                 title: "Like the Livox Horizon",
                 field_of_view_deg: [81.7, 25.1],
-                source: "Livox wiki; the pattern is fitted to its figures, the pulse length is the \
-                    Mid-40's",
+                max_returns: 2,
+                source: "Livox wiki, two returns; the pattern is fitted to its figures, the pulse \
+                    length is the Mid-40's",
                 ..LIVOX
             },
             Self::Vlp16 => DeviceSheet {
@@ -257,8 +282,9 @@ impl Device {
                 reference_range_m: 50.0,
                 sigma_floor_m: 0.02,
                 sigma_at_threshold_m: 0.06,
-                source: "user manual: 3 cm, 100 m, 3.0 x 1.5 mrad, 2 mm steps; 50 m at 10 % and \
-                    pulse length assumed",
+                max_returns: 2,
+                source: "user manual: 3 cm, 100 m, 3.0 x 1.5 mrad, 2 mm steps, two returns; 8.4 mm \
+                    at the exit: OpenPLX; 50 m at 10 % and pulse length assumed",
                 ..OUSTER
             },
             Self::ZebHorizon => DeviceSheet {
@@ -275,14 +301,15 @@ impl Device {
                 sigma_floor_m: 0.015,
                 sigma_at_threshold_m: 0.06,
                 source: "data sheet: 120 m, 50 m at 10 %, 2 cm; HELIOS++: 2 mrad, 20,833 pulses a \
-                    second and laser; pulse length assumed",
+                    second and laser, one return; pulse length assumed",
                 ..OUSTER
             },
             Self::Os0 => DeviceSheet {
                 title: "Ouster OS0-128",
                 field_of_view_deg: [360.0, 90.0],
                 reference_range_m: 35.0,
-                source: "OS0 data sheet: 35 m at 10 %, 0.3 to 50 m, 0.35°; the rest as OS1",
+                source: "OS0 data sheet: 35 m at 10 %, 0.3 to 50 m, 0.35°; the rest as OS1, but for \
+                    the exit",
                 ..OUSTER
             },
             Self::Os1x32 => DeviceSheet {
@@ -290,7 +317,10 @@ impl Device {
                 ..OUSTER
             },
             Self::Os1x64 => DeviceSheet {
-                title: "Ouster OS1-64",
+                title: "Ouster OS-1-64, first generation",
+                field_of_view_deg: [360.0, 33.2],
+                source: "OS1 data sheet of the first generation: ±16.6°, 0.13°, 1.2 cm steps; \
+                    azimuths of beams: the maker's SDK; the rest as OS1-128",
                 ..OUSTER
             },
             Self::Os1x128 => DeviceSheet {
@@ -304,10 +334,11 @@ impl Device {
                 reference_reflectance: 0.2,
                 sigma_floor_m: 0.002,
                 sigma_at_threshold_m: 0.01,
+                max_returns: 15,
                 source: "data sheet, long range mode: 280 m at 20 %, 1.5 to 600 m, 100,000 pulses \
-                    a second, -40° to 60°, 0.35 mrad at 1/e², which is 0.012° at half maximum; \
-                    1550 nm: Calders et al. 2015; pulse length: HELIOS++; 2 mm and 0.077° are our \
-                    choice",
+                    a second, -40° to 60°, 0.35 mrad at 1/e², which is 0.012° at half maximum, all \
+                    returns; 7 mm at the exit: AMAPVox; 1550 nm: Calders et al. 2015; pulse \
+                    length: HELIOS++; 2 mm and 0.077° are our choice",
             },
             Self::Vux1Uav => DeviceSheet {
                 title: "RIEGL VUX-1UAV",
@@ -316,6 +347,7 @@ impl Device {
                 reference_reflectance: 0.2,
                 sigma_floor_m: 0.005,
                 sigma_at_threshold_m: 0.01,
+                max_returns: 15,
                 source: "HELIOS++: 550,000 pulses fired and 100 lines a second, 330° (of which 90° \
                     are used), 0.5 mrad at 1/e², which is 0.017° at half maximum, 4 ns, 1 cm, from \
                     3 m; 170 m at 20 %, 280 m, 5 mm and 1550 nm are our choice; the rest as VZ-400",
@@ -325,8 +357,10 @@ impl Device {
                 field_of_view_deg: [70.4, 77.2],
                 reference_range_m: 190.0,
                 sigma_floor_m: 0.02,
+                max_returns: 3,
                 source: "DJI's guide: 190 m at 10 %, 450 m at 80 %, 70.4° x 77.2°, a Livox module; \
-                    240,000 pulses a second, optics and 2 cm: HELIOS++; the rest as Avia",
+                    240,000 pulses a second, optics and 2 cm: HELIOS++; three returns, and the \
+                    rest as Avia",
                 ..LIVOX
             },
         }

@@ -1,5 +1,9 @@
 //! Grouping the hits of a pulse's sub-rays into echoes, and choosing which echoes are reported.
 
+use std::ops::Range;
+
+use crate::waveform::peaks;
+
 /// Which echoes of a pulse a scanner reports.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Returns {
@@ -44,7 +48,7 @@ pub(crate) struct SubRayHit {
 
 impl SubRayHit {
     /// Received power, up to a factor that all hits share.
-    fn power(&self) -> f64 {
+    pub(crate) fn power(&self) -> f64 {
         self.sent_back / (self.range_m * self.range_m).max(1e-12)
     }
 }
@@ -68,31 +72,23 @@ pub(crate) struct Echo {
     pub(crate) sent_back: f64,
     /// The sum of their received powers.
     pub(crate) power: f64,
+    /// The greatest power that comes back at once, as a share of that sum: 1 unless the echo is
+    /// longer than the pulse.
+    pub(crate) peak_share: f64,
+    /// Its place among the echoes of its pulse, from 0.
+    pub(crate) place: u32,
 }
 
-/// Groups the hits of a pulse, which are those from `first` on, into echoes, and adds these,
-/// nearest first. Sorts the hits by range.
-///
-/// A receiver that was triggered by a surface is busy for the length of the pulse: all surfaces
-/// within `resolution_m` behind the first surface of an echo are merged into it. The measured range
-/// is the centroid, "a beam-weighted average over the footprint" (Chaudhry et al. 2021).
-pub(crate) fn group_hits(
-    hits: &mut [SubRayHit],
-    mut first: usize,
-    resolution_m: f64,
-    echoes: &mut Vec<Echo>,
-) {
-    hits[first..].sort_unstable_by(|a, b| a.range_m.total_cmp(&b.range_m).then(a.ray.cmp(&b.ray)));
-    while first < hits.len() {
-        let reach = hits[first].range_m + resolution_m;
-        let end = first + hits[first..].partition_point(|c| c.range_m <= reach);
-        let merged = &hits[first..end];
+impl Echo {
+    /// The echo of some of the hits, which are sorted by range.
+    fn of(hits: &[SubRayHit], range: Range<usize>, place: u32) -> Self {
+        let merged = &hits[range.clone()];
         let power: f64 = merged.iter().map(SubRayHit::power).sum();
         let sent_back = merged.iter().map(|c| c.sent_back).sum();
         // The first of equal ones. If nothing is reflected, all powers are 0 and the nearest hit
         // counts.
-        let mut strongest = first;
-        for i in first + 1..end {
+        let mut strongest = range.start;
+        for i in range.start + 1..range.end {
             if hits[i].power() > hits[strongest].power() {
                 strongest = i;
             }
@@ -104,17 +100,63 @@ pub(crate) fn group_hits(
             merged.iter().map(|hit| hit.power() * of(hit)).sum::<f64>() / power
         };
         let range_m = mean(|c| c.range_m);
-        echoes.push(Echo {
+        Self {
             range_m,
             incidence_cos: mean(|c| c.incidence_cos),
             measured_m: range_m,
             strongest,
-            first,
-            end,
+            first: range.start,
+            end: range.end,
             sent_back,
             power,
-        });
-        first = end;
+            peak_share: 1.0,
+            place,
+        }
+    }
+
+    /// The greatest power that comes back at once, which the receiver compares with its threshold.
+    pub(crate) fn peak(&self) -> f64 {
+        self.power * self.peak_share
+    }
+}
+
+/// Groups the hits of a pulse, which are those from `first` on, into echoes, and adds these,
+/// nearest first. Sorts the hits by range.
+///
+/// A receiver that was triggered by a surface is busy for the length of the pulse: surfaces within
+/// `resolution_m` are merged. Where hits follow each other closely over more than that, as on a
+/// surface that slants away, each [peak](peaks) of their light is an echo. The measured range is
+/// the centroid, "a beam-weighted average over the footprint" (Chaudhry et al. 2021).
+pub(crate) fn group_hits(
+    hits: &mut [SubRayHit],
+    first: usize,
+    resolution_m: f64,
+    echoes: &mut Vec<Echo>,
+) {
+    hits[first..].sort_unstable_by(|a, b| a.range_m.total_cmp(&b.range_m).then(a.ray.cmp(&b.ray)));
+    let hits = &*hits;
+    let merges = |near: &SubRayHit, far: &SubRayHit| far.range_m <= near.range_m + resolution_m;
+    let (mut start, mut place) = (first, 0);
+    while start < hits.len() {
+        let follow = |pair: &&[SubRayHit]| merges(&pair[0], &pair[1]);
+        let end = start + 1 + hits[start..].windows(2).take_while(follow).count();
+        if merges(&hits[start], &hits[end - 1]) {
+            echoes.push(Echo::of(hits, start..end, place));
+            place += 1;
+        } else {
+            for peak in peaks(&hits[start..end], resolution_m) {
+                let range = start + peak.hits.start..start + peak.hits.end;
+                let echo = Echo::of(hits, range, place);
+                let peak_share = if echo.power > 0.0 {
+                    peak.power / echo.power
+                } else {
+                    1.0
+                };
+                echoes.push(Echo { peak_share, ..echo });
+                place += 1;
+            }
+        }
+        start = end;
     }
 }
 
@@ -128,7 +170,7 @@ impl Returns {
             (0..echoes.len())
                 .filter(|i| Some(*i) != but)
                 .reduce(|a, b| {
-                    if echoes[b].power > echoes[a].power {
+                    if echoes[b].peak() > echoes[a].peak() {
                         b
                     } else {
                         a
@@ -191,9 +233,37 @@ mod tests {
         assert!(one[0].range_m > 10.0 && one[0].range_m < 10.4);
         let two = grouped(&[(10.0, 0.2), (10.7, 0.5)], 0.6);
         assert_eq!((two[0].range_m, two[1].range_m), (10.0, 10.7));
-        // A long chain of surfaces does not merge into one echo.
+        assert!(two.iter().map(|e| e.place).eq([0, 1]));
+    }
+
+    /// A surface that slants away is one echo, whose light comes back bit by bit.
+    #[test]
+    fn a_long_chain_of_hits_is_one_echo() {
         let chain: Vec<_> = (0..20).map(|i| (10.0 + 0.29 * f64::from(i), 0.1)).collect();
-        assert_eq!(grouped(&chain, 0.6).len(), 7);
+        let [whole] = grouped(&chain, 0.6)[..] else {
+            panic!("a surface has one echo")
+        };
+        // The means weighted by 1 / r², by sums.
+        let weights = || chain.iter().map(|(m, _)| 1.0 / (m * m));
+        let mean_m = chain.iter().map(|(m, _)| 1.0 / m).sum::<f64>() / weights().sum::<f64>();
+        assert!((whole.range_m - mean_m).abs() < 1e-12, "{}", whole.range_m);
+        assert!((whole.sent_back - 2.0).abs() < 1e-12);
+        // A pulse of 0.6 m meets 0.64 m of the first metres at once.
+        let share = whole.peak() / (0.1 * weights().sum::<f64>());
+        assert!((0.12..0.2).contains(&share), "{share}");
+        // What is within the resolution comes back at once.
+        let near = grouped(&[(10.0, 0.5), (10.4, 0.5)], 0.6);
+        assert_eq!(near[0].peak(), near[0].power);
+        // A weak hit in the middle is a dip in the light, and there are two surfaces.
+        let found = grouped(&[(10.0, 0.5), (10.5, 0.001), (11.1, 0.5)], 0.6);
+        assert_eq!((found[0].end, found[1].end, found.len()), (2, 3, 2));
+        // The power of the moment ranks echoes: what comes back at once beats what is spread out.
+        let mut both: Vec<_> = (0..30).map(|i| (10.0 + 0.2 * f64::from(i), 0.01)).collect();
+        both.push((20.0, 0.25));
+        let mut found = grouped(&both, 0.6);
+        assert!(found[0].power > found[1].power);
+        Returns::Strongest.select(&mut found);
+        assert_eq!((found.len(), found[0].range_m), (1, 20.0));
     }
 
     #[test]

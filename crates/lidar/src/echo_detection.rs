@@ -13,13 +13,15 @@ use crate::air::AirFrom;
 use crate::echo::{AIR, AirEcho, Echo, SubRayHit, group_hits};
 use crate::mirror::Mirrored;
 use crate::pulse_batch::{PulseBatch, ScanContext};
+use crate::reflection::Reflection;
 
 const DROPOUT: Domain = Domain::new("lidar.dropout");
 const FALSE_ALARM: Domain = Domain::new("lidar.false_alarm");
 const FOG: Domain = Domain::new("lidar.air");
+const INTENSITY: Domain = Domain::new("lidar.intensity");
 const LATER_ECHO: Domain = Domain::new("lidar.later_echo");
 
-/// A surface that is farther than this from the plane of the strongest one counts as another
+/// A surface that is farther than this from the plane of the labelled one counts as another
 /// surface, metres.
 const MIXED_M: f64 = 0.02;
 
@@ -32,13 +34,20 @@ pub(crate) struct BatchHits<'a> {
     pub(crate) mirrored: Vec<Mirrored>,
 }
 
+impl BatchHits<'_> {
+    /// What a ray hit that gave an echo.
+    pub(crate) fn hit(&self, ray: usize) -> &SurfaceHit {
+        self.hits[ray].as_ref().expect("an echo is of a hit")
+    }
+}
+
 /// A return: an echo that is reported, or a false alarm.
 pub(crate) struct Return {
     measured_m: f64,
     /// The number of the pulse in its batch.
     shot: u32,
-    /// The number in the batch of the ray that brought most of the light; [`NO_RAY`] for a false
-    /// alarm and for air.
+    /// The number in the batch of the ray whose hit labels it; [`NO_RAY`] for a false alarm and for
+    /// air.
     ray: u32,
     /// What there is without a ray.
     of_none: Semantic,
@@ -113,6 +122,7 @@ impl ScanContext<'_> {
         all.ends.reserve(cast.batch.pulses.len());
         all.sub_ray_hits.reserve(cast.batch.pulses.len());
         all.echoes.reserve(cast.batch.pulses.len());
+        let mut reflection = Reflection::new(self.materials, self.params);
         for (shot, hits) in (0_u32..).zip(cast.hits.chunks(of_shot)) {
             let number = cast.batch.start + shot;
             if dropout > 0.0 && self.key_of(number, DROPOUT).rng().chance(dropout) {
@@ -136,17 +146,19 @@ impl ScanContext<'_> {
                     mirrored: None,
                     range_m: hit.distance_m.into(),
                     sent_back: self.sub_rays[i].weight
-                        * (self.reflectance(hit) * incidence_cos)
+                        * reflection.sent_back(hit, incidence_cos)
                         * left,
                     incidence_cos,
                 });
             }
-            self.add_mirrored(cast, shot as usize * of_shot, air, &mut all.sub_ray_hits);
+            let first_ray = shot as usize * of_shot;
+            self.add_mirrored(cast, first_ray, air, &mut reflection, &mut all.sub_ray_hits);
             if let Some(air) = air {
                 let direction = rays[0].direction.into();
-                // Whatever blocks all of the beam ends the air, seen or not.
-                let blocked = hits.iter().map(|hit| hit.as_ref().map(|h| h.distance_m));
-                let clear = blocked.map(|m| m.unwrap_or(self.params.max_range_m));
+                // Whatever blocks all of the beam ends the air, seen or not, and so does what
+                // carries the scanner.
+                let ends = hits.iter().zip(rays);
+                let clear = ends.map(|(hit, ray)| hit.map_or(ray.t_max_m, |h| h.distance_m));
                 let before_m = clear.fold(0.0, f32::max);
                 let before_m = before_m.into();
                 let of_air = |echo: AirEcho| SubRayHit {
@@ -180,6 +192,7 @@ impl ScanContext<'_> {
         cast: &BatchHits<'_>,
         first: usize,
         air: Option<AirFrom<'_>>,
+        reflection: &mut Reflection<'_>,
         out: &mut Vec<SubRayHit>,
     ) {
         let end = first + self.sub_rays.len();
@@ -191,7 +204,7 @@ impl ScanContext<'_> {
             };
             let towards = towards(&m.met, &m.path);
             let incidence_cos = (-towards.dot(m.path.direction.into())).clamp(0.0, 1.0);
-            let reflected = self.reflectance(&m.met) * incidence_cos;
+            let reflected = reflection.diffuse(&m.met) * incidence_cos;
             out.push(SubRayHit {
                 ray: m.ray - first,
                 mirrored: Some(number),
@@ -228,8 +241,13 @@ impl ScanContext<'_> {
             EchoObservation {
                 range_m: echo.range_m,
                 incidence_cos: cos,
-                // The reflectance of a plate as wide as the beam that would reflect as much.
-                reflectance: if cos > 0.0 { echo.sent_back / cos } else { 0.0 },
+                // The reflectance of a plate as wide as the beam that would reflect as much at
+                // once.
+                reflectance: if cos > 0.0 {
+                    echo.sent_back * echo.peak_share / cos
+                } else {
+                    0.0
+                },
             }
         };
         let observations: Vec<EchoObservation> = echoes.iter().map(observed).collect();
@@ -239,9 +257,19 @@ impl ScanContext<'_> {
         measured
     }
 
-    fn reflectance(&self, hit: &SurfaceHit) -> f64 {
-        let material = self.materials.get(hit.material);
-        self.params.wavelength.band(material).reflectance.into()
+    /// The intensity of an echo, as the receiver measures it.
+    fn intensity(&self, number: u32, echo: &Echo) -> f64 {
+        let spread = self.params.errors.intensity_at_threshold;
+        if spread == 0.0 || echo.sent_back <= 0.0 {
+            return echo.sent_back;
+        }
+        let mut key = self.key_of(number, INTENSITY);
+        if echo.place > 0 {
+            key = key.item(echo.place.into());
+        }
+        let signal_to_noise = echo.peak() / self.air.weakest();
+        let error = spread * key.rng().normal() / signal_to_noise.sqrt();
+        (echo.sent_back * (1.0 + error)).max(0.0)
     }
 
     /// The return of an echo, without its number among those of its pulse.
@@ -252,61 +280,60 @@ impl ScanContext<'_> {
         echo: &Echo,
         sub_ray_hits: &[SubRayHit],
     ) -> Return {
-        let strongest = &sub_ray_hits[echo.strongest];
         let of_pulse = shot as usize * self.sub_rays.len();
-        if strongest.ray == AIR {
-            return Return {
-                measured_m: echo.measured_m,
-                shot,
-                mirrored: None,
-                ray: NO_RAY,
-                of_none: Semantic::AirborneEcho,
-                true_range_m: echo.range_m as f32,
-                intensity: echo.sent_back as f32,
-                incidence_cos: 0.0,
-                reflectivity: (150.0 * echo.sent_back).round() as u8,
-                return_number: 0,
-                returns: 0,
-                flags: PointFlags(PointFlags::FALSE_ALARM),
-            };
+        let labelling = self.labelling(cast, of_pulse, echo, sub_ray_hits);
+        let intensity = self.intensity(cast.batch.start + shot, echo);
+        let measured = Return {
+            measured_m: echo.measured_m,
+            shot,
+            mirrored: None,
+            ray: NO_RAY,
+            of_none: Semantic::AirborneEcho,
+            true_range_m: echo.range_m as f32,
+            intensity: intensity as f32,
+            incidence_cos: 0.0,
+            reflectivity: (150.0 * intensity).round() as u8,
+            return_number: 0,
+            returns: 0,
+            flags: PointFlags(PointFlags::FALSE_ALARM),
+        };
+        if labelling.ray == AIR {
+            return measured;
         }
-        let (rays, hits) = (&cast.rays[of_pulse..], &cast.hits[of_pulse..]);
         let pure = match &sub_ray_hits[echo.first..echo.end] {
             [only] => only.ray == 0,
             // One by way of a mirror is on no surface that another could share; nor is air.
             group if group.iter().any(|c| c.mirrored.is_some() || c.ray == AIR) => false,
             group => {
-                let hit_of = |c: &SubRayHit| hits[c.ray].as_ref().expect("it is a hit");
+                let rays = &cast.rays[of_pulse..];
+                let hit_of = |c: &SubRayHit| cast.hit(of_pulse + c.ray);
                 let at = |c: &SubRayHit| {
-                    DVec3::from(rays[c.ray].direction) * f64::from(hit_of(c).distance_m)
+                    let ray = &rays[c.ray];
+                    // Rays of a beam that is wide at its exit begin beside its middle.
+                    DVec3::from(ray.origin - rays[0].origin)
+                        + DVec3::from(ray.direction) * f64::from(hit_of(c).distance_m)
                 };
-                let hit = hit_of(strongest);
-                let normal = towards(hit, &rays[strongest.ray]);
+                let hit = hit_of(labelling);
+                let normal = towards(hit, &rays[labelling.ray]);
                 // The point lies on the middle of the beam, so the surface that it is labelled with
                 // must be there, and no other.
                 group.iter().any(|c| c.ray == 0)
                     && group.iter().all(|c| {
                         hit_of(c).object == hit.object
                             && hit_of(c).material == hit.material
-                            && (at(c) - at(strongest)).dot(normal).abs() <= MIXED_M
+                            && (at(c) - at(labelling)).dot(normal).abs() <= MIXED_M
                     })
             }
         };
         let mixed = if pure { 0 } else { PointFlags::MIXED };
-        let mirrored = strongest.mirrored.map_or(0, |_| PointFlags::MIRRORED);
+        let mirrored = labelling.mirrored.map_or(0, |_| PointFlags::MIRRORED);
         Return {
-            measured_m: echo.measured_m,
-            shot,
-            mirrored: strongest.mirrored,
-            ray: (of_pulse + strongest.ray) as u32,
+            mirrored: labelling.mirrored,
+            ray: (of_pulse + labelling.ray) as u32,
             of_none: Semantic::Sky,
-            true_range_m: echo.range_m as f32,
-            intensity: echo.sent_back as f32,
             incidence_cos: echo.incidence_cos as f32,
-            reflectivity: (150.0 * echo.sent_back).round() as u8,
-            return_number: 0,
-            returns: 0,
             flags: PointFlags(mixed | mirrored),
+            ..measured
         }
     }
 
@@ -354,10 +381,7 @@ impl ScanContext<'_> {
                     let towards = towards(&m.met, &m.path).as_vec3();
                     (&m.met, DVec3::from(m.image(towards)))
                 }
-                None => {
-                    let hit = cast.hits[ray].as_ref().expect("an echo is of a hit");
-                    (hit, towards(hit, &cast.rays[ray]))
-                }
+                None => (cast.hit(ray), towards(cast.hit(ray), &cast.rays[ray])),
             };
             let normal = self.written(pose, towards);
             let material = self.materials.get(hit.material);

@@ -90,4 +90,9 @@ impl ScanPattern for HorizonLike {
     fn rate_hz(&self) -> f64 {
         (LINES * SHOTS_HZ) as f64
     }
+
+    /// The shots of 50 s, as the rotors make even numbers of turns in 100 s.
+    fn cycle(&self) -> u64 {
+        50 * SHOTS_HZ * LINES
+    }
 }

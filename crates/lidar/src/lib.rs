@@ -45,21 +45,24 @@
 //!
 //! A pulse is a line to the nearest opaque texel, or a [`Beam`] of sub-rays whose hits are grouped
 //! into several [echoes](Returns), mixed pixels among them. A surface is Lambertian; that of a
-//! [`Liquid`](nemoral_scene::Liquid) mirrors too, and what the pulse meets then gives an echo at
-//! the range of the whole path, [`PointFlags::MIRRORED`](nemoral_scene::PointFlags::MIRRORED). The
-//! [air](AirParams) weakens echoes, and fog has echoes of its own. A [`RangeModel`] measures the
-//! range of an echo; the other errors are [`PulseErrors`].
+//! [`Liquid`](nemoral_scene::Liquid) glints where its ripples face the scanner, and it mirrors, so
+//! that what the pulse meets then gives an echo at the range of the whole path,
+//! [`PointFlags::MIRRORED`](nemoral_scene::PointFlags::MIRRORED). A [`Carrier`] hides what is
+//! behind it. The [air](AirParams) weakens echoes, and fog has echoes of its own. A [`RangeModel`]
+//! measures the range of an echo; the other errors are [`PulseErrors`].
 //!
 //! Units are metres, seconds and radians; the LiDAR frame has x forward, y left, z up. Patterns
 //! stay exact after years, because their phases are counted in integers.
 
 mod air;
 mod beam;
+mod carrier;
 mod csv_pattern;
 mod device;
 mod echo;
 mod echo_detection;
 mod horizon;
+mod label;
 mod lines;
 mod mirror;
 mod motorised;
@@ -70,14 +73,17 @@ mod precipitation;
 mod pulse_batch;
 mod pulse_errors;
 mod range_model;
+mod reflection;
 mod risley;
 mod scan;
 mod scan_mirror;
 mod scanner;
 mod spinning;
+mod waveform;
 
 pub use air::{AirLayer, AirParams};
 pub use beam::Beam;
+pub use carrier::Carrier;
 pub use csv_pattern::{CsvPattern, CsvPatternError};
 pub use device::{Device, DeviceSheet};
 pub use echo::Returns;

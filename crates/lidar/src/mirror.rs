@@ -6,6 +6,10 @@ use nemoral_scene::{Liquid, MaterialLibrary, Ray, RayCaster, SurfaceHit};
 /// Ripples whose slopes have this root mean square scatter a mirrored beam to 1 / e of its echo.
 const CALM_SLOPE: f64 = 0.03;
 
+/// A mirrored echo with less than this share of the light of what was met is lost in the noise of
+/// every receiver.
+const LEAST_SHARE: f64 = 1e-4;
+
 /// What a ray met after the surface of a liquid.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Mirrored {
@@ -24,7 +28,7 @@ pub(crate) struct Mirrored {
 }
 
 /// What the rays of a batch met after surfaces of liquids, in the order of rays. Another surface of
-/// a liquid mirrors no further.
+/// a liquid mirrors no further, and rough ones mirror nothing that would be seen.
 pub(crate) fn mirrored(
     rays: &[Ray],
     hits: &[Option<SurfaceHit>],
@@ -37,35 +41,54 @@ pub(crate) fn mirrored(
         let Some(hit) = hit.filter(|hit| hit.distance_m >= min_range_m) else {
             continue;
         };
-        if let Some(liquid) = &materials.get(hit.material).liquid {
-            on_liquids.push((i, reflected(ray, &hit, max_range_m), *liquid, hit));
+        let Some(liquid) = &materials.get(hit.material).liquid else {
+            continue;
+        };
+        let (path, normal) = reflected(ray, &hit, max_range_m);
+        let once = f64::from(liquid.mirrored(-normal.dot(ray.direction))) * calm(liquid);
+        if once * once > LEAST_SHARE {
+            on_liquids.push(OnLiquid {
+                ray: i,
+                path,
+                normal,
+                distance_m: hit.distance_m,
+                share: once * once,
+            });
         }
     }
     if on_liquids.is_empty() {
         return Vec::new();
     }
-    let paths: Vec<Ray> = on_liquids.iter().map(|(_, (path, _), ..)| *path).collect();
+    let paths: Vec<Ray> = on_liquids.iter().map(|of| of.path).collect();
     let mut met = vec![None; paths.len()];
     caster.closest_surfaces(&paths, &mut met);
     let echo = |(of, met): (OnLiquid, Option<SurfaceHit>)| {
-        let (ray, (path, normal), liquid, hit) = of;
         let met = met?;
-        let cos = -normal.dot(rays[ray].direction);
-        let once = f64::from(liquid.mirrored(cos)) * calm(&liquid);
         Some(Mirrored {
-            ray,
-            path,
+            ray: of.ray,
+            path: of.path,
             met,
-            range_m: f64::from(hit.distance_m) + f64::from(met.distance_m),
-            share: once * once,
-            normal,
+            range_m: f64::from(of.distance_m) + f64::from(met.distance_m),
+            share: of.share,
+            normal: of.normal,
         })
     };
     on_liquids.into_iter().zip(met).filter_map(echo).collect()
 }
 
-/// The number of a ray, its mirrored path with the normal there, the liquid, and the hit on it.
-type OnLiquid = (usize, (Ray, Vec3), Liquid, SurfaceHit);
+/// A ray that met the surface of a liquid.
+struct OnLiquid {
+    /// The number of the ray in its batch.
+    ray: usize,
+    /// The mirrored ray.
+    path: Ray,
+    /// The normal of the surface, towards the sensor.
+    normal: Vec3,
+    /// The way to the surface, metres.
+    distance_m: f32,
+    /// The share of light that is left after the surface has mirrored it twice.
+    share: f64,
+}
 
 /// A ray mirrored where it hit a surface, and the surface's normal towards its origin.
 fn reflected(ray: &Ray, hit: &SurfaceHit, max_range_m: f32) -> (Ray, Vec3) {

@@ -133,6 +133,11 @@ impl ScanPattern for Motorised {
         self.pattern.rate_hz()
     }
 
+    /// That of the pattern itself.
+    fn cycle(&self) -> u64 {
+        self.pattern.cycle()
+    }
+
     fn pause_s(&self) -> f64 {
         self.pattern.pause_s()
     }

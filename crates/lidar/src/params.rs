@@ -4,6 +4,7 @@ use nemoral_scene::{LaserBand, Material, ParamError};
 
 use crate::air::AirParams;
 use crate::beam::Beam;
+use crate::carrier::Carrier;
 use crate::echo::Returns;
 use crate::pulse_errors::PulseErrors;
 
@@ -26,6 +27,17 @@ impl Wavelength {
             Self::Nm1550 => material.optics.nm1550,
         }
     }
+
+    /// The reflectance of a disc that sends as much light back as a raindrop of its width: of the
+    /// front and the rear of a sphere of water, by Fresnel. At 1550 nm water absorbs most of what
+    /// goes to the rear and back, two diameters of it (811 per metre; Hale and Querry 1973).
+    #[must_use]
+    pub const fn drop_reflectance(self) -> f64 {
+        match self {
+            Self::Nm905 => 0.024,
+            Self::Nm1550 => 0.008,
+        }
+    }
 }
 
 /// Parameters of a [`Scanner`](crate::Scanner).
@@ -44,19 +56,21 @@ pub struct ScannerParams {
     pub beam: Beam,
     /// Which echoes of a pulse become points.
     pub returns: Returns,
-    /// Errors of pointing and detection.
+    /// Errors of pointing, detection and intensity.
     pub errors: PulseErrors,
     /// The air that pulses pass.
     pub air: AirParams,
+    /// What carries the scanner and hides what is behind it; nothing if none.
+    pub carrier: Option<Carrier>,
     /// Whether points are written in the LiDAR frame of the frame's time (`true`), or of the moment
     /// each was measured (`false`: raw, as the sensor sends them).
     pub deskew: bool,
 }
 
 impl Default for ScannerParams {
-    /// The paper's 50,000 pulses, each a line, deskewed, without errors and air. The range is that
-    /// of the Livox Mid-40 and Horizon (260 m at 80 %), with the blind zone of 0.5 m that Livox
-    /// gives for its rectangular scanners.
+    /// The paper's 50,000 pulses, each a line, deskewed, without errors, air and carrier. The range
+    /// is that of the Livox Mid-40 and Horizon (260 m at 80 %), with the blind zone of 0.5 m that
+    /// Livox gives for its rectangular scanners.
     fn default() -> Self {
         Self {
             pulses_per_scan: 50_000,
@@ -67,6 +81,7 @@ impl Default for ScannerParams {
             returns: Returns::default(),
             errors: PulseErrors::default(),
             air: AirParams::default(),
+            carrier: None,
             deskew: true,
         }
     }
@@ -90,6 +105,9 @@ impl ScannerParams {
         self.beam.check()?;
         self.errors.check()?;
         self.air.check()?;
+        if let Some(carrier) = &self.carrier {
+            carrier.check()?;
+        }
         if let Returns::All(most) = self.returns {
             ParamError::check((1..=15).contains(&most), "returns", most, "1..=15 for all")?;
         }

@@ -54,6 +54,13 @@ pub trait ScanPattern: Send + Sync {
         many as f64 / self.pulse(many).time_s
     }
 
+    /// How many pulses it takes until directions repeat, of a scanner that begins anywhere in its
+    /// figure when it is switched on. By default it is 0: the scanner begins at a set place, or is
+    /// turned there.
+    fn cycle(&self) -> u64 {
+        0
+    }
+
     /// The longest pause between pulses, beyond their usual interval, seconds: so much later than
     /// by the mean rate may the last pulse of a scan be fired. By default there is none.
     fn pause_s(&self) -> f64 {

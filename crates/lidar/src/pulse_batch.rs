@@ -91,21 +91,40 @@ impl ScanContext<'_> {
         rays: &mut [Ray],
     ) {
         let in_scene = |v| scene_from_lidar.transform_vector(v);
-        let ray = |direction: DVec3| Ray {
-            origin: scene_from_lidar.translation_m.as_vec3(),
+        // Starts at a place off the LiDAR's, along a direction in the scene, and ends at a range.
+        let ray = |exit_m: DVec3, direction: DVec3, t_max_m: f32| Ray {
+            origin: (scene_from_lidar.translation_m + exit_m).as_vec3(),
             direction: direction.as_vec3(),
             // The ray starts at 0 rather than at the blind zone, because surfaces there block the
             // pulse.
             t_min_m: 0.0,
-            t_max_m: self.params.max_range_m,
+            t_max_m,
         };
         if let [only] = rays {
-            *only = ray(in_scene(direction));
+            let t_max_m = self.reach_m(DVec3::ZERO, direction);
+            *only = ray(DVec3::ZERO, in_scene(direction), t_max_m);
             return;
         }
-        let axes = BeamAxes::along(direction, self.pattern.up(fired_s)).map(in_scene);
+        let in_lidar = BeamAxes::along(direction, self.pattern.up(fired_s));
+        let axes = in_lidar.map(in_scene);
         for (ray_of_part, part) in rays.iter_mut().zip(self.sub_rays) {
-            *ray_of_part = ray(axes.towards(part));
+            let t_max_m = if self.params.carrier.is_some() {
+                self.reach_m(in_lidar.exit_m(part), in_lidar.towards(part))
+            } else {
+                self.params.max_range_m
+            };
+            *ray_of_part = ray(axes.exit_m(part), axes.towards(part), t_max_m);
+        }
+    }
+
+    /// How far a ray reaches from a place in a direction, both in the LiDAR's frame: to what
+    /// carries the LiDAR, if that is in its way.
+    fn reach_m(&self, from_m: DVec3, direction: DVec3) -> f32 {
+        let max_range_m = self.params.max_range_m;
+        let carrier = self.params.carrier.as_ref();
+        match carrier.and_then(|carrier| carrier.distance_m(from_m, direction)) {
+            Some(distance_m) => max_range_m.min(distance_m as f32),
+            None => max_range_m,
         }
     }
 

@@ -1,8 +1,8 @@
-//! Errors of pointing and of detection.
+//! Errors of pointing, of detection and of intensity.
 
 use crate::ParamError;
 
-/// Errors of pointing and of detection. All are off by default; errors of range are a
+/// Errors of pointing, of detection and of intensity. All are off by default; errors of range are a
 /// [`RangeModel`](crate::RangeModel)'s.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PulseErrors {
@@ -17,6 +17,14 @@ pub struct PulseErrors {
     /// Probability that a pulse from which nothing comes back gives a point all the same, 0..=1, at
     /// any range of the scanner. Livox states less than 1e-4.
     pub false_alarm: f64,
+    /// Standard deviation of the intensity of the weakest echo that is seen, as a share of it,
+    /// 0..=1; that of stronger ones is less, as 1 / √SNR. The weakest echo is that of
+    /// [`AirParams::reference_range_m`](crate::AirParams::reference_range_m). With 0.27 it is 3.72
+    /// standard deviations above 0, which noise alone passes once in ten thousand times.
+    pub intensity_at_threshold: f64,
+    /// Standard deviation of the logarithm of the reflectance of plants and rocks between objects
+    /// of one material, 0..=1. The ground, and what is no object, is all alike.
+    pub reflectance_spread: f64,
 }
 
 impl PulseErrors {
@@ -36,6 +44,8 @@ impl PulseErrors {
         for (field, share) in [
             ("errors.dropout", self.dropout),
             ("errors.false_alarm", self.false_alarm),
+            ("errors.intensity_at_threshold", self.intensity_at_threshold),
+            ("errors.reflectance_spread", self.reflectance_spread),
         ] {
             ParamError::check((0.0..=1.0).contains(&share), field, share, "0..=1")?;
         }

@@ -34,6 +34,9 @@ const RATE_HZ: u64 = 100_000;
 /// Turns per minute; the second rotor turns the other way.
 const ROTORS_RPM: [u64; 2] = [7294, 4664];
 
+/// After so many seconds both rotors have made whole numbers of turns.
+const MID_CYCLE_S: u64 = 30;
+
 /// The greatest angles of pulses to x forward, degrees, rounded up.
 const MID40_HALF_ANGLE_DEG: f64 = 19.3;
 const MID70_HALF_ANGLE_DEG: f64 = 35.3;
@@ -59,6 +62,10 @@ impl ScanPattern for Mid40 {
 
     fn rate_hz(&self) -> f64 {
         RATE_HZ as f64
+    }
+
+    fn cycle(&self) -> u64 {
+        MID_CYCLE_S * RATE_HZ
     }
 }
 
@@ -122,6 +129,12 @@ impl ScanPattern for Avia {
     fn rate_hz(&self) -> f64 {
         (AVIA_LASERS * AVIA_SHOTS_HZ) as f64
     }
+
+    /// The shots of 10,000 s, in which all prisms make whole numbers of turns that have no common
+    /// divisor.
+    fn cycle(&self) -> u64 {
+        10_000 * AVIA_SHOTS_HZ * AVIA_LASERS
+    }
 }
 
 impl ScanPattern for Mid70 {
@@ -137,6 +150,10 @@ impl ScanPattern for Mid70 {
 
     fn rate_hz(&self) -> f64 {
         RATE_HZ as f64
+    }
+
+    fn cycle(&self) -> u64 {
+        MID_CYCLE_S * RATE_HZ
     }
 }
 

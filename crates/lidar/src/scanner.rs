@@ -6,7 +6,7 @@ use std::ops::RangeInclusive;
 use nemoral_scene::{
     DirectionCone, LidarPoint, MaterialLibrary, ParamError, RayCaster, RigidTransform,
 };
-use nemoral_seed::Key;
+use nemoral_seed::{Domain, Key, Rng};
 
 use crate::air::Air;
 use crate::beam::SubRay;
@@ -65,6 +65,8 @@ impl fmt::Debug for Scanner {
 
 /// The longest scan. Terrestrial scanners take minutes.
 const MAX_DURATION_S: f64 = 3600.0;
+
+const START: Domain = Domain::new("lidar.start");
 
 /// How many pulses of a pattern are looked at before it is used.
 const FIRST_PULSES: u32 = 1024;
@@ -145,6 +147,21 @@ impl Scanner {
         (frame_time_s * self.rate_hz).round() as u64
     }
 
+    /// The number of a pulse with which a recording may begin: a key draws it from the pattern's
+    /// [cycle](ScanPattern::cycle), so that recordings, and scanners side by side, do not scan in
+    /// step. It is the first of those that fire together; 0 where the pattern begins at a set
+    /// place.
+    #[must_use]
+    pub fn start(&self, key: Key) -> u64 {
+        let word = u128::from(key.domain(START).rng().next_u64());
+        let mut number = ((word * u128::from(self.pattern.cycle())) >> 64) as u64;
+        let fired_s = self.pattern.pulse(number).time_s;
+        while number > 0 && self.pattern.pulse(number - 1).time_s == fired_s {
+            number -= 1;
+        }
+        number
+    }
+
     /// The pulses of the scan that starts at a pulse of the pattern.
     pub fn pulses(&self, first_pulse: u64) -> impl Iterator<Item = Pulse> + '_ {
         (0..self.params.pulses_per_scan)
@@ -159,9 +176,9 @@ impl Scanner {
     /// and [`ScannerParams::returns`] says which become points. A point carries the truth of the
     /// surface that gave most of its light, and
     /// [`PointFlags::MIXED`](nemoral_scene::PointFlags::MIXED) if others gave some too. A hit
-    /// nearer than the blind zone blocks its part of the beam and is not seen. Air weakens echoes;
-    /// an echo of its own becomes a point that is labelled
-    /// [`AirborneEcho`](nemoral_scene::Semantic::AirborneEcho) and
+    /// nearer than the blind zone blocks its part of the beam and is not seen, and so does what
+    /// [carries](ScannerParams::carrier) the scanner. Air weakens echoes; an echo of its own
+    /// becomes a point that is labelled [`AirborneEcho`](nemoral_scene::Semantic::AirborneEcho) and
     /// [`PointFlags::FALSE_ALARM`](nemoral_scene::PointFlags::FALSE_ALARM), as no surface is there.
     ///
     /// A pulse's randomness is keyed by the request's key and the pulse's

@@ -175,6 +175,25 @@ impl Spinning {
     }
 }
 
+impl Spinning {
+    /// An Ouster OS-1-64 of the first generation: 64 beams over ±16.611°, which in turns of four
+    /// look 3.164° and 1.055° to the right and as much to the left of the head (the tables
+    /// `gen1_altitude_angles` and `gen1_azimuth_angles` of the maker's SDK).
+    ///
+    /// # Errors
+    /// If a value is not positive.
+    pub fn os1_64(columns: u32, rotation_hz: f64) -> Result<Self, ParamError> {
+        const TO_THE_RIGHT_DEG: [f64; 4] = [3.164, 1.055, -1.055, -3.164];
+        let vertical_fov_rad = 2.0 * f64::to_radians(16.611);
+        let mut head = Self::ouster(vertical_fov_rad, 64, columns, rotation_hz)?;
+        for laser in &mut head.lasers {
+            let to_the_right_deg = TO_THE_RIGHT_DEG[usize::from(laser.ring % 4)];
+            laser.azimuth_rad = -to_the_right_deg.to_radians();
+        }
+        Ok(head)
+    }
+}
+
 impl ScanPattern for Spinning {
     fn pulse(&self, number: u64) -> Pulse {
         let count = self.lasers.len() as u64;

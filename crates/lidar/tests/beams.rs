@@ -77,7 +77,7 @@ fn wide() -> Beam {
         horizontal_fwhm_rad: 0.02,
         vertical_fwhm_rad: 0.002,
         rings: 3,
-        resolution_m: 0.6,
+        ..Beam::default()
     }
 }
 
@@ -146,14 +146,14 @@ fn near_edges_mix_and_far_ones_give_two_returns() {
                 mixed += 1;
                 assert!(p.flags.has(PointFlags::MIXED), "{p:?}");
                 // The label is that of the surface that gave most of the light, so the range is
-                // nearer to it.
+                // nearer to it. Sub-rays to the sides of a pulse are a little longer.
                 let nearer = if p.semantic == Semantic::Leaf {
                     8.0
                 } else {
                     far
                 };
                 assert!(
-                    (x - nearer).abs() < 0.6 * (far - 8.0),
+                    (x - nearer).abs() < 0.5 * (far - 8.0) + 0.01,
                     "{x} {:?}",
                     p.semantic
                 );
@@ -421,6 +421,7 @@ fn bad_beams_and_errors_are_refused_by_name() {
         beam(|b| b.resolution_m = f64::INFINITY),
         "beam.resolution_m"
     );
+    assert_eq!(beam(|b| b.exit_m = 0.2), "beam.exit_m");
     let errors = |f: fn(&mut PulseErrors)| {
         let mut errors = PulseErrors::default();
         f(&mut errors);

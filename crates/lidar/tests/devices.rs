@@ -163,13 +163,71 @@ fn rings_are_counted_from_the_end_where_makers_begin() {
             for laser in 0..head {
                 let number = 7 * head + laser;
                 assert_eq!(pattern.identity(number), 7 << 8 | laser);
-                let low_deg = -0.5 * device.sheet().field_of_view_deg[1];
+                let low_deg = match device {
+                    // What the sheet rounds to 33.2 degrees.
+                    Device::Os1x64 => -16.611,
+                    _ => -0.5 * device.sheet().field_of_view_deg[1],
+                };
                 let step_deg = -2.0 * low_deg / (head - 1) as f64;
                 let expected_deg = low_deg + step_deg * laser as f64;
                 let found_deg = elevation(&pattern.pulse(number));
                 assert!((found_deg - expected_deg).abs() < 1e-9, "{device:?}");
             }
         }
+    }
+}
+
+/// The tables of the maker's SDK for an OS-1-64 of the first generation: beams from the top on are
+/// 0.527 degrees apart, and look to the right of the head, and to its left, in turns of four.
+#[test]
+fn an_os1_64_has_the_beams_of_its_makers_table() {
+    let pattern = Device::Os1x64.pattern();
+    let head = Spinning::os1_64(1024, 10.0).expect("valid");
+    let mut pulses = pattern.pulses(512 * 64, 64);
+    assert_eq!(pulses, head.pulses(512 * 64, 64));
+    pulses.sort_by_key(|p| p.ring);
+    let table = [
+        (0, 16.611, 3.164),
+        (1, 16.084, 1.055),
+        (2, 15.557, -1.055),
+        (3, 15.029, -3.164),
+        (4, 14.502, 3.164),
+        (31, 0.264, -3.164),
+        (32, -0.264, 3.164),
+        (63, -16.611, -3.164),
+    ];
+    for (ring, elevation_deg, to_the_right_deg) in table {
+        // Half a turn after the start, the head looks ahead.
+        let (az, el) = azimuth_elevation_deg(&pulses[ring]);
+        assert!((el - elevation_deg).abs() < 1e-3, "{ring}: {el}");
+        assert!((az + to_the_right_deg).abs() < 1e-6, "{ring}: {az}");
+    }
+    let (params, sheet) = (Device::Os1x64.params(), Device::Os1x64.sheet());
+    assert_eq!(sheet.field_of_view_deg, [360.0, 33.2]);
+    assert_eq!(params.errors.range_step_m, 0.012);
+    assert!((params.beam.vertical_fwhm_rad.to_degrees() - 0.13).abs() < 1e-12);
+    // The others of the sheet are wider, in view and beam.
+    let params = Device::Os1x128.params();
+    assert_eq!(Device::Os1x128.sheet().field_of_view_deg[1], 45.0);
+    assert!((params.beam.vertical_fwhm_rad.to_degrees() - 0.18).abs() < 1e-12);
+    for rotation_hz in [0.0, f64::NAN] {
+        let error = Spinning::os1_64(1024, rotation_hz).expect_err("no rate");
+        assert_eq!(error.field, "rotation_hz");
+    }
+}
+
+#[test]
+fn devices_give_as_many_returns_as_their_sheets_say() {
+    for device in Device::ALL {
+        let expected = match device {
+            Device::Mid40 | Device::Hdl64e | Device::Os0 => 1,
+            Device::Os1x32 | Device::Os1x64 | Device::Os1x128 => 1,
+            Device::Mid70 | Device::HorizonLike | Device::Vlp16 | Device::ZebHorizon => 2,
+            Device::Avia | Device::L1 => 3,
+            Device::Terrestrial | Device::Vux1Uav => 15,
+            other => panic!("{other:?} is not here"),
+        };
+        assert_eq!(device.sheet().max_returns, expected, "{device:?}");
     }
 }
 

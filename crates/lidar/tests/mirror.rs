@@ -1,8 +1,8 @@
 //! Echoes by way of still water, against closed forms.
 
 use nemoral_lidar::{
-    Beam, ExactRange, RepeatingLines, RepeatingLinesParams, Returns, ScanRequest, Scanner,
-    ScannerParams,
+    Beam, EchoObservation, ExactRange, Pulse, RangeModel, RepeatingLines, RepeatingLinesParams,
+    Returns, ScanRequest, Scanner, ScannerParams,
 };
 use nemoral_scene::glam::{DQuat, DVec3, Vec3};
 use nemoral_scene::{
@@ -172,7 +172,74 @@ fn rough_water_scatters_the_mirrored_beam() {
     };
     let (still, calm, rough) = (mirrored(0.0), mirrored(0.01), mirrored(0.1));
     assert!(calm < still && calm > 0.7 * still, "{still} {calm}");
-    assert!(rough < 1e-3 * still, "{still} {rough}");
+    // A stream has no echoes under water at all.
+    assert_eq!(rough, 0.0);
+    let points = scan(0.1, Returns::Last, Beam::default());
+    assert!(
+        points
+            .iter()
+            .all(|(_, p)| p.position_m.z > -1e-3 - HEIGHT_M as f32)
+    );
+}
+
+/// Pulses from 30 m above the water, each a tenth of a degree farther off straight down.
+#[test]
+fn water_glints_where_its_ripples_face_the_scanner() {
+    const ABOVE_M: f64 = 30.0;
+    let aside = |number: u64| f64::to_radians(0.1 * number as f64);
+    let pattern = move |number: u64| Pulse {
+        time_s: number as f64 * 1e-5,
+        direction: DVec3::new(0.0, aside(number).sin(), -aside(number).cos()),
+        ring: 0,
+    };
+    let seen = |slope: f32, range_model: &dyn RangeModel| {
+        let params = ScannerParams {
+            pulses_per_scan: 300,
+            ..ScannerParams::default()
+        };
+        let scanner = Scanner::new(params, Box::new(pattern)).expect("valid");
+        let pose = RigidTransform {
+            rotation: DQuat::IDENTITY,
+            translation_m: DVec3::Z * ABOVE_M,
+        };
+        scanner.scan(&ScanRequest {
+            first_pulse: 0,
+            caster: &Shore,
+            materials: &materials(slope),
+            scene_from_lidar_at: &|_| pose,
+            range_model,
+            key: KEY,
+        })
+    };
+    for slope in [0.1_f32, 0.02] {
+        let points = seen(slope, &ExactRange);
+        assert_eq!(points.len(), 300);
+        let variance = f64::from(slope).powi(2);
+        for p in &points {
+            let angle = aside(p.pulse.into());
+            let (cos, tan) = (angle.cos(), angle.tan());
+            let facets = (-tan * tan / variance).exp() / (4.0 * variance * cos.powi(5));
+            let sent_back = 0.002 * cos + fresnel(1e-6_f64.cos()) * facets;
+            let found = f64::from(p.intensity);
+            assert!(
+                (found / sent_back - 1.0).abs() < 1e-3,
+                "{angle}: {found} {sent_back}"
+            );
+            assert!(p.semantic == Semantic::Water && p.flags == PointFlags::default());
+        }
+    }
+    // A scanner that sees 10 % at 90 m sees what sends back 1.1 % from here: a stream as far as 11
+    // degrees off straight down, a pond as far as 1 degree.
+    let livox = |o: &EchoObservation, _: Key| {
+        let power = o.reflectance * o.incidence_cos / (o.range_m * o.range_m);
+        (power >= 0.1 / (90.0 * 90.0)).then_some(o.range_m)
+    };
+    let widest_deg = |slope: f32| 0.1 * seen(slope, &livox).len() as f64;
+    let (stream, pond) = (widest_deg(0.1), widest_deg(0.006));
+    assert!(
+        (11.0..11.8).contains(&stream) && (0.9..1.3).contains(&pond),
+        "{stream} {pond}"
+    );
 }
 
 #[test]
@@ -181,7 +248,7 @@ fn wide_beams_mix_what_is_mirrored_with_what_is_not() {
         horizontal_fwhm_rad: 0.01,
         vertical_fwhm_rad: 0.01,
         rings: 3,
-        resolution_m: 0.6,
+        ..Beam::default()
     };
     let points = scan(0.0, Returns::All(4), beam);
     let has = |flags: u8| {

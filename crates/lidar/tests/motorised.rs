@@ -24,6 +24,9 @@ fn a_motor_turns_each_pulse_by_its_time() {
     };
     let (still, turned) = (head(), motorised(head(), params));
     assert_eq!(turned.rate_hz(), still.rate_hz());
+    // A head begins at its start, prisms anywhere, on a motor, too.
+    let prisms = motorised(Box::new(Mid40), params);
+    assert_eq!((turned.cycle(), prisms.cycle()), (0, Mid40.cycle()));
     for number in (0..3_000_000).step_by(40_009) {
         let (a, b) = (still.pulse(number), turned.pulse(number));
         assert_eq!((a.time_s, a.ring), (b.time_s, b.ring));

@@ -5,9 +5,10 @@ mod common;
 use common::{azimuth_elevation_deg, coverage, disc, lit};
 use nemoral_lidar::{
     Avia, HorizonLike, Mid40, Mid70, Pulse, RepeatingLines, RepeatingLinesParams, ScanPattern,
-    Spinning,
+    Scanner, ScannerParams, Spinning,
 };
 use nemoral_scene::glam::DVec3;
+use nemoral_seed::Key;
 use proptest::prelude::*;
 
 /// Directions in the tables of Livox's simulator: time, azimuth, elevation.
@@ -91,9 +92,11 @@ fn no_pulse_leaves_the_field_of_view() {
 fn figures_close_after_their_period() {
     let close = |a: Pulse, b: Pulse| a.direction.distance(b.direction) < 1e-9 && a.ring == b.ring;
     let lines = RepeatingLines::default();
-    let patterns: [(&dyn ScanPattern, u64, &[u64]); 3] = [
+    let patterns: [(&dyn ScanPattern, u64, &[u64]); 5] = [
         (&Mid40, 3_000_000, &[2, 3, 5]),
+        (&Mid70, 3_000_000, &[2, 3, 5]),
         (&HorizonLike, 12_000_000, &[2, 3, 5]),
+        (&Avia, 2_400_000_000, &[2, 3, 5]),
         (&lines, 30_000, &[2, 3, 5]),
     ];
     for (pattern, period, primes) in patterns {
@@ -105,6 +108,58 @@ fn figures_close_after_their_period() {
         for prime in primes {
             assert!(!repeats(period / prime), "{period} / {prime}");
         }
+        // Lines begin at a set place, prisms anywhere.
+        let is_set = period == 30_000;
+        assert_eq!(pattern.cycle(), if is_set { 0 } else { period });
+    }
+}
+
+/// Scanners whose figure begins anywhere begin with the first laser of a shot, spread evenly over
+/// the figure; others begin at their start.
+#[test]
+fn recordings_begin_anywhere_in_a_figure() {
+    let params = ScannerParams {
+        pulses_per_scan: 5,
+        ..ScannerParams::default()
+    };
+    let scanner = |pattern: Box<dyn ScanPattern>| Scanner::new(params, pattern).expect("valid");
+    let start = |scanner: &Scanner, i: u64| scanner.start(Key::world(7).item(i));
+    let prisms: [(Box<dyn ScanPattern>, u64); 4] = [
+        (Box::new(Mid40), 1),
+        (Box::new(Mid70), 1),
+        (Box::new(Avia), 6),
+        (Box::new(HorizonLike), 6),
+    ];
+    for (pattern, lasers) in prisms {
+        let cycle = pattern.cycle();
+        let scanner = scanner(pattern);
+        let n = 2000;
+        let starts: Vec<u64> = (0..n).map(|i| start(&scanner, i)).collect();
+        assert!(starts.iter().all(|s| *s < cycle && s % lasers == 0));
+        assert!(
+            starts
+                .iter()
+                .enumerate()
+                .all(|(i, s)| *s == start(&scanner, i as u64))
+        );
+        let first = |s: &u64| {
+            let fired_s = |number: u64| scanner.pulses(number).next().map(|p| p.time_s);
+            *s == 0 || fired_s(*s) > fired_s(*s - 1)
+        };
+        assert!(starts.iter().all(first));
+        let mean = starts.iter().map(|s| *s as f64 / cycle as f64).sum::<f64>() / n as f64;
+        // The standard deviation of an even spread is √(1/12).
+        assert!(
+            (mean - 0.5).abs() < 4.0 * (1.0 / (12.0 * n as f64)).sqrt(),
+            "{mean}"
+        );
+    }
+    let set: [Box<dyn ScanPattern>; 2] = [
+        Box::new(RepeatingLines::default()),
+        Box::new(Spinning::vlp16(10.0).expect("valid")),
+    ];
+    for pattern in set {
+        assert_eq!(start(&scanner(pattern), 3), 0);
     }
 }
 

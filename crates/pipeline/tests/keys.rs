@@ -181,7 +181,7 @@ fn what_was_not_read_with_the_config_is_refused() {
 #[test]
 fn values_that_code_has_set_are_checked() {
     type Set = fn(&mut Config);
-    let cases: [(&str, Set); 7] = [
+    let cases: [(&str, Set); 8] = [
         ("trails.surface", |c| c.trails.surface = "ice".to_owned()),
         ("robot.trail.way", |c| {
             if let RobotPath::Trail(path) = &mut c.robot.path {
@@ -198,6 +198,7 @@ fn values_that_code_has_set_are_checked() {
             c.output.formats = vec!["paper".to_owned()];
         }),
         ("terrain.scale_m", |c| c.terrain.scale_m = f64::NAN),
+        ("lidar.carrier", |c| c.lidar.carrier = vec![0.0; 5]),
         ("seed", |c| c.seed = u64::MAX),
     ];
     let none = InputFiles::default();

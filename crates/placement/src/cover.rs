@@ -12,6 +12,9 @@ use nemoral_scene::ParamError;
 
 const COVER: Domain = Domain::new("placement.cover");
 
+/// The most cells along the edge of a chunk: four million in all.
+const MOST_CELLS_ACROSS: f64 = 2000.0;
+
 /// One kind of undergrowth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CoverVariety {
@@ -28,8 +31,8 @@ pub struct CoverVariety {
 pub struct GroundCoverParams {
     /// The edge of a chunk, metres; 1 to 10⁴.
     pub chunk_size_m: f64,
-    /// The grid's spacing, metres; at least 0.01, at most a chunk. A chunk need not hold a whole
-    /// number of cells.
+    /// The grid's spacing, metres; at least 0.01 and a 2000th of a chunk, at most a chunk. A chunk
+    /// need not hold a whole number of cells.
     pub cell_m: f64,
     /// The greatest distance of a point from its cell's centre, in cells; 0 to 2. Direction and
     /// distance are uniform (paper, section IV-D).
@@ -88,6 +91,12 @@ impl GroundCover {
     pub fn new(params: GroundCoverParams, key: Key) -> Result<Self, ParamError> {
         ParamError::check_within("chunk_size_m", params.chunk_size_m, 1.0, 1e4)?;
         ParamError::check_within("cell_m", params.cell_m, 0.01, params.chunk_size_m)?;
+        ParamError::check(
+            params.chunk_size_m / params.cell_m <= MOST_CELLS_ACROSS,
+            "cell_m",
+            params.cell_m,
+            "at least a 2000th of chunk_size_m",
+        )?;
         ParamError::check_within("jitter", params.jitter, 0.0, 2.0)?;
         let weights: Vec<f64> = params.varieties.iter().map(|v| v.weight).collect();
         check_weights("varieties", weights.iter().copied())?;

@@ -157,6 +157,13 @@ fn impossible_wishes_are_refused() {
         ),
         (
             GroundCoverParams {
+                cell_m: 0.01,
+                ..default.clone()
+            },
+            "cell_m",
+        ),
+        (
+            GroundCoverParams {
                 jitter: f64::NAN,
                 ..default.clone()
             },

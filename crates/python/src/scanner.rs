@@ -1,6 +1,8 @@
 //! Scanners at a user's own scenes.
 
-use nemoral_lidar::{Device, PulseErrors, ScanRequest, Scanner as VirtualScanner, ScannerParams};
+use nemoral_lidar::{
+    AirParams, Device, PulseErrors, ScanRequest, Scanner as VirtualScanner, ScannerParams,
+};
 use nemoral_lidar_noise::RangeSensor;
 use nemoral_pipeline::world::lidars::Noise;
 use nemoral_scene::{LidarPoint, ParamError};
@@ -27,8 +29,8 @@ pub(crate) struct Scanner {
 #[pymethods]
 impl Scanner {
     /// A device by its name. `settings` are keys of a config, whose `[lidar.noise]` is the model of
-    /// range errors; `errors` is whether there are those of pointing and detection; `rings` is the
-    /// number of rings of sub-rays of a beam; `air` is whether there is that of `[weather]`;
+    /// range errors; `errors` is whether there are those of pointing, detection and intensity; `rings`
+    /// is the number of rings of sub-rays of a beam; `air` is whether there is that of `[weather]`;
     /// `deskew` is whether points are in the LiDAR's frame of the scan's time.
     #[new]
     #[expect(clippy::too_many_arguments, reason = "the keywords of one function")]
@@ -60,14 +62,29 @@ impl Scanner {
             if let Some(max_range_m) = max_range_m {
                 params.max_range_m = max_range_m;
             }
-            if !errors {
-                params.errors = PulseErrors::default();
-            }
-            params.deskew = deskew;
             let config = request.sequences()?.get(0)?.config;
-            if air {
-                params.air = config.lidar.air_params(&config.weather);
-            }
+            let of_config = config.lidar.pulse_errors();
+            params.errors = if errors {
+                PulseErrors {
+                    intensity_at_threshold: of_config.intensity_at_threshold,
+                    reflectance_spread: of_config.reflectance_spread,
+                    ..params.errors
+                }
+            } else {
+                PulseErrors::default()
+            };
+            params.deskew = deskew;
+            let of_weather = config.lidar.air_params(&config.weather);
+            params.air = if air {
+                of_weather
+            } else {
+                // The spread of intensities is that of the same receiver.
+                AirParams {
+                    reference_range_m: of_weather.reference_range_m,
+                    reference_reflectance: of_weather.reference_reflectance,
+                    ..params.air
+                }
+            };
             let noise = config.lidar.range_noise();
             let scanner = VirtualScanner::new(params, known.pattern());
             Ok(Self {

@@ -43,8 +43,9 @@ impl ResolvedHit for SurfaceHit {
 }
 
 /// Unit normal of a primitive of an instance, in its group, on the side from which its corners are
-/// counterclockwise; up for one without any area. It is inlined, so that the corners of the shape
-/// need not go through memory.
+/// counterclockwise in the prototype (in mirrored instances the placed corners are clockwise from
+/// there); up for one without any area. It is inlined, so that the corners of the shape need not go
+/// through memory.
 #[inline(always)]
 pub(crate) fn geometric_normal(shape: &Shape, pose: &Pose) -> DVec3 {
     let [u, v] = shape.edges();

@@ -34,7 +34,8 @@ pub struct HitRecord {
     /// Where on the primitive. Triangle: the weights of its second and third corner. Card: the
     /// shares of its edges u and v.
     pub place: [f64; 2],
-    /// Unit normal of the primitive, on the side from which its corners are counterclockwise.
+    /// Unit normal of the primitive, on the side from which its corners are counterclockwise in the
+    /// prototype; in mirrored instances the placed corners are clockwise from there.
     pub geometric_normal: Vec3,
 }
 

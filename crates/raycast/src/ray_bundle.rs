@@ -36,11 +36,13 @@ const DRIFT_M: f32 = 2.0;
 /// How many of the first rays form a bundle; 1 if the first ray is to be cast alone.
 pub(crate) fn leading(rays: &[Ray], order: &[u32]) -> usize {
     let first = &rays[order[0] as usize];
+    // False for every NaN, which would spoil the bounds of the others: `max_element` may skip it.
+    let near = |a: Vec3, b: Vec3, most: f32| (a - b).abs().cmple(Vec3::splat(most)).all();
     let alike = |&&i: &&u32| {
         let ray = &rays[i as usize];
-        let turn = (ray.direction - first.direction).abs().max_element();
-        let way = (ray.origin - first.origin).abs().max_element();
-        turn <= SPREAD && way <= DRIFT_M && ray.t_min_m >= 0.0
+        near(ray.direction, first.direction, SPREAD)
+            && near(ray.origin, first.origin, DRIFT_M)
+            && ray.t_min_m >= 0.0
     };
     let n = order.iter().take(MAX_RAYS).take_while(alike).count();
     if n < LEAST { 1 } else { n }

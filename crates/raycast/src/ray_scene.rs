@@ -194,7 +194,9 @@ impl RayScene {
 #[inline(always)]
 fn find<I: Isa, const ANY: bool>(isa: I, tlas: &Tlas, ray: &Ray, stack: &mut Stack) -> Nearest {
     let mut nearest = Nearest::of(ray);
-    if let Some(root) = tlas.root {
+    // Boxes cannot be told apart with what is no number. Such rays are never in bundles.
+    let is_ray = ray.origin.is_finite() && ray.direction.is_finite() && ray.t_min_m <= ray.t_max_m;
+    if let (Some(root), true) = (tlas.root, is_ray) {
         let in_scene = LocalRay::in_group(ray, Vec3::ZERO);
         let lanes = LaneRay::new(&in_scene, tlas.extent, &QuantizationGrid::IDENTITY);
         let groups = Groups::<ANY> { tlas, ray };

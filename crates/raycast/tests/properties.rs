@@ -109,6 +109,39 @@ proptest! {
     }
 
     #[test]
+    fn rays_that_are_no_numbers_leave_their_neighbours_alone(seed: u64) {
+        let (groups, targets) = scene(seed);
+        let mut rng = rng(seed, "spoiled");
+        let target = *rng.choose(&targets);
+        let mut rays: Vec<Ray> = (0..120)
+            .map(|_| {
+                let direction = (Vec3::X + cube(&mut rng, 0.04)).normalize_or(Vec3::X);
+                Ray::new(target - 4.0 * Vec3::X + cube(&mut rng, 0.3), direction)
+            })
+            .collect();
+        for ray in rays.iter_mut().skip(1).step_by(3) {
+            match rng.below(8) {
+                6 => ray.t_min_m = f32::NAN,
+                7 => ray.t_max_m = f32::NAN,
+                i if i < 3 => ray.origin[i as usize] = f32::NAN,
+                i => ray.direction[i as usize - 3] = f32::NAN,
+            }
+        }
+        let mut brute = all(&BruteForce::new(groups.clone()), &rays);
+        brute.iter_mut().skip(1).step_by(3).for_each(|hit| *hit = None);
+        let forest = RayScene::new(groups);
+        for forest in [forest.clone(), forest.portable()] {
+            let mut batch = vec![None; rays.len()];
+            forest.closest_hits(&rays, &mut batch);
+            prop_assert_eq!(bits(&batch), bits(&brute));
+            let mut occluded = vec![false; rays.len()];
+            forest.are_occluded(&rays, &mut occluded);
+            let expected: Vec<bool> = brute.iter().map(Option::is_some).collect();
+            prop_assert_eq!(occluded, expected);
+        }
+    }
+
+    #[test]
     fn ranges_are_closed_and_exact(seed: u64) {
         let (groups, targets) = scene(seed);
         let (brute, forest) = (BruteForce::new(groups.clone()), RayScene::new(groups));

@@ -7,7 +7,8 @@ pub struct EchoObservation {
     pub range_m: f64,
     /// Cosine of the angle between the beam and the surface normal, 1 (head-on) to 0 (grazing).
     pub incidence_cos: f64,
-    /// Diffuse reflectance of the surface at the laser's wavelength, 0..1.
+    /// Diffuse reflectance of the surface at the laser's wavelength, 0..1; of a glint of water the
+    /// reflectance that a matt surface would need, which may be more.
     pub reflectance: f64,
 }
 

@@ -57,16 +57,18 @@ pub struct LidarPoint {
     /// Measured range, metres.
     pub range_m: f32,
     /// Received power relative to a perfect Lambertian plate at the same place, facing the sensor
-    /// and filling the beam: reflectance × cos(incidence), 0..1, of the part of the beam that met
-    /// it.
+    /// and filling the beam, at least 0: reflectance × cos(incidence) of the part of the beam that
+    /// met it, with the error of the receiver. It is above 1 only where water glints and, by that
+    /// error, of weak echoes.
     pub intensity: f32,
     /// Livox convention: 0..150 is 0..100 % diffuse reflectance, range-calibrated; 151..255 is
-    /// retroreflective.
+    /// retroreflective, as water is where it glints.
     pub reflectivity: u8,
-    /// What was hit; for a mixed return the surface that gave most of the light; [`Semantic::Sky`]
-    /// for a false alarm.
+    /// What was hit; for a mixed return what gave most of the light, added up over all surfaces of
+    /// a semantic; [`Semantic::Sky`] for a false alarm.
     pub semantic: Semantic,
-    /// The object that was hit.
+    /// The object that was hit; for a mixed return the one of that semantic that gave most of the
+    /// light.
     pub object: ObjectId,
     /// Laser line or ring.
     pub ring: u8,

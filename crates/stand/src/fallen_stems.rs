@@ -9,6 +9,9 @@ use nemoral_seed::{Domain, Draw, Key, Rng};
 const STEM: Domain = Domain::new("stand.fallen_stem");
 const PLACE: Domain = Domain::new("stand.fallen_stem.place");
 
+/// The greatest mean number of stems in a chunk, which are all that a chunk has ids for.
+const MOST_MEAN: f64 = 65_535.0;
+
 /// How often a place is looked for.
 const TRIES: u64 = 24;
 
@@ -121,16 +124,20 @@ fn crosses([a, b]: [DVec2; 2], [c, d]: [DVec2; 2]) -> bool {
     side(a, b, c) * side(a, b, d) < 0.0 && side(c, d, a) * side(c, d, b) < 0.0
 }
 
-/// The mean volume of a stem of these kinds, m³, over their weights and scales.
+/// The mean volume of a stem of these kinds, m³, over their weights and scales; above 0. `None` if
+/// no kind is ever chosen, or if the mean is not finite or not above 0: no number of stems would
+/// have a given volume.
 #[must_use]
-pub fn mean_volume_m3(kinds: &[StemKind]) -> f64 {
-    let weight: f64 = kinds.iter().map(|k| k.weight).sum();
+pub fn mean_volume_m3(kinds: &[StemKind]) -> Option<f64> {
+    let chosen = || kinds.iter().filter(|k| k.weight > 0.0);
+    let weight: f64 = chosen().map(|k| k.weight).sum();
     let volume_of = |k: &StemKind| k.weight * k.volume_m3 * k.scale.mean_volume();
-    let volume: f64 = kinds.iter().map(volume_of).sum();
-    if weight > 0.0 { volume / weight } else { 0.0 }
+    let mean_m3 = chosen().map(volume_of).sum::<f64>() / weight;
+    (mean_m3.is_finite() && mean_m3 > 0.0).then_some(mean_m3)
 }
 
-/// The stems whose middles are in a chunk, `mean` of them on average.
+/// The stems whose middles are in a chunk, `mean` of them on average: 0 to 65,535, and another
+/// value counts as the nearest of these, NaN as 0.
 ///
 /// Each looks for a place until `is_free` accepts one and it meets no other of the chunk. Those of
 /// neighbours are not looked at; [`settle`] does.
@@ -188,6 +195,8 @@ pub fn settle(own: &[FallenStem], neighbours: &[&[FallenStem]]) -> Vec<FallenSte
 
 /// A number of a Poisson distribution, by exponential gaps.
 fn poisson(mean: f64, key: Key) -> u64 {
+    // False for NaN. Without an upper end the gaps would never be used up.
+    let mean = if mean > 0.0 { mean.min(MOST_MEAN) } else { 0.0 };
     let mut rng = key.rng();
     let mut at = 0.0;
     let mut count = 0;
@@ -247,7 +256,7 @@ mod tests {
             .map(|s| KINDS[s.kind].volume_m3 * s.length_scale * s.radius_scale.powi(2))
             .sum::<f64>()
             / 144.0;
-        let expected = 12.0 * mean_volume_m3(&KINDS);
+        let expected = 12.0 * mean_volume_m3(&KINDS).expect("kinds with a volume");
         assert!(
             (volume / expected - 1.0).abs() < 0.08,
             "{volume} {expected}"
@@ -255,6 +264,44 @@ mod tests {
         for (i, a) in all.iter().enumerate() {
             assert!(!all[..i].iter().any(|b| a.meets(b)), "{a:?}");
         }
+    }
+
+    #[test]
+    fn any_mean_is_used_up() {
+        let count = |mean| poisson(mean, Key::world(2));
+        for none in [f64::NAN, -1.0, 0.0, f64::NEG_INFINITY] {
+            assert_eq!(count(none), 0, "{none}");
+        }
+        for most in [f64::INFINITY, 1e300, MOST_MEAN] {
+            assert_eq!(count(most), count(MOST_MEAN), "{most}");
+        }
+        // Five standard deviations.
+        let off = count(MOST_MEAN) as f64 - MOST_MEAN;
+        assert!(off.abs() < 5.0 * MOST_MEAN.sqrt(), "{off}");
+        let at = ChunkCoord::new(0, 0);
+        let found = fallen_stems(at, 50.0, Key::world(5), f64::NAN, &KINDS, |_| true);
+        assert!(found.is_empty());
+    }
+
+    #[test]
+    fn a_mean_volume_is_one_to_divide_by() {
+        let with = |weight, volume_m3| StemKind {
+            weight,
+            volume_m3,
+            ..KINDS[0]
+        };
+        assert_eq!(mean_volume_m3(&[]), None);
+        let second = mean_volume_m3(&KINDS[1..]);
+        for wrong in [with(0.0, 0.1), with(-1.0, 0.1), with(f64::NAN, 0.1)] {
+            assert_eq!(mean_volume_m3(&[wrong]), None);
+            // What is never chosen does not count.
+            assert_eq!(mean_volume_m3(&[wrong, KINDS[1]]), second);
+        }
+        for volume_m3 in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            assert_eq!(mean_volume_m3(&[with(1.0, volume_m3)]), None);
+        }
+        let mean_m3 = mean_volume_m3(&KINDS).expect("kinds with a volume");
+        assert!((0.1..0.9).contains(&mean_m3), "{mean_m3}");
     }
 
     #[test]

@@ -116,6 +116,33 @@ mod tests {
         }
     }
 
+    /// Beside each line of the lattice other corners are looked up.
+    #[test]
+    fn value_and_gradient_go_on_over_the_lines_of_the_lattice() {
+        let step = 1e-9;
+        for i in -20..=20 {
+            for k in 0..200 {
+                let (line, along) = (f64::from(i), f64::from(k) * 0.314_159 - 31.0);
+                for (a, b) in [
+                    (
+                        DVec2::new(line - step, along),
+                        DVec2::new(line + step, along),
+                    ),
+                    (
+                        DVec2::new(along, line - step),
+                        DVec2::new(along, line + step),
+                    ),
+                ] {
+                    let [(value_a, gradient_a), (value_b, gradient_b)] =
+                        [a, b].map(|p| gradient_noise(11, p));
+                    assert!((value_a - value_b).abs() < 1e-7, "{a}: {value_a} {value_b}");
+                    let turn = gradient_a.distance(gradient_b);
+                    assert!(turn < 1e-7, "{a}: {gradient_a} {gradient_b}");
+                }
+            }
+        }
+    }
+
     #[test]
     fn it_does_not_repeat_after_256_cells() {
         for period in [

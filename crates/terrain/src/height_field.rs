@@ -22,10 +22,11 @@ pub struct HeightPosts {
 /// A ground that passes through measured heights, with another ground around them.
 ///
 /// Between posts it is bicubic (Catmull and Rom's spline along both axes, which is Keys's cubic
-/// convolution of 1981), so it has every post's height exactly and a continuous gradient. Beyond
-/// the outermost posts, and in holes, the heights go on smoothly (holes are filled from ever
-/// coarser means of the posts around), and pass into the other ground within a distance. The
-/// gradient is that of the whole function, exact.
+/// convolution of 1981), so it has every post's height exactly and a continuous gradient. Posts
+/// that were not measured have heights from ever coarser means of the posts around. In holes, which
+/// measured posts enclose, these are the ground. Beyond the outermost posts, and in bays that are
+/// open to there, they pass into the other ground within a distance, so that the ground is nowhere
+/// above both or below both. The gradient is that of the whole function, exact.
 ///
 /// ```
 /// use nemoral_scene::{FlatSurface, Surface, glam::DVec2};
@@ -52,8 +53,8 @@ pub struct HeightField<S> {
     spacing_m: f64,
     /// Heights with those of surroundings and holes.
     heights_m: Vec<f32>,
-    /// The share of the heights in the ground: 1 at measured posts.
-    weights: Vec<f32>,
+    /// The distance from the nearest measured post, in blending distances; 0 in holes.
+    distances: Vec<f32>,
 }
 
 impl HeightPosts {
@@ -76,7 +77,7 @@ impl HeightPosts {
         if self.heights_m.iter().all(|h| h.is_nan()) {
             return Err(ParamError::new("heights_m", "NaN", "measured somewhere"));
         }
-        // The outermost posts, which the spline needs, have no weight.
+        // The outermost posts, which the spline needs, are beyond the blending distance.
         let margin = (blend_m / self.spacing_m).ceil() as usize + 2;
         let size = [columns, count / columns].map(|n| n + 2 * margin);
         if size[0].saturating_mul(size[1]) > MAX_POSTS {
@@ -116,8 +117,8 @@ impl<S: Surface> HeightField<S> {
             heights_m[start..start + columns].copy_from_slice(heights);
         }
         let blend_posts = blend_m / posts.spacing_m;
-        let weights = (distances(&heights_m, size[0]).into_iter())
-            .map(|d| weight(f64::from(d) / blend_posts) as f32)
+        let distances = (distances(&outside(&heights_m, size[0]), size[0]).into_iter())
+            .map(|d| (f64::from(d) / blend_posts) as f32)
             .collect();
         fill(&mut heights_m, size[0]);
         let out = DVec2::new(-1.0, 1.0) * margin as f64 * posts.spacing_m;
@@ -128,7 +129,7 @@ impl<S: Surface> HeightField<S> {
             first_m: posts.first_m + out,
             spacing_m: posts.spacing_m,
             heights_m,
-            weights,
+            distances,
         })
     }
 }
@@ -160,27 +161,31 @@ impl<S: Surface> Surface for HeightField<S> {
             }
             (sum[0], DVec2::new(sum[1], -sum[2]) / self.spacing_m)
         };
-        let is_all = |share: f32| {
-            (0..4).all(|row| {
-                let start = first + row * self.columns;
-                self.weights[start..start + 4].iter().all(|w| *w == share)
-            })
-        };
-        if is_all(0.0) {
+        let is_measured = (0..4).all(|row| {
+            let start = first + row * self.columns;
+            self.distances[start..start + 4].iter().all(|d| *d == 0.0)
+        });
+        if is_measured {
+            let (height_m, gradient) = value(&self.heights_m);
+            return SurfaceSample { height_m, gradient };
+        }
+        // The distance is interpolated and not its share, which would leave 0 to 1.
+        let (distance, distance_gradient) = value(&self.distances);
+        if distance >= 1.0 {
             return self.around.sample(world_m);
         }
         let (height_m, gradient) = value(&self.heights_m);
-        if is_all(1.0) {
+        if distance <= 0.0 {
             return SurfaceSample { height_m, gradient };
         }
-        let (share, share_gradient) = value(&self.weights);
+        let (share, share_slope) = share_at(distance);
         let around = self.around.sample(world_m);
         let above_m = height_m - around.height_m;
         SurfaceSample {
             height_m: around.height_m + share * above_m,
             gradient: around.gradient
                 + share * (gradient - around.gradient)
-                + share_gradient * above_m,
+                + distance_gradient * (share_slope * above_m),
         }
     }
 }
@@ -204,20 +209,45 @@ fn spline(t: f64) -> [[f64; 4]; 2] {
     [values, slopes]
 }
 
-/// The share of the heights at a distance from the nearest measured post, in blending distances.
-fn weight(distance: f64) -> f64 {
-    let t = (1.0 - distance).clamp(0.0, 1.0);
-    t * t * (3.0 - 2.0 * t)
+/// The share of the heights at a distance of 0 to 1 from the nearest measured post, in blending
+/// distances, and its derivative.
+fn share_at(distance: f64) -> (f64, f64) {
+    let t = 1.0 - distance;
+    (t * t * (3.0 - 2.0 * t), -6.0 * t * distance)
 }
 
-/// The distance from each post to the nearest measured one, in posts, by lower envelopes of
-/// parabolas (Felzenszwalb and Huttenlocher 2012, "Distance transforms of sampled functions").
-fn distances(heights_m: &[f32], columns: usize) -> Vec<f32> {
-    let rows = heights_m.len() / columns;
+/// Which posts are outside of what was measured: those without a height from which a way along rows
+/// and columns leads to the first post over others without one. The first post has none.
+fn outside(heights_m: &[f32], columns: usize) -> Vec<bool> {
+    let count = heights_m.len();
+    let mut is_outside = vec![false; count];
+    is_outside[0] = true;
+    let mut open = vec![0];
+    while let Some(post) = open.pop() {
+        let column = post % columns;
+        for (is_there, beside) in [
+            (column > 0, post.wrapping_sub(1)),
+            (column + 1 < columns, post + 1),
+            (post >= columns, post.wrapping_sub(columns)),
+            (post + columns < count, post + columns),
+        ] {
+            if is_there && heights_m[beside].is_nan() && !is_outside[beside] {
+                is_outside[beside] = true;
+                open.push(beside);
+            }
+        }
+    }
+    is_outside
+}
+
+/// The distance from each post to the nearest one that is not outside, in posts, by lower envelopes
+/// of parabolas (Felzenszwalb and Huttenlocher 2012, "Distance transforms of sampled functions").
+fn distances(is_outside: &[bool], columns: usize) -> Vec<f32> {
+    let rows = is_outside.len() / columns;
     // Large, but its squares are finite.
     const FAR: f64 = 1e9;
-    let measured = |h: &f32| if h.is_nan() { FAR * FAR } else { 0.0 };
-    let mut squares: Vec<f64> = heights_m.iter().map(measured).collect();
+    let square = |outside: &bool| if *outside { FAR * FAR } else { 0.0 };
+    let mut squares: Vec<f64> = is_outside.iter().map(square).collect();
     let mut line = Vec::new();
     for row in squares.chunks_exact_mut(columns) {
         line.clear();
@@ -364,8 +394,8 @@ mod tests {
     #[test]
     fn holes_and_edges_pass_smoothly() {
         let (_, field) = hills(6.0);
-        // Across the hole, and over the edge to the plane, no step is steeper than the difference
-        // of the two grounds over the blending distance, and a half.
+        // Over the edge to the plane no step is steeper than the difference of the two grounds over
+        // the blending distance, and a half; across the hole there is none to speak of.
         let steepest = 1.5 * (105.0 - 60.0) / 6.0 * 1.6;
         for (from, to) in [
             (DVec2::new(-6.0, 993.0), DVec2::new(10.0, 993.0)),
@@ -384,10 +414,82 @@ mod tests {
             }
         }
         let hole = field.height_m(DVec2::new(-1.4, 993.6));
-        assert!((60.0..106.0).contains(&hole), "{hole}");
+        assert!((98.0..107.0).contains(&hole), "{hole}");
+    }
+
+    #[test]
+    fn holes_are_no_pits_and_bays_are_open_to_the_ground_around() {
+        let columns = 17;
+        let at = |posts: &HeightPosts, column: f64, row: f64| {
+            posts.first_m + DVec2::new(column, -row) * posts.spacing_m
+        };
+        let flat = |is_void: &dyn Fn(usize, usize) -> bool| HeightPosts {
+            columns,
+            first_m: DVec2::new(3.0, 40.0),
+            spacing_m: 2.0,
+            heights_m: (0..columns * columns)
+                .map(|i| {
+                    let is_void = is_void(i % columns, i / columns);
+                    if is_void { f32::NAN } else { 100.0 }
+                })
+                .collect(),
+        };
+        let ground = |posts: &HeightPosts| {
+            HeightField::new(posts, 4.0, FlatSurface::default()).expect("in range")
+        };
+        // One post, and a square of 7 posts.
+        let is_square = |x: usize, y: usize| (6..13).contains(&x) && (5..12).contains(&y);
+        let holes = flat(&|x, y| (x, y) == (2, 3) || is_square(x, y));
+        let field = ground(&holes);
+        for i in 0..=160 {
+            for j in 0..=160 {
+                let place = at(&holes, f64::from(i) * 0.1, f64::from(j) * 0.1);
+                let height_m = field.height_m(place);
+                assert!((height_m - 100.0).abs() < 1e-9, "{place}: {height_m}");
+            }
+        }
+        // The same square with a way out to the north.
+        let bay = flat(&|x, y| (6..13).contains(&x) && (0..12).contains(&y));
+        let field = ground(&bay);
+        assert_eq!(field.height_m(at(&bay, 9.0, 8.0)), 0.0);
+        assert!((field.height_m(at(&bay, 3.0, 8.0)) - 100.0).abs() < 1e-9);
+    }
+
+    /// Heights of 0 to 100 m on 9 by 8 posts, of which some were not measured.
+    fn posts_of(heights_m: Vec<Option<f32>>) -> HeightPosts {
+        let mut heights_m: Vec<f32> = heights_m
+            .into_iter()
+            .map(|h| h.unwrap_or(f32::NAN))
+            .collect();
+        heights_m[0] = 50.0;
+        HeightPosts {
+            columns: 9,
+            first_m: DVec2::new(-4.0, 4.0),
+            spacing_m: 1.0,
+            heights_m,
+        }
     }
 
     proptest! {
+        /// The ground is linear in that around: over two levels it tells the share of the heights.
+        #[test]
+        fn the_ground_lies_between_the_heights_and_the_ground_around(
+            heights_m in proptest::collection::vec(proptest::option::of(0.0_f32..100.0), 72),
+            blend_m in 0.1_f64..6.0,
+            places in proptest::collection::vec((-12.0_f64..12.0, -12.0_f64..12.0), 32),
+        ) {
+            let posts = posts_of(heights_m);
+            let [low, high] = [0.0, 100.0].map(|height_m| {
+                let around = FlatSurface { height_m, gradient: DVec2::ZERO };
+                HeightField::new(&posts, blend_m, around).expect("in range")
+            });
+            for (x, y) in places {
+                let at = DVec2::new(x, y);
+                let share = 1.0 - (high.height_m(at) - low.height_m(at)) / 100.0;
+                prop_assert!((-1e-9..=1.0 + 1e-9).contains(&share), "{at}: {share}");
+            }
+        }
+
         #[test]
         fn the_gradient_is_that_of_the_heights(x in -16.0..20.0_f64, y in 978.0..1008.0_f64) {
             let (_, field) = hills(6.0);
@@ -414,7 +516,8 @@ mod tests {
                 (0..columns * 7).map(|_| if measured() { 1.0 } else { f32::NAN }).collect();
             grid[3] = 1.0;
             let place = |i: usize| DVec2::new((i % columns) as f64, (i / columns) as f64);
-            for (i, found) in distances(&grid, columns).into_iter().enumerate() {
+            let is_outside: Vec<bool> = grid.iter().map(|h| h.is_nan()).collect();
+            for (i, found) in distances(&is_outside, columns).into_iter().enumerate() {
                 let to = |j: usize| place(i).distance(place(j));
                 let nearest = (0..grid.len()).filter(|&j| !grid[j].is_nan()).map(to);
                 let nearest = nearest.fold(f64::INFINITY, f64::min);

@@ -77,7 +77,8 @@ proptest! {
         y in -1e4_f64..1e4,
         angle in 0.0_f64..6.3,
     ) {
-        // A billionth of a wavelength away, height and gradient are practically the same.
+        // A millionth of a wavelength away, height and gradient are practically the same. (Few of
+        // these steps cross a line of the lattice; `gradient_noise` has a test of those.)
         let t = Terrain::new(p, Key::world(seed)).expect("valid");
         let step = finest(&p) * 1e-6;
         let a = t.sample(DVec2::new(x, y));

@@ -2,6 +2,9 @@
 
 use glam::DVec2;
 
+/// The number of pieces whose arc lengths are known.
+pub(crate) const PIECES: usize = 128;
+
 /// A cubic with parameter 0..1, by its ends and its derivatives there (Hermite).
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Cubic {
@@ -43,12 +46,9 @@ impl Cubic {
         ]
     }
 
-    /// Points and unit directions at `n` equal steps of arc length from the start (the end is not
-    /// among them), and the length.
-    pub(crate) fn walk(&self, step_m: f64) -> (Vec<(DVec2, DVec2)>, f64) {
-        const PIECES: usize = 128;
+    /// Arc lengths at i / PIECES, by Simpson's rule on the speed.
+    pub(crate) fn arcs(&self) -> [f64; PIECES + 1] {
         let at = |i: usize| i as f64 / PIECES as f64;
-        // Arc length at i / PIECES, by Simpson's rule on the speed.
         let speed = |t: f64| self.at(t)[1].length();
         let mut arcs = [0.0; PIECES + 1];
         for i in 0..PIECES {
@@ -56,19 +56,34 @@ impl Cubic {
             let mean = (speed(at(i)) + 4.0 * middle + speed(at(i + 1))) / 6.0;
             arcs[i + 1] = arcs[i] + mean / PIECES as f64;
         }
+        arcs
+    }
+
+    /// Points and unit directions at `n` equal steps of arc length from the start (the end is not
+    /// among them), and the length.
+    pub(crate) fn walk(&self, step_m: f64) -> (Vec<(DVec2, DVec2)>, f64) {
+        let arcs = self.arcs();
         let length = arcs[PIECES];
         let n = (length / step_m).round().max(1.0) as usize;
+        let places = (0..n).map(|k| length * k as f64 / n as f64);
+        (self.at_arcs(&arcs, places).collect(), length)
+    }
+
+    /// Points and unit directions at rising arc lengths.
+    pub(crate) fn at_arcs(
+        &self,
+        arcs: &[f64; PIECES + 1],
+        places: impl Iterator<Item = f64>,
+    ) -> impl Iterator<Item = (DVec2, DVec2)> {
         let mut i = 0;
-        let points = (0..n).map(|k| {
-            let s = length * k as f64 / n as f64;
+        places.map(move |s| {
             while i + 1 < PIECES && arcs[i + 1] <= s {
                 i += 1;
             }
             let share = (s - arcs[i]) / (arcs[i + 1] - arcs[i]).max(f64::MIN_POSITIVE);
             let [p, d, _] = self.at((i as f64 + share) / PIECES as f64);
             (p, d / d.length().max(f64::MIN_POSITIVE))
-        });
-        (points.collect(), length)
+        })
     }
 
     /// The parameter of the point nearest to `p`, if it is in 0..=1 and `p` is not beyond the

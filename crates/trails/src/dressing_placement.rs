@@ -1,6 +1,8 @@
 //! The grass, stones and roots of the trails themselves, the grass of their verges, and the beds of
 //! stones in their ditches.
 
+use std::ops::Range;
+
 use glam::DVec2;
 use nemoral_scene::ChunkCoord;
 use nemoral_seed::{Domain, Draw, Key, Rng};
@@ -100,7 +102,9 @@ pub(crate) fn grass(
 ) {
     let way = path.way();
     let most = way.grass_max_per_chunk;
-    for (index, _, knots) in path.transits().filter(|t| t.1 == chunk) {
+    // Where only a corner is touched between two knots, there is no room.
+    let here = |t: &(usize, ChunkCoord, Range<usize>)| t.1 == chunk && !t.2.is_empty();
+    for (index, _, knots) in path.transits().filter(here) {
         let key = path.id().key(key.domain(GRASS)).item(index as u64);
         let last = knots.end.min(path.knots().len() - 1);
         let (from, to) = (path.knots()[knots.start].arc, path.knots()[last].arc);

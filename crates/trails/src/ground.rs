@@ -16,7 +16,8 @@ use crate::{TrailPath, TrailSurfaceKind};
 /// The ground near a chunk with its trails carved in.
 ///
 /// With t the height of the ground, d the distance to the edge of a trail, f the formation (the
-/// smoothed, grade-limited ground along the trails' middles) and p the section's height above it:
+/// smoothed ground along the trails' middles, limited in grade as far as that moves no more earth
+/// than allowed) and p the section's height above it:
 ///
 /// z = min(max(t, f + p − F(d)), f + p + C(d)), with rounded corners,
 ///

@@ -515,10 +515,14 @@ impl<'a> Strand<'a> {
             foot.outward - foot.lane_rate.half_width * foot.along,
         );
         let bends = path.bends();
+        let mut firmness = bends.firmness(&foot, path.knots());
+        if let Some(share) = path.corner(&foot) {
+            firmness.corner = firmness.corner * share;
+        }
         Self {
             path,
             edge,
-            firmness: bends.firmness(&foot, path.knots()),
+            firmness,
             is_folded: bends.is_folded(path.knots(), foot.interval, p),
             foot,
         }

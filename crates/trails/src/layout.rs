@@ -26,6 +26,8 @@ pub(crate) struct Course {
     pub(crate) points: Vec<(DVec2, DVec2, f64)>,
     /// Chunks in order, each with the number of its first point.
     pub(crate) transits: Vec<(ChunkCoord, usize)>,
+    /// Whether it fades at its start and at its end, as it does unless another one goes on there.
+    pub(crate) free: [bool; 2],
 }
 
 /// The crossings of a trail: points and directions, its ends included.
@@ -189,6 +191,7 @@ impl Layout {
             id: self.id,
             points,
             transits,
+            free: [true; 2],
         }
     }
 }

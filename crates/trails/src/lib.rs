@@ -30,8 +30,8 @@
 //! - Trails fork ([`TrailParams::fork_probability`]): a branch leaves its trail at a crossing, in
 //!   its direction, and goes on by another border. Branches are found as trails are.
 //! - [`TrailGround`] carves them: the formation is the ground along the trail, smoothed and limited
-//!   in grade; there are cut and fill slopes of given ratios, crossfall, crown, wheel ruts, and a
-//!   ridge between these.
+//!   in grade as far as that moves no more earth than allowed; there are cut and fill slopes of
+//!   given ratios, crossfall, crown, wheel ruts, and a ridge between these.
 //! - Grass, stones, roots, steps, beds of stones and culverts dress them ([`DressingKind`]).
 //! - A trail's material varies from trail to trail and along each ([`TrailSurfaceKind`]): the
 //!   paper's segmentation failed on trails that looked different from its one texture.

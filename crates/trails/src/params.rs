@@ -36,8 +36,12 @@ pub struct Section {
     pub cut_ratio: f64,
     /// Horizontal metres per metre of height of the slopes filled onto lower ground, 0.25..=10.
     pub fill_ratio: f64,
-    /// The steepest run along the trail, 0.02..=1.
+    /// The steepest run along the trail, 0.02..=1, away from other ways: where ways meet, their
+    /// formations pass over into each other. It is exceeded where the ground leaves no choice
+    /// within `earth_m`.
     pub max_grade: f64,
+    /// How far the formation may lie above or below the smoothed ground, metres, 0.2..=30.
+    pub earth_m: f64,
     /// Standard deviation of the smoothing of the ground along the trail, metres, 1..=50.
     pub smoothing_m: f64,
     /// Slope across the trail towards the downhill side, 0..=0.2.
@@ -60,7 +64,8 @@ pub struct Section {
     /// A ditch along the uphill edge, on level ground along both.
     pub ditch: Option<Ditch>,
     /// The user's own curve, which is added: (offset, height) in metres, by rising offset,
-    /// interpolated linearly and constant beyond the ends. Empty for none.
+    /// interpolated linearly and constant beyond the ends; offsets -10..=10 m, heights -2..=2 m. It
+    /// goes on beyond the edges, where it fades within 1.5 m. Empty for none.
     pub curve: Vec<DVec2>,
 }
 
@@ -92,12 +97,14 @@ impl Default for TrailParams {
 }
 
 impl Default for Section {
-    /// A forest track in earth: slopes 1:1 cut and 1.5:1 filled, 20 % grade, 3 % crossfall, ruts.
+    /// A forest track in earth: slopes 1:1 cut and 1.5:1 filled, 20 % grade where 3 m of earth are
+    /// enough, 3 % crossfall, ruts.
     fn default() -> Self {
         Self {
             cut_ratio: 1.0,
             fill_ratio: 1.5,
             max_grade: 0.2,
+            earth_m: 3.0,
             smoothing_m: 8.0,
             crossfall: 0.03,
             crown: 0.02,
@@ -125,6 +132,9 @@ impl Default for Ruts {
 
 /// The least distance of two points of a section's curve, metres.
 const CURVE_STEP_M: f64 = 0.01;
+
+/// The greatest offset of a point of a section's curve to either side, metres.
+const CURVE_REACH_M: f64 = 10.0;
 
 impl TrailParams {
     /// Trails of one kind only.
@@ -202,6 +212,7 @@ impl Section {
             "0.25..=10",
         )?;
         ParamError::check_range("section.max_grade", self.max_grade, 0.02..=1.0, "0.02..=1")?;
+        ParamError::check_range("section.earth_m", self.earth_m, 0.2..=30.0, "0.2..=30 m")?;
         ParamError::check_range(
             "section.smoothing_m",
             self.smoothing_m,
@@ -229,16 +240,16 @@ impl Section {
                 "0.05..=0.5 m",
             )?;
         }
-        let mut last = f64::MIN;
+        let mut least = -CURVE_REACH_M;
         for point in &self.curve {
             ParamError::check_range(
                 "section.curve offset",
                 point.x,
-                last + CURVE_STEP_M..=10.0,
-                "finite, at least 1 cm more than the one before, and at most 10 m",
+                least..=CURVE_REACH_M,
+                "-10..=10 m, and at least 1 cm more than the one before",
             )?;
             ParamError::check_range("section.curve height", point.y, -2.0..=2.0, "-2..=2 m")?;
-            last = point.x;
+            least = point.x + CURVE_STEP_M;
         }
         Ok(())
     }

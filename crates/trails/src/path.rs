@@ -3,14 +3,14 @@
 use std::sync::Arc;
 
 use glam::DVec2;
-use nemoral_scene::{ChunkCoord, Surface};
+use nemoral_scene::{ChunkCoord, Dual, Surface};
 use nemoral_seed::{Domain, Key};
 
 use crate::bends::Bends;
 use crate::curve::{Cubic, stiffness};
 use crate::dressing::{DressingKind, TrailDressing};
 use crate::layout::Course;
-use crate::profile::{Wobble, limit_grade, smooth, smoothstep};
+use crate::profile::{Wobble, formation, smooth, smoothstep};
 use crate::surface_kinds::{SurfaceKinds, rut_factor};
 use crate::trail_id::TrailId;
 use crate::{TrailSurfaceKind, Way};
@@ -23,10 +23,14 @@ const GROWTH: Domain = Domain::new("trails.growth");
 /// Approximate distance between knots, metres.
 pub(crate) const STEP_M: f64 = 1.0;
 
-/// Trails narrow and fade over this length at both ends, metres.
+/// Trails narrow and fade over this length at their free ends, metres.
 const TAPER_M: f64 = 10.0;
 
-/// Width at the very ends, relative to the usual one.
+/// The distance from an end at which another trail goes on within which corners are rounded less,
+/// metres.
+const JOINT_M: f64 = 3.0;
+
+/// Width at the very free ends, relative to the usual one.
 const END_WIDTH: f64 = 0.3;
 
 /// A path that is wider than this somewhere is nowhere narrower, so that a mesh has all of it,
@@ -56,6 +60,8 @@ pub struct TrailPath {
     bends: Bends,
     /// Chunks in order, each with the number of its first knot.
     transits: Vec<(ChunkCoord, usize)>,
+    /// Whether it fades at its start and at its end.
+    free: [bool; 2],
     kinds: SurfaceKinds,
     /// By which grass and stones vary along a way that changes.
     growth: Option<[Wobble; 2]>,
@@ -154,6 +160,7 @@ impl TrailPath {
             id,
             points,
             transits,
+            free,
         } = course;
         let places: Vec<f64> = points.iter().map(|p| p.2).collect();
         let length = places[places.len() - 1];
@@ -163,8 +170,8 @@ impl TrailPath {
         let section = &way.section;
         let low_pass = |values: Vec<f64>| smooth(&values, section.smoothing_m / STEP_M);
         let heights = low_pass(ground.iter().map(|g| g.height_m).collect());
-        let heights = limit_grade(&heights, &places, section.max_grade);
-        let heights = smooth(&heights, ROUNDING_M / STEP_M);
+        let limits = (section.max_grade, section.earth_m);
+        let heights = formation(&heights, &places, limits, ROUNDING_M / STEP_M);
         let sides = (ground.iter().zip(&points)).map(|(g, p)| g.gradient.dot(p.1.perp()));
         let tilts = low_pass(sides.clone().map(|side| section.tilt(side)).collect());
         let sides = match section.ditch {
@@ -175,8 +182,8 @@ impl TrailPath {
         let key = id.key(world.domain(RUTS));
         let depth = Wobble::new(key.item(0), length, 9.0);
         let wander = Wobble::new(key.item(1), length, 12.0);
-        let fade = |s: f64| fade(s, length);
-        let widths = Widths::new(&way, id.key(world.domain(WIDTH)), length);
+        let fade = |s: f64| fade(s, length, free);
+        let widths = Widths::new(&way, id.key(world.domain(WIDTH)), (length, free));
         let ruts = places
             .iter()
             .map(|&s| fade(s) * rut_factor(kinds.at(s)) * (1.0 + 0.6 * depth.at(s)));
@@ -215,6 +222,7 @@ impl TrailPath {
             bends: Bends::new(&knots),
             knots,
             transits,
+            free,
             kinds,
             growth,
             stones: Vec::new(),
@@ -228,9 +236,10 @@ impl TrailPath {
             id,
             points,
             transits,
+            free,
         } = course;
         let length = points[points.len() - 1].2;
-        let widths = Widths::new(&way, id.key(world.domain(WIDTH)), length);
+        let widths = Widths::new(&way, id.key(world.domain(WIDTH)), (length, free));
         let knot = |(position, tangent, arc): (DVec2, DVec2, f64)| Knot {
             position,
             tangent,
@@ -254,10 +263,27 @@ impl TrailPath {
             bends: Bends::new(&knots),
             knots,
             transits,
+            free,
             kinds: SurfaceKinds::default(),
             growth: None,
             stones: Vec::new(),
         }
+    }
+
+    /// Its course, to lay it again with other ends.
+    pub(crate) fn course(&self, free: [bool; 2]) -> Course {
+        let points = self.knots.iter().map(|k| (k.position, k.tangent, k.arc));
+        Course {
+            id: self.id,
+            points: points.collect(),
+            transits: self.transits.clone(),
+            free,
+        }
+    }
+
+    /// Whether it fades at its start and at its end.
+    pub(crate) fn free(&self) -> [bool; 2] {
+        self.free
     }
 
     /// The identity of the trail.
@@ -362,7 +388,8 @@ impl TrailPath {
     }
 
     /// Each transit's number, chunk and range of knots. The knot on the border between two transits
-    /// belongs to the later one, the very last knot to the last one.
+    /// belongs to the later one, the very last knot to the last one. Where a trail along a given
+    /// line touches a chunk between two knots, the range is empty and begins with the second one.
     pub(crate) fn transits(
         &self,
     ) -> impl Iterator<Item = (usize, ChunkCoord, std::ops::Range<usize>)> + '_ {
@@ -413,6 +440,18 @@ impl TrailPath {
         }
     }
 
+    /// The share of the rounding of corners with other trails, which is less than 1 near an end at
+    /// which another one goes on, as there is no corner; `None` for all of it.
+    pub(crate) fn corner(&self, foot: &Foot) -> Option<Dual> {
+        let ends = [(foot.arc, 1.0), (self.length_m() - foot.arc, -1.0)];
+        let joints = ends.into_iter().zip(self.free).filter(|(_, free)| !free);
+        let nearest = joints.min_by(|(a, _), (b, _)| a.0.total_cmp(&b.0));
+        let ((away_m, sign), _) = nearest.filter(|((away_m, _), _)| *away_m < JOINT_M)?;
+        let t = (away_m / JOINT_M).clamp(0.0, 1.0);
+        let rate = sign * 6.0 * t * (1.0 - t) / JOINT_M;
+        Some(Dual::new(smoothstep(t), rate * foot.along))
+    }
+
     pub(crate) fn bends(&self) -> &Bends {
         &self.bends
     }
@@ -454,30 +493,39 @@ pub(crate) fn cubic(a: &Knot, b: &Knot) -> Cubic {
     }
 }
 
-/// The share of its full width and depth that a trail of this length has at an arc length, 0..1.
-fn fade(s_m: f64, length_m: f64) -> f64 {
+/// The share of its full width and depth that a trail of this length has at an arc length, 0..1:
+/// less than 1 near those of its ends that are free.
+fn fade(s_m: f64, length_m: f64, free: [bool; 2]) -> f64 {
     let taper = TAPER_M.min(length_m / 3.0);
-    smoothstep(s_m.min(length_m - s_m) / taper)
+    let to_end_m = match free {
+        [true, true] => s_m.min(length_m - s_m),
+        [true, false] => s_m,
+        [false, true] => length_m - s_m,
+        [false, false] => return 1.0,
+    };
+    smoothstep(to_end_m / taper)
 }
 
 /// The widths along a trail.
 struct Widths {
     length_m: f64,
+    free: [bool; 2],
     variation: Option<Wobble>,
 }
 
 impl Widths {
-    fn new(way: &Way, key: Key, length_m: f64) -> Self {
+    fn new(way: &Way, key: Key, (length_m, free): (f64, [bool; 2])) -> Self {
         let varied = way.width_variation > 0.0;
         Self {
             length_m,
+            free,
             variation: varied.then(|| Wobble::new(key, length_m, WIDTH_WAVE_M)),
         }
     }
 
     /// Half the width at an arc length, metres.
     fn half_m(&self, way: &Way, s_m: f64) -> f64 {
-        let fade = fade(s_m, self.length_m);
+        let fade = fade(s_m, self.length_m, self.free);
         let noise = self.variation.as_ref().map_or(0.0, |v| v.at(s_m));
         let width = way.width_m
             * (1.0 + way.width_variation * noise)

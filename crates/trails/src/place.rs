@@ -104,7 +104,8 @@ impl<'a> TrailPlace<'a> {
     /// Signed distance to the nearest border between parts of trails, slopes counting as untouched
     /// ground, metres: negative on surface and strip, positive in ruts and off the trails,
     /// `f64::INFINITY` farther than 12 m from all. Parts that touch differ in sign, so a mesh that
-    /// is cut along its zeros follows every border.
+    /// is cut along its zeros follows every border. It changes by up to 1.42 per metre in rounded
+    /// corners, and up to 2.5 inside of the tightest bends.
     #[must_use]
     pub fn border_m(&self) -> f64 {
         match part(&self.around) {

@@ -48,6 +48,20 @@ pub(crate) fn limit_grade(values: &[f64], places: &[f64], grade: f64) -> Vec<f64
         .collect()
 }
 
+/// The heights of a formation over a smoothed ground: of at most this grade, but nowhere farther
+/// from the ground than `earth_m`, and rounded with a deviation of some samples.
+pub(crate) fn formation(
+    ground: &[f64],
+    places: &[f64],
+    (grade, earth_m): (f64, f64),
+    rounding: f64,
+) -> Vec<f64> {
+    let eased = limit_grade(ground, places, grade);
+    // Within the limits it stays to the bit. A ground that is not a number sets none.
+    let kept = (eased.iter().zip(ground)).map(|(h, g)| h.max(g - earth_m).min(g + earth_m));
+    smooth(&kept.collect::<Vec<_>>(), rounding)
+}
+
 /// Keyed smooth noise in -1..=1 over a length: random values `wavelength_m` apart.
 #[derive(Debug)]
 pub(crate) struct Wobble {
@@ -122,6 +136,28 @@ mod tests {
                 .map(|(a, b)| (a - b).abs())
                 .fold(0.0, f64::max);
             prop_assert!(worst <= 0.5 * excess + 1e-9);
+        }
+
+        #[test]
+        fn formations_keep_to_the_ground_and_to_the_grade_within_that(
+            steps in proptest::collection::vec(-3.0_f64..3.0, 12..120),
+            grade in 0.02_f64..1.0,
+            earth_m in 0.2_f64..30.0,
+        ) {
+            let sum = |height: &mut f64, step: &f64| {
+                *height += step;
+                Some(*height)
+            };
+            let ground: Vec<f64> = steps.iter().scan(0.0, sum).collect();
+            let places: Vec<f64> = (0..ground.len()).map(|i| i as f64).collect();
+            let got = formation(&ground, &places, (grade, earth_m), 3.0);
+            // Rounding moves what it gets nearer to the mean of its neighbours.
+            for (h, g) in got.iter().zip(smooth(&ground, 3.0)) {
+                prop_assert!((h - g).abs() <= earth_m + 1e-9, "{} {} {}", h, g, earth_m);
+            }
+            // Where the limits are far, they change no bit.
+            let free = smooth(&limit_grade(&ground, &places, grade), 3.0);
+            prop_assert_eq!(formation(&ground, &places, (grade, 1e9), 3.0), free);
         }
     }
 }

@@ -29,7 +29,7 @@ impl Way {
     }
 
     /// Height of the section above the formation at a point, by its foot; constant beyond the
-    /// edges.
+    /// edges, but for the user's curve, which goes on.
     pub(crate) fn profile(&self, foot: &Foot) -> Dual {
         let lane = |value: f64, rate: f64| Dual::new(value, rate * foot.along);
         let Lane {
@@ -67,7 +67,8 @@ impl Way {
         if sink != 0.0 || rate.sink != 0.0 {
             height = height - lane(sink, rate.sink);
         }
-        height + s.chain(polyline(&self.section.curve, s.value))
+        let across = Dual::new(offset, foot.left);
+        height + across.chain(polyline(&self.section.curve, offset))
     }
 
     /// Depth of the ditch on a point's side of the trail, by its foot; `None` where there is none.

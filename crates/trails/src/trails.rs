@@ -12,7 +12,7 @@ use nemoral_seed::{Domain, Draw, Key};
 use quick_cache::sync::Cache;
 
 use crate::dressing_placement::{beds, culverts, grass, roots, steps, stones, strip, verges};
-use crate::given::course;
+use crate::given::{course, free_ends};
 use crate::layer::Earthworks;
 use crate::layout::{Course, Layout};
 use crate::path::STEP_M;
@@ -33,6 +33,14 @@ const WAYS: Domain = Domain::new("trails.ways");
 const FARTHEST_M: f64 = 1e8;
 /// The greatest length of all given lines together, metres.
 const LONGEST_M: f64 = 1e7;
+/// The greatest margin around a chunk, metres.
+const WIDEST_M: f64 = 1000.0;
+/// The greatest distance within which a trail is searched, metres.
+const SEARCHED_M: f64 = 5000.0;
+/// No chunk that is searched or makes a trail there is as many chunks away.
+const SEARCHED_CHUNKS: i32 = 10_000;
+/// How much farther than its nearest place the chunk of a passage may be, metres.
+const BESIDE_M: f64 = 2.0;
 
 /// The trails of an endless world, found from any chunk.
 ///
@@ -129,7 +137,9 @@ impl Trails {
 
     /// These trails and further ones along given lines, of the way with this number among the
     /// parameters' ways (the last one, if there are fewer): smooth curves through their vertices,
-    /// in world coordinates. Lines shorter than a metre are left out.
+    /// in world coordinates. Lines shorter than a metre are left out. Trails narrow and fade at
+    /// their ends, but where the line's other end or the end of another given line is within a
+    /// metre: there they go on.
     ///
     /// # Errors
     /// If a coordinate of a vertex is not within ±100,000 km, or if lines are longer than 10,000 km
@@ -147,11 +157,29 @@ impl Trails {
         let all_m: f64 = lines_m.iter().map(length_m).sum();
         ParamError::check(all_m <= LONGEST_M, "lines_m", all_m, "at most 1e7 m in all")?;
         let way = way.min(self.ways.len() - 1);
-        for (number, line) in (self.numbered..).zip(lines_m) {
-            let Some(course) = course(line, number, self.chunk_size_m) else {
-                continue;
-            };
-            let path = Arc::new(self.lay(way, course));
+        let numbered = (self.numbered..).zip(lines_m);
+        let courses: Vec<Course> = numbered
+            .filter_map(|(number, line)| course(line, number, self.chunk_size_m))
+            .collect();
+        let known = self.given.iter().map(|path| {
+            let knots = path.knots();
+            let ends = [0, knots.len() - 1].map(|i| knots[i].position);
+            (ends, path.length_m())
+        });
+        let added = courses.iter().map(|course| {
+            let [first, last] = [0, course.points.len() - 1].map(|i| course.points[i]);
+            ([first.0, last.0], last.2)
+        });
+        let free = free_ends(&known.chain(added).collect::<Vec<_>>());
+        let (of_known, of_added) = free.split_at(self.given.len());
+        for (i, &free) in of_known.iter().enumerate() {
+            let path = Arc::clone(&self.given[i]);
+            if path.free() != free {
+                self.given[i] = Arc::new(self.lay(path.way_number(), path.course(free)));
+            }
+        }
+        for (course, &free) in courses.into_iter().zip(of_added) {
+            let path = Arc::new(self.lay(way, Course { free, ..course }));
             for chunk in path.chunks() {
                 let here = self.given_in.entry([chunk.x, chunk.y]).or_default();
                 if here.last() != Some(&self.given.len()) {
@@ -201,8 +229,8 @@ impl Trails {
             .collect()
     }
 
-    /// The ground, trails carved in, for points at most `margin_m` from a chunk; farther away it is
-    /// the base ground.
+    /// The ground, trails carved in, for points at most `margin_m` from a chunk, 0..=1000; farther
+    /// away it is the base ground. Other margins count as the nearest of these.
     #[must_use]
     pub fn ground_near(&self, coord: ChunkCoord, margin_m: f64) -> TrailGround {
         self.near(coord, margin_m, |id| self.path(id))
@@ -228,7 +256,11 @@ impl Trails {
         margin_m: f64,
         path: impl Fn(TrailId) -> Arc<TrailPath>,
     ) -> TrailGround {
-        let margin_m = margin_m.max(0.0);
+        let margin_m = if margin_m > 0.0 {
+            margin_m.min(WIDEST_M)
+        } else {
+            0.0
+        };
         let size = self.chunk_size_m;
         // Slightly more, as vertices on the border may be computed with other rounding.
         let low = coord.origin_m(size) - DVec2::splat(margin_m + 1e-3);
@@ -258,7 +290,8 @@ impl Trails {
     }
 
     /// The trail nearest to a point within `radius_m` of it, and the arc length of the closest
-    /// point of its middle. All chunks within the radius are searched.
+    /// point of its middle. Chunks are searched ring by ring until a trail is found; a radius above
+    /// 5 km counts as that.
     #[must_use]
     pub fn nearest(&self, world_m: DVec2, radius_m: f64) -> Option<(Arc<TrailPath>, f64)> {
         self.nearest_where(world_m, radius_m, |_| true)
@@ -272,8 +305,37 @@ impl Trails {
         radius_m: f64,
         wanted: impl Fn(&TrailPath) -> bool,
     ) -> Option<(Arc<TrailPath>, f64)> {
+        let size = self.chunk_size_m;
+        // Rings of chunks have coordinates, and what is not a number has no trail.
+        let farthest_m = f64::from(i32::MAX - SEARCHED_CHUNKS) * size;
+        let has_chunks = world_m.abs().cmple(DVec2::splat(farthest_m)).all();
+        if !has_chunks || radius_m.is_nan() {
+            return None;
+        }
+        let radius_m = radius_m.min(SEARCHED_M);
+        let centre = ChunkCoord::containing(world_m, size);
+        let rings = (radius_m / size).ceil().max(0.0) as i32;
+        let (bound_m, _) = (0..=rings).find_map(|i| {
+            let near = ring(centre, i).filter(|c| c.distance_m(world_m, size) <= radius_m);
+            self.nearest_in(near, (world_m, radius_m), &wanted)
+        })?;
+        // In the next rings there may be nearer ones, and of equally near ones the first counts.
+        let reach_m = radius_m.min(bound_m + BESIDE_M);
+        let near = ChunkCoord::within(world_m, reach_m, size).into_iter();
+        let best = self.nearest_in(near, (world_m, radius_m), &wanted);
+        best.map(|(_, found)| found)
+    }
+
+    /// The nearest of the trails that are `wanted` by their passages through chunks, its distance
+    /// and the arc length of its closest point; of equally near ones, that which is found first.
+    fn nearest_in(
+        &self,
+        chunks: impl Iterator<Item = ChunkCoord>,
+        (world_m, radius_m): (DVec2, f64),
+        wanted: &impl Fn(&TrailPath) -> bool,
+    ) -> Option<(f64, (Arc<TrailPath>, f64))> {
         let mut best = (radius_m, None);
-        for chunk in ChunkCoord::within(world_m, radius_m, self.chunk_size_m) {
+        for chunk in chunks {
             for path in self.in_chunk(chunk).into_iter().filter(|p| wanted(p)) {
                 for (_, _, knots) in path.transits().filter(|t| t.1 == chunk) {
                     let square = |i: usize| path.knots()[i].position.distance_squared(world_m);
@@ -288,7 +350,8 @@ impl Trails {
                 }
             }
         }
-        best.1
+        let (distance_m, found) = best;
+        found.map(|found| (distance_m, found))
     }
 
     /// What lies and grows on trails and at their edges, whose position is in a chunk: grass in a
@@ -454,6 +517,21 @@ impl Trails {
             (self.router.branch(id.birth, trail.steps(), step)).expect("the router found it");
         born(id, walk.collect(), Some(trail.node(step)))
     }
+}
+
+/// The chunks that are this many chunks away from one, diagonally too, in order of (x, y).
+fn ring(centre: ChunkCoord, rings: i32) -> impl Iterator<Item = ChunkCoord> {
+    (-rings..=rings).flat_map(move |x| {
+        // Whole columns at both sides, and the ends of those between.
+        let step = if x.abs() == rings {
+            1
+        } else {
+            2 * rings as usize
+        };
+        (-rings..=rings)
+            .step_by(step)
+            .map(move |y| centre.offset(x, y))
+    })
 }
 
 /// The value of a key, which is made if it is not there. Whoever asks for it meanwhile waits for

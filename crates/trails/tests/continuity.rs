@@ -117,6 +117,21 @@ proptest! {
     }
 
     #[test]
+    fn lines_that_meet_end_to_end_have_no_cliffs(
+        way in ways(),
+        first in line(40.0),
+        mut second in line(40.0),
+        slope in (-0.4..0.4_f64, -0.4..0.4_f64),
+    ) {
+        // The second one begins where the first one ends, in any direction.
+        let moved = first[first.len() - 1] - second[0];
+        second.iter_mut().for_each(|vertex| *vertex += moved);
+        let ground = along(way, &[first, second], DVec2::new(slope.0, slope.1));
+        let (height, edge, _) = worst(&ground, ChunkCoord::new(0, 0), 16);
+        prop_assert!(height < STEP_M && edge < 1e-3, "{} {}", height, edge);
+    }
+
+    #[test]
     fn bends_have_no_cliffs(
         way in ways(),
         lines in proptest::collection::vec(line(15.0), 2..5),

@@ -158,7 +158,11 @@ fn edges_are_where_the_width_says() {
 
 #[test]
 fn the_full_width_is_usable_and_the_grade_is_limited() {
-    let steep = trails(params(plain()), 2, hills(0.6));
+    let section = Section {
+        earth_m: 30.0,
+        ..plain()
+    };
+    let steep = trails(params(section), 2, hills(0.6));
     let mut worst = 0.0_f64;
     for p in lonely_places(&steep, 30.0) {
         let middle = p.ground.height_m(p.at);
@@ -307,6 +311,13 @@ fn the_section_is_carved() {
     };
     assert!((relief(curved.clone(), 3.0, -0.5) - 0.1).abs() < 1e-6);
     assert!((relief(curved, 3.0, 1.2) + 0.1).abs() < 1e-6);
+    // The curve goes on beyond the edge, and the shoulder fades it by a fifth 0.4 m from there.
+    let banked = Section {
+        curve: vec![DVec2::new(1.5, 0.0), DVec2::new(1.9, 0.6)],
+        ..plain()
+    };
+    let bank = relief(banked, 3.0, 1.9);
+    assert!((0.3..0.6).contains(&bank), "{bank}");
     let rutted = Section {
         ruts: Some(Ruts {
             depth_m: 0.2,

@@ -126,6 +126,43 @@ proptest! {
 }
 
 #[test]
+fn the_nearest_of_all_is_that_of_those_around() {
+    let trails = dense(3);
+    let found = |p: DVec2, radius_m: f64| {
+        let (path, s) = trails.nearest(p, radius_m)?;
+        Some((path.id(), s.to_bits()))
+    };
+    for i in 0..40 {
+        let p = DVec2::new(f64::from(i % 8) * 13.7, f64::from(i / 8) * 21.3);
+        let near = found(p, 300.0);
+        assert!(near.is_some());
+        for radius_m in [1e4, 1e30, f64::INFINITY] {
+            assert_eq!(found(p, radius_m), near);
+        }
+        assert_eq!(found(p, f64::NAN), None);
+        assert_eq!(found(p, -1.0), None);
+        // Not farther than asked for.
+        let (path, s) = trails.nearest(p, 300.0).expect("it is near");
+        let away_m = path.position_m(s).distance(p);
+        assert_eq!(found(p, 0.99 * away_m), None);
+    }
+    for lost in [f64::NAN, f64::INFINITY, 1e300, -1e14] {
+        assert_eq!(found(DVec2::new(lost, 0.0), f64::INFINITY), None);
+    }
+    // Where there is none, the search ends.
+    let none = TrailParams {
+        spawn_probability: 0.0,
+        ..TrailParams::default()
+    };
+    let none = common::trails(none, 3, flat(DVec2::ZERO));
+    assert!(none.nearest(DVec2::ZERO, f64::INFINITY).is_none());
+    // So does that around a chunk.
+    let here = ChunkCoord::new(0, 0);
+    let [most, more] = [1000.0, f64::INFINITY].map(|m| none.ground_near(here, m));
+    assert_eq!(most.edge_m(DVec2::ZERO), more.edge_m(DVec2::ZERO));
+}
+
+#[test]
 fn both_sides_of_a_border_know_the_same_crossings() {
     // The same trail from either chunk, in worlds with separate caches.
     let (a, b) = (dense(9), dense(9));
@@ -491,6 +528,11 @@ fn impossible_trails_are_refused() {
     let mut bad = TrailParams::default();
     bad.ways[0].0.section.curve = vec![DVec2::new(f64::NEG_INFINITY, 0.0)];
     assert_eq!(new(bad, 50.0), "section.curve offset");
+    for beyond in [-10.1, 10.1] {
+        let mut bad = TrailParams::default();
+        bad.ways[0].0.section.curve = vec![DVec2::new(beyond, 0.0)];
+        assert_eq!(new(bad, 50.0), "section.curve offset");
+    }
 }
 
 #[test]

@@ -38,7 +38,8 @@ pub struct FlightLinesParams {
     /// How far lines reach beyond the area at both ends, metres.
     pub margin_m: f64,
     /// Distance between neighbouring lines, metres; above 0. There are as many as cover the width,
-    /// so that the outermost may lie outside of the area.
+    /// so that the outermost may lie outside of the area. The ground is looked at within half of it
+    /// to both sides of a line, also of a single one.
     pub line_spacing_m: f64,
     /// Whether a second set of lines follows, at right angles to the first.
     pub is_crossed: bool,
@@ -93,7 +94,7 @@ impl FlightLinesParams {
         let frames = frames.sum::<f64>();
         let allowed = "long enough for at most 10,000,000 frames";
         ParamError::check(frames <= most, "step_s", self.step_s, allowed)?;
-        // The ground below is looked at all along before the first frame.
+        // The ground below is looked at all along, and aside, before the first frame.
         let most_m = 1e7;
         let frame_m = self.speed_m_s * self.step_s;
         let allowed = "wide enough for at most 10,000 km of lines";
@@ -103,7 +104,12 @@ impl FlightLinesParams {
             "line_spacing_m",
             spacing_m,
             allowed,
-        )
+        )?;
+        let lines: f64 = self.sets().map(|set| set.lines as f64).sum();
+        let rows = frames * frame_m / LOOK_M + lines * (5 * ROWS) as f64;
+        let looks = rows * (2.0 * looks_aside(spacing_m) + 1.0);
+        let allowed = "narrow enough to look at the ground below in at most 10,000,000 places";
+        ParamError::check(looks <= 1e7, "line_spacing_m", spacing_m, allowed)
     }
 
     /// The number of frames of all lines.
@@ -135,6 +141,11 @@ impl FlightLinesParams {
 /// The whole number that is at least this much, but for a rounding error.
 fn enough(x: f64) -> u64 {
     (x - 1e-6).ceil().max(0.0) as u64
+}
+
+/// In how many places to either side of a line the ground is looked at.
+fn looks_aside(spacing_m: f64) -> f64 {
+    (spacing_m / 2.0 / LOOK_M).ceil().max(1.0)
 }
 
 /// Parallel lines.
@@ -284,7 +295,7 @@ impl Line {
     ) -> CubicBSpline<Vec<f64>> {
         let spans = enough(2.0 * self.half_m / KNOT_M).max(1) as usize;
         // The ground is looked at in rows across the line, from a knot before the first one on.
-        let aside = (spacing_m / 2.0 / LOOK_M).ceil().max(1.0);
+        let aside = looks_aside(spacing_m);
         let row = |i: usize| {
             let along_m = i as f64 * LOOK_M - 2.0 * KNOT_M - self.half_m;
             let middle_m = self.middle_m + self.forward * along_m;

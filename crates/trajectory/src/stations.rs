@@ -2,6 +2,7 @@
 
 use std::f64::consts::TAU;
 
+use nemoral_scene::ParamError;
 use nemoral_scene::glam::DVec2;
 
 use crate::{Obstacle, Obstacles};
@@ -20,13 +21,42 @@ pub struct Stations {
     pub columns: u32,
     /// Stations from south to north, at least 1.
     pub rows: u32,
-    /// Distance between neighbours, metres.
+    /// Distance between neighbours, metres, 0 to 1000.
     pub distance_m: f64,
-    /// Distance that is kept from obstacles, metres.
+    /// Distance that is kept from obstacles, metres, at least 0.
     pub clearance_m: f64,
 }
 
 impl Stations {
+    /// Checks the values.
+    ///
+    /// # Errors
+    /// If one is out of its range.
+    pub fn check(&self) -> Result<(), ParamError> {
+        let (middle_m, forward) = (self.middle_m, self.forward);
+        ParamError::check(
+            middle_m.is_finite(),
+            "stations.middle_m",
+            middle_m,
+            "finite",
+        )?;
+        ParamError::check(
+            forward.is_finite() && forward.length() > 0.0,
+            "stations.forward",
+            forward,
+            "finite and longer than 0",
+        )?;
+        for (field, count) in [
+            ("stations.columns", self.columns),
+            ("stations.rows", self.rows),
+        ] {
+            ParamError::check(count > 0, field, count, "at least 1")?;
+        }
+        // Places around a station are looked at up to a third of the distance away.
+        ParamError::check_within("stations.distance_m", self.distance_m, 0.0, 1000.0)?;
+        ParamError::check_at_least_zero("stations.clearance_m", self.clearance_m)
+    }
+
     /// The number of stations.
     #[must_use]
     pub fn count(&self) -> u64 {
@@ -38,6 +68,9 @@ impl Stations {
     ///
     /// # Errors
     /// The error of `obstacles`.
+    ///
+    /// # Panics
+    /// If there are no columns or no rows, which [`check`](Self::check) refuses.
     pub fn place<O: Obstacles + ?Sized>(
         &self,
         number: u64,
@@ -100,6 +133,45 @@ mod tests {
         assert_eq!(place(0, &[]), DVec2::new(-2.0, 14.0));
         assert_eq!(place(4, &[]), DVec2::new(10.0, 26.0));
         assert_eq!(place(5, &[]), DVec2::new(22.0, 26.0));
+    }
+
+    #[test]
+    fn wrong_values_are_named() {
+        assert_eq!(GRID.check(), Ok(()));
+        for (wrong, field) in [
+            (Stations { columns: 0, ..GRID }, "stations.columns"),
+            (Stations { rows: 0, ..GRID }, "stations.rows"),
+            (
+                Stations {
+                    middle_m: DVec2::NAN,
+                    ..GRID
+                },
+                "stations.middle_m",
+            ),
+            (
+                Stations {
+                    forward: DVec2::ZERO,
+                    ..GRID
+                },
+                "stations.forward",
+            ),
+            (
+                Stations {
+                    distance_m: 1001.0,
+                    ..GRID
+                },
+                "stations.distance_m",
+            ),
+            (
+                Stations {
+                    clearance_m: -1.0,
+                    ..GRID
+                },
+                "stations.clearance_m",
+            ),
+        ] {
+            assert_eq!(wrong.check().expect_err("is refused").field, field);
+        }
     }
 
     #[test]

@@ -17,7 +17,7 @@ pub enum Path {
     Straight {
         /// The start of the line.
         start_m: DVec2,
-        /// Its direction, of length 1.
+        /// Its direction, of length 1: with another one the body would drive at another pace.
         forward: DVec2,
     },
     /// Parallel lines above an area, in the air.
@@ -122,7 +122,8 @@ impl Trajectory {
     /// Checks the values. Poses of a trajectory that does not pass may not be finite.
     ///
     /// # Errors
-    /// If pace, body, gait, or the amplitude or clearance of a wander is out of range.
+    /// If a value of pace, body, gait, a straight line, a wander or stations is out of range, or if
+    /// the pace of a path without times of its own has no interval between frames.
     pub fn check(&self) -> Result<(), ParamError> {
         self.pace.check()?;
         self.body.check()?;
@@ -130,9 +131,23 @@ impl Trajectory {
             gait.check()?;
         }
         match &self.path {
-            Path::Wander(wander) => wander.check(),
-            _ => Ok(()),
+            Path::Wander(wander) => wander.check()?,
+            Path::Straight { start_m, forward } => {
+                let is_unit = (forward.length() - 1.0).abs() <= 1e-9;
+                ParamError::check(is_unit, "path.forward", forward, "of length 1")?;
+                ParamError::check(start_m.is_finite(), "path.start_m", start_m, "finite")?;
+            }
+            Path::Stations(stations) => stations.check()?,
+            // They have times of their own, and were checked as they were made.
+            Path::FlightLines(_) | Path::Recording(_) => return Ok(()),
+            Path::ThereAndBack(_) => {}
         }
+        ParamError::check(
+            self.pace.step_s() > 0.0,
+            "pace.spacing_m",
+            self.pace.spacing_m,
+            "greater than 0 where pace.spacing_s is 0",
+        )
     }
 
     /// The number of frames of the path, if it ends.
@@ -371,6 +386,44 @@ mod tests {
             ..straight
         };
         assert_eq!(flat.check().expect_err("no track").field, "body.track_m");
+    }
+
+    #[test]
+    fn wrong_values_are_named() {
+        let straight = |start_m, forward| of(Path::Straight { start_m, forward });
+        let field = |wrong: Trajectory| wrong.check().expect_err("is refused").field;
+        assert_eq!(field(straight(DVec2::ZERO, DVec2::ONE)), "path.forward");
+        assert_eq!(field(straight(DVec2::ZERO, DVec2::NAN)), "path.forward");
+        assert_eq!(field(straight(DVec2::NAN, DVec2::X)), "path.start_m");
+        let key = nemoral_seed::Key::world(1);
+        let wander = Wander::new(DVec2::INFINITY, DVec2::X, 1.0, 1.0, key);
+        assert_eq!(field(of(Path::Wander(wander))), "wander.start_m");
+        let nowhere = Stations {
+            middle_m: DVec2::ZERO,
+            forward: DVec2::Y,
+            columns: 0,
+            rows: 1,
+            distance_m: 10.0,
+            clearance_m: 1.0,
+        };
+        assert_eq!(field(of(Path::Stations(nowhere))), "stations.columns");
+        // All frames would be at once; a recording has times of its own.
+        let no_step = Pace {
+            spacing_m: 0.0,
+            ..PACE
+        };
+        let standing = Trajectory {
+            pace: no_step,
+            ..straight(DVec2::ZERO, DVec2::X)
+        };
+        assert_eq!(field(standing), "pace.spacing_m");
+        let pose = RigidTransform::from_xyz_rpy(DVec3::ZERO, 0.0, 0.0, 0.0);
+        let recording = Recording::new(vec![(Some(0.0), pose)], 1.0, false, "poses");
+        let recorded = Trajectory {
+            pace: no_step,
+            ..of(Path::Recording(recording.expect("a pose")))
+        };
+        assert_eq!(recorded.check(), Ok(()));
     }
 
     #[test]

@@ -1,6 +1,5 @@
 //! A smooth wander between stems, which can be evaluated anywhere without what comes before.
 
-use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use nemoral_scene::ParamError;
@@ -20,6 +19,9 @@ const KNOT_M: f64 = 3.0;
 const BLOCK: usize = 24;
 /// The length of a block along the guide line, metres.
 const BLOCK_M: f64 = BLOCK as f64 * KNOT_M;
+/// The most blocks whose curves are kept. A drive needs three at a place, and frames may be asked
+/// for on many stretches of it at once.
+const KEPT_BLOCKS: usize = 64;
 /// Number of lateral choices at a knot, evenly spaced over the amplitude.
 const CHOICES: usize = 41;
 /// The part of a block over which the body changes its speed, at either end.
@@ -71,8 +73,9 @@ impl Guide {
     }
 }
 
-/// What a drive needs again and again of the blocks around.
-type Memory<T> = Mutex<BTreeMap<i64, Arc<T>>>;
+/// What a drive needs again and again of the blocks around, by their numbers; that which was used
+/// last comes last.
+type Memory<T> = Mutex<Vec<(i64, Arc<T>)>>;
 
 /// The curve of a block: displacements about a guide line, from so many metres on it.
 #[derive(Debug)]
@@ -128,17 +131,20 @@ impl Wander {
     /// Checks the values.
     ///
     /// # Errors
-    /// If amplitude or clearance is negative or not finite, or if the amplitude about lanes is more
-    /// than a fifth of their distance.
+    /// If the start, the amplitude or the clearance is not finite, one of the latter two is
+    /// negative, or the amplitude about lanes is more than a fifth of their distance.
     pub fn check(&self) -> Result<(), ParamError> {
         ParamError::check_at_least_zero("wander.amplitude_m", self.amplitude_m)?;
-        if let Guide::Lanes(lanes) = &self.guide {
-            ParamError::check(
+        match &self.guide {
+            Guide::Straight { start_m, .. } => {
+                ParamError::check(start_m.is_finite(), "wander.start_m", start_m, "finite")?;
+            }
+            Guide::Lanes(lanes) => ParamError::check(
                 self.amplitude_m <= lanes.most_amplitude_m(),
                 "wander.amplitude_m",
                 self.amplitude_m,
                 "at most a fifth of the distance of the lanes",
-            )?;
+            )?,
         }
         ParamError::check_at_least_zero("wander.clearance_m", self.clearance_m)
     }
@@ -310,24 +316,31 @@ impl Wander {
     }
 }
 
-/// A value of a block, made where it is not known yet. A drive needs the current block and those
-/// beside it.
+/// A value of a block, made where it is not known yet, while no lock is held: making it may ask for
+/// others. It takes the place of that which was not used for longest.
 fn remembered<T, E>(
     memory: &Memory<T>,
     block: i64,
     make: impl FnOnce() -> Result<T, E>,
 ) -> Result<Arc<T>, E> {
-    let known = || memory.lock().unwrap_or_else(PoisonError::into_inner);
-    if let Some(value) = known().get(&block) {
-        return Ok(Arc::clone(value));
+    let put_last = |made: Option<Arc<T>>| {
+        let mut known = memory.lock().unwrap_or_else(PoisonError::into_inner);
+        let at = known.iter().rposition(|&(other, _)| other == block);
+        let value = match at {
+            Some(at) => known.remove(at).1,
+            None => made?,
+        };
+        if known.len() >= KEPT_BLOCKS {
+            known.remove(0);
+        }
+        known.push((block, Arc::clone(&value)));
+        Some(value)
+    };
+    if let Some(value) = put_last(None) {
+        return Ok(value);
     }
     let value = Arc::new(make()?);
-    let mut known = known();
-    while known.len() >= 16 {
-        known.pop_first();
-    }
-    known.insert(block, Arc::clone(&value));
-    Ok(value)
+    Ok(put_last(Some(Arc::clone(&value))).unwrap_or(value))
 }
 
 /// What decides about the displacement of a knot.
@@ -528,6 +541,30 @@ mod tests {
                 forwards[i as usize]
             );
         }
+    }
+
+    /// Many stretches of a drive are asked for at once, of which those at its start must not be
+    /// forgotten first.
+    #[test]
+    fn places_below_a_long_drive_are_solved_once() {
+        let asked = std::cell::Cell::new(0_u32);
+        let nothing = |_: DVec2, _: f64| {
+            asked.set(asked.get() + 1);
+            Ok::<Vec<Obstacle>, Never>(Vec::new())
+        };
+        let w = Wander::new(DVec2::ZERO, DVec2::X, 20.0, 0.8, Key::world(9));
+        let at = |block: f64| w.at((block + 0.5) * BLOCK_M, &nothing).expect("never");
+        for block in 0..70_u32 {
+            at(f64::from(block));
+        }
+        // Each block is solved once, by its knots and those about its two ends.
+        let of_block = BLOCK as u32 + 1 + 2 * 3;
+        assert_eq!(asked.replace(0), 72 * of_block);
+        for _ in 0..5 {
+            at(-8.0);
+            at(-4.0);
+        }
+        assert_eq!(asked.get(), 6 * of_block);
     }
 
     #[test]

@@ -148,6 +148,14 @@ fn wrong_values_are_named() {
         ),
         (
             FlightLinesParams {
+                width_m: 0.0,
+                line_spacing_m: 1e8,
+                ..PLAN
+            },
+            "line_spacing_m",
+        ),
+        (
+            FlightLinesParams {
                 step_s: 0.0,
                 ..PLAN
             },

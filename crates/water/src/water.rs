@@ -25,6 +25,9 @@ const WATER: Domain = Domain::new("water");
 /// No run between two nodes is longer than this, metres.
 const LONGEST_RUN_M: f64 = 48.0;
 
+/// The greatest margin around a chunk, metres.
+const WIDEST_M: f64 = 1000.0;
+
 /// The streams and ponds of an endless world, found from any chunk.
 ///
 /// A value is a pure function of its parameters, key and ground: neither earlier calls, nor
@@ -82,9 +85,15 @@ impl Water {
         &self.params
     }
 
-    /// The water for points at most `margin_m` from a chunk, and the sheets that are the chunk's.
+    /// The water for points at most `margin_m` from a chunk, 0..=1000, and the sheets that are the
+    /// chunk's. Other margins count as the nearest of these.
     #[must_use]
     pub fn near(&self, coord: ChunkCoord, margin_m: f64) -> Arc<WaterNear> {
+        let margin_m = if margin_m > 0.0 {
+            margin_m.min(WIDEST_M)
+        } else {
+            0.0
+        };
         let key = ([coord.x, coord.y], margin_m.to_bits());
         let make = || Arc::new(self.find_near(coord, margin_m));
         get_or_make(&self.near, key, make)

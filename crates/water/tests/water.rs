@@ -376,6 +376,30 @@ fn no_water_is_no_change() {
 }
 
 #[test]
+fn margins_below_none_are_none() {
+    let water = water(3);
+    for chunk in chunks().take(20) {
+        let none = water.near(chunk, 0.0);
+        for margin_m in [-30.0, -1e9, f64::NEG_INFINITY, f64::NAN, -0.0] {
+            assert!(
+                Arc::ptr_eq(&none, &water.near(chunk, margin_m)),
+                "{margin_m}"
+            );
+        }
+    }
+    // What is too wide is as wide as may be.
+    let dry = WaterParams {
+        springs_per_km2: 0.0,
+        ponds: 0.0,
+        ..WaterParams::default()
+    };
+    let ways = Arc::new(NoWays(Hills));
+    let dry = Water::new(dry, CHUNK_M, Key::world(1), Arc::new(Hills), ways).expect("valid");
+    let [most, more] = [1000.0, f64::INFINITY].map(|m| dry.near(ChunkCoord::new(0, 0), m));
+    assert!(Arc::ptr_eq(&most, &more));
+}
+
+#[test]
 fn bad_parameters_are_named() {
     let cases: [(&str, WaterParams); 4] = [
         (

@@ -150,7 +150,8 @@ class Scanner:
         noise: the model of range errors: ``"data_sheet"``; ``"off"`` for exact ranges; ``"paper"``,
             ``"laconte"``, ``"incidence"``, ``"linear"`` or ``"snr"``; or keys of the config's
             ``[lidar.noise]``, such as ``{"model": "linear", "per_metre": 0.001}``. What is not
-            given is the data sheet's, else the config's default.
+            given is the data sheet's, else the config's default. Pointing and intensities have
+            the device's errors, too, but with ``"off"``.
         pulses: pulses of a scan; those of 0.1 s if None.
         rings: rings of sub-rays of a pulse's beam, 0 to 8: 2 are 19 sub-rays, 0 a single ray.
         max_range_m: the greatest range, metres; the device's if None.

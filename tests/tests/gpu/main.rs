@@ -7,6 +7,7 @@ mod common;
 mod memory;
 mod passes;
 mod pictures;
+mod sheets;
 mod truth;
 
 #[path = "../../../crates/render/examples/species_map/avenue.rs"]

@@ -211,6 +211,8 @@ fn one_more_laser_changes_no_other_pulse() {
         range_step_m: 0.001,
         dropout: 0.1,
         false_alarm: 0.3,
+        intensity_at_threshold: 0.27,
+        reflectance_spread: 0.1,
     };
     let all = ScannerParams {
         max_range_m: 9.0,
@@ -218,7 +220,8 @@ fn one_more_laser_changes_no_other_pulse() {
             horizontal_fwhm_rad: 0.02,
             vertical_fwhm_rad: 0.02,
             rings: 1,
-            resolution_m: 0.05,
+            resolution_m: 0.02,
+            exit_m: 0.01,
         },
         returns: Returns::All(4),
         errors,

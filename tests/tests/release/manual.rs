@@ -16,12 +16,14 @@ fn row(device: Device) -> String {
         Wavelength::Nm1550 => 1550,
     };
     format!(
-        "| `{}` | {} | {wide}° × {tall}° | {rate_hz:.0} | {:.2}° × {:.2}° | {wavelength} nm | \
-         {}–{} m | {} m at {:.0} % | {:.1} cm, {:.0} cm | {:.2}° | {:.0} mm | {} |",
+        "| `{}` | {} | {wide}° × {tall}° | {rate_hz:.0} | {:.2}° × {:.2}°, {:.1} mm | \
+         {wavelength} nm | {}–{} m | {} m at {:.0} % | {:.1} cm, {:.0} cm | {:.2}° | {:.0} mm | {} \
+         | {} |",
         device.name(),
         sheet.title,
         beam_deg[0],
         beam_deg[1],
+        1000.0 * params.beam.exit_m,
         params.min_range_m,
         params.max_range_m,
         sheet.reference_range_m,
@@ -30,6 +32,7 @@ fn row(device: Device) -> String {
         100.0 * sheet.sigma_at_threshold_m,
         params.errors.angular_sigma_rad.to_degrees(),
         1000.0 * params.errors.range_step_m,
+        sheet.max_returns,
         sheet.source,
     )
 }

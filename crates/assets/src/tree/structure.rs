@@ -8,8 +8,8 @@ use super::wood::Frustum;
 /// A point of the wood's centre line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WoodNode {
-    /// Where it is, metres; the tree's foot is the origin, z is up. The stem's first nodes are below
-    /// the ground.
+    /// Where it is, metres; the tree's foot is the origin, z is up. The stem's first nodes are
+    /// below the ground.
     pub position_m: DVec3,
     /// The wood's radius over bark there, without the root flare, metres.
     pub radius_m: f64,

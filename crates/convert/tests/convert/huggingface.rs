@@ -57,7 +57,7 @@ fn each_row_is_a_picture_with_its_truth() {
 }
 
 /// The items of a list with an id that matches.
-fn with_id<'a>(list: &'a Value, matches: impl Fn(&str) -> bool) -> Vec<&'a Value> {
+fn with_id(list: &Value, matches: impl Fn(&str) -> bool) -> Vec<&Value> {
     let list = list.as_array().expect("a list");
     let has_id = |item: &&Value| matches(item["@id"].as_str().expect("an id"));
     list.iter().filter(has_id).collect()

@@ -1,7 +1,7 @@
 //! All tests are in one binary, because linking takes most of the time. `common` has the world and
 //! its sensors, `round_trip` the formats, `resume` folders and modes, `atomic` failing disks,
-//! `check` sabotage, `cloud` registered clouds, `cloud_tables` the tables beside these, `site` where
-//! worlds lie, and `properties` what holds for any input.
+//! `check` sabotage, `cloud` registered clouds, `cloud_tables` the tables beside these, `site`
+//! where worlds lie, and `properties` what holds for any input.
 
 #![allow(
     clippy::disallowed_methods,

@@ -153,6 +153,8 @@ choices! {
         Hdl64e = "hdl64e",
         /// An Ouster of any number of beams.
         Ouster = "ouster",
+        /// Ouster OS-1-64, of the first generation.
+        Os1x64 = "os1_64",
     }
 
     /// The model of range errors.

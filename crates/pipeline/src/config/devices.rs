@@ -15,10 +15,9 @@ pub(super) fn layer(name: &str) -> Option<Table> {
     let Ok(Value::Table(mut table)) = Value::try_from(&lidar) else {
         unreachable!("a config is plain data");
     };
-    // The device sets neither the mount nor what is made of its echoes.
+    // The device sets neither the mount nor, within what it can, what is made of its echoes.
     table.retain(|key, _| {
-        !key.starts_with("mount_")
-            && !["enabled", "returns", "max_returns", "deskew"].contains(&key)
+        !key.starts_with("mount_") && !["enabled", "returns", "deskew", "carrier"].contains(&key)
     });
     Some(table)
 }
@@ -51,6 +50,7 @@ fn lidar(device: Device) -> Lidar {
     Lidar {
         device: device.name().to_owned(),
         pulses: pulses_per_scan,
+        max_returns: sheet.max_returns.into(),
         min_range_m: round(min_range_m.into()),
         max_range_m: round(max_range_m.into()),
         wavelength_nm: match wavelength {
@@ -65,7 +65,7 @@ fn lidar(device: Device) -> Lidar {
             Device::Hdl64e => head(SpinningHead::Hdl64e),
             Device::Os0 => ouster(128, 90.0),
             Device::Os1x32 => ouster(32, 45.0),
-            Device::Os1x64 => ouster(64, 45.0),
+            Device::Os1x64 => head(SpinningHead::Os1x64),
             Device::Os1x128 => ouster(128, 45.0),
             Device::Terrestrial => LidarPattern::Panorama(LidarPanorama {
                 low_deg: -40.0,
@@ -86,6 +86,7 @@ fn lidar(device: Device) -> Lidar {
         beam: LidarBeam {
             horizontal_deg: round(beam.horizontal_fwhm_rad.to_degrees()),
             vertical_deg: round(beam.vertical_fwhm_rad.to_degrees()),
+            exit_m: beam.exit_m,
             rings: beam.rings.into(),
             pulse_ns: round(2.0 * beam.resolution_m / LIGHT_M_PER_NS),
         },
@@ -101,6 +102,8 @@ fn lidar(device: Device) -> Lidar {
             reference_reflectance: sheet.reference_reflectance,
             floor_m: sheet.sigma_floor_m,
             at_threshold_m: sheet.sigma_at_threshold_m,
+            intensity_at_threshold: errors.intensity_at_threshold,
+            reflectance_spread: errors.reflectance_spread,
             ..Noise::default()
         },
         ..Lidar::default()
@@ -176,5 +179,19 @@ mod tests {
             (0.172, 6.0)
         );
         assert_eq!(lidar.errors.range_step_m, 0.002);
+        assert_eq!(lidar.max_returns, 2);
+        let noise = &lidar.noise;
+        let spreads = (noise.intensity_at_threshold, noise.reflectance_spread);
+        assert_eq!(spreads, (0.27, 0.1));
+    }
+
+    /// A device has its own returns, and neither the mount nor the carrier of another.
+    #[test]
+    fn a_layer_has_what_is_the_devices_alone() {
+        let has = |key: &str| layer("avia").is_some_and(|table| table.contains_key(key));
+        let set = ["pulses", "max_returns", "beam", "noise"];
+        assert!(set.into_iter().all(has));
+        let left = ["mount_z_m", "carrier", "returns", "deskew"];
+        assert!(!left.into_iter().any(has));
     }
 }

@@ -1,23 +1,18 @@
-//! Turns a LiDAR's table into the parameters of the scanner and of its range noise.
+//! Turns a LiDAR's table into the parameters of the scanner.
 
 use std::f64::consts::TAU;
 
 use nemoral_lidar::{
-    AirLayer, AirParams, Avia, Beam, CsvPattern, HorizonLike, Mid40, Mid70, MirrorMotion,
-    MotorParams, Motorised, Panorama, PanoramaParams, PulseErrors, RepeatingLines,
-    RepeatingLinesParams, Returns, ScanMirror, ScanMirrorParams, ScanPattern, ScannerParams,
-    Spinning, Wavelength,
+    AirLayer, AirParams, Avia, Beam, Carrier, CsvPattern, HorizonLike, Mid40, Mid70, MirrorMotion,
+    MotorParams, Motorised, Panorama, PanoramaParams, RepeatingLines, RepeatingLinesParams,
+    Returns, ScanMirror, ScanMirrorParams, ScanPattern, ScannerParams, Spinning, Wavelength,
 };
-use nemoral_lidar_noise::{
-    IncidenceLawParams, LaconteDevice, LaconteForm, LinearSigmaParams, RangeEquationParams,
-    RangeNoise, SnrSigmaParams,
-};
+use nemoral_scene::glam::DVec3;
 use nemoral_scene::{RigidTransform, extinction_per_m};
 
 use super::mount::mount;
 use super::{
-    LIGHT_M_PER_NS, LaconteSensor, Lidar, LidarMirror, LidarPattern, MirrorKind, RangeNoiseModel,
-    ReturnMode, SpinningHead, Weather,
+    LIGHT_M_PER_NS, Lidar, LidarMirror, LidarPattern, MirrorKind, ReturnMode, SpinningHead, Weather,
 };
 use crate::{Error, InputFile, InputFiles};
 
@@ -92,6 +87,7 @@ impl Lidar {
                 let head = match s.head {
                     SpinningHead::Vlp16 => Spinning::vlp16(s.rotation_hz),
                     SpinningHead::Hdl64e => Spinning::hdl64e(s.rotation_hz),
+                    SpinningHead::Os1x64 => Spinning::os1_64(s.columns, s.rotation_hz),
                     SpinningHead::Ouster => Spinning::ouster(
                         s.vertical_fov_deg.to_radians(),
                         s.beams as u8,
@@ -136,14 +132,11 @@ impl Lidar {
             min_range_m: l.min_range_m as f32,
             // All sensors see to the same distance.
             max_range_m: l.max_range_m.min(visible_radius_m) as f32,
-            wavelength: if l.wavelength_nm == 1550 {
-                Wavelength::Nm1550
-            } else {
-                Wavelength::Nm905
-            },
+            wavelength: self.wavelength(),
             beam: Beam {
                 horizontal_fwhm_rad: l.beam.horizontal_deg.to_radians(),
                 vertical_fwhm_rad: l.beam.vertical_deg.to_radians(),
+                exit_m: l.beam.exit_m,
                 rings: l.beam.rings as u8,
                 resolution_m: 0.5 * LIGHT_M_PER_NS * l.beam.pulse_ns,
             },
@@ -154,15 +147,31 @@ impl Lidar {
                 ReturnMode::All => Returns::All(l.max_returns as u8),
                 ReturnMode::Strongest => Returns::Strongest,
             },
-            errors: PulseErrors {
-                angular_sigma_rad: l.errors.angular_deg.to_radians(),
-                range_step_m: l.errors.range_step_m,
-                dropout: l.errors.dropout,
-                false_alarm: l.errors.false_alarm,
-            },
+            errors: self.pulse_errors(),
             air: self.air_params(weather),
+            carrier: self.carrier_box(),
             deskew: l.deskew,
         }
+    }
+
+    fn wavelength(&self) -> Wavelength {
+        if self.wavelength_nm == 1550 {
+            Wavelength::Nm1550
+        } else {
+            Wavelength::Nm905
+        }
+    }
+
+    /// What carries the LiDAR and hides what is behind it, if anything does.
+    fn carrier_box(&self) -> Option<Carrier> {
+        let &[x0, y0, z0, x1, y1, z1] = self.carrier.as_slice() else {
+            return None;
+        };
+        Some(Carrier {
+            low_m: DVec3::new(x0, y0, z0),
+            high_m: DVec3::new(x1, y1, z1),
+            carrier_from_lidar: self.body_from_lidar(),
+        })
     }
 
     /// The weather's air at the laser's wavelength.
@@ -182,6 +191,11 @@ impl Lidar {
         let wavelength = f64::from(self.wavelength_nm) / 550.0;
         // From drops to haze between 1 and 5 km.
         let haze = (libm::log(visibility_km) / libm::log(5.0)).clamp(0.0, 1.0);
+        let drop_reflectance = if air.drop_reflectance == 0.0 {
+            self.wavelength().drop_reflectance()
+        } else {
+            air.drop_reflectance
+        };
         AirParams {
             haze: AirLayer {
                 extinction_per_m: present
@@ -199,53 +213,11 @@ impl Lidar {
             },
             rain_mm_per_h: present * weather.rain_mm_per_h,
             snowfall_mm_per_h: present * weather.snowfall_mm_per_h,
-            drop_reflectance: air.drop_reflectance,
+            drop_reflectance,
             flake_reflectance: air.flake_reflectance,
             reference_range_m: noise.reference_range_m,
             reference_reflectance: noise.reference_reflectance,
             near_m: air.near_m,
-        }
-    }
-
-    /// The model of range errors.
-    #[must_use]
-    pub fn range_noise(&self) -> RangeNoise {
-        let n = &self.noise;
-        match n.model {
-            RangeNoiseModel::Off => RangeNoise::Off,
-            RangeNoiseModel::Paper => RangeNoise::Paper { sigma_m: n.sigma_m },
-            RangeNoiseModel::Laconte => RangeNoise::Laconte {
-                device: match n.laconte_device {
-                    LaconteSensor::Lms1xx => LaconteDevice::SickLms1xx,
-                    LaconteSensor::Hdl32e => LaconteDevice::VelodyneHdl32e,
-                },
-                form: if n.laconte_closed {
-                    LaconteForm::Closed
-                } else {
-                    LaconteForm::Waveform
-                },
-                sigma_m: n.sigma_m,
-            },
-            RangeNoiseModel::Incidence => RangeNoise::Incidence(IncidenceLawParams {
-                error_m: n.floor_m,
-                ..IncidenceLawParams::default()
-            }),
-            RangeNoiseModel::Linear => RangeNoise::Linear(LinearSigmaParams {
-                min_m: n.floor_m,
-                base_m: 0.0,
-                per_metre: n.per_metre,
-            }),
-            RangeNoiseModel::SignalToNoise => RangeNoise::SignalToNoise {
-                range: RangeEquationParams {
-                    reference_range_m: n.reference_range_m,
-                    reference_reflectance: n.reference_reflectance,
-                    extinction_per_m: n.extinction_per_m,
-                },
-                sigma: SnrSigmaParams {
-                    floor_m: n.floor_m,
-                    at_threshold_m: n.at_threshold_m,
-                },
-            },
         }
     }
 }
@@ -328,6 +300,16 @@ mod tests {
             (10.0, 1.0)
         );
 
+        // Water absorbs most of what would come back from the rear of a drop at 1550 nm.
+        let drops = |drop_reflectance, wavelength_nm| {
+            let mut lidar = lidar.clone();
+            lidar.wavelength_nm = wavelength_nm;
+            lidar.air.drop_reflectance = drop_reflectance;
+            air(&lidar, &wet).drop_reflectance
+        };
+        assert_eq!([905, 1550].map(|nm| drops(0.0, nm)), [0.024, 0.008]);
+        assert_eq!([905, 1550].map(|nm| drops(0.03, nm)), [0.03; 2]);
+
         let mut blind = lidar.clone();
         blind.air.enabled = false;
         let none = air(&blind, &valley);
@@ -335,5 +317,23 @@ mod tests {
             (none.haze.extinction_per_m, none.fog.extinction_per_m),
             (0.0, 0.0)
         );
+    }
+
+    #[test]
+    fn the_carrier_is_where_the_body_is() {
+        let params = |lidar: &Lidar| lidar.scanner_params(300.0, &Weather::default());
+        let lidar = Lidar {
+            carrier: vec![-0.3, -0.25, 0.0, 0.0, 0.25, 1.8],
+            mount_yaw_deg: 90.0,
+            ..Lidar::default()
+        };
+        let carrier = params(&lidar).carrier.expect("a person");
+        assert_eq!(carrier.low_m, DVec3::new(-0.3, -0.25, 0.0));
+        assert_eq!(carrier.high_m, DVec3::new(0.0, 0.25, 1.8));
+        // What is 1 m to the right of a LiDAR that looks to the left is ahead of the body.
+        let right = carrier.carrier_from_lidar.transform_point(DVec3::NEG_Y);
+        let expected = DVec3::new(lidar.mount_x_m + 1.0, 0.0, lidar.mount_z_m);
+        assert!(right.distance(expected) < 1e-12);
+        assert!(params(&Lidar::default()).carrier.is_none());
     }
 }

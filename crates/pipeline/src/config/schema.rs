@@ -28,6 +28,8 @@ pub enum Allowed {
     Model(u64),
     /// Three real numbers, both ends included.
     Triple(f64, f64),
+    /// A box by two of its corners, six real numbers, both ends included; or none.
+    Cuboid(f64, f64),
 }
 
 impl Allowed {
@@ -51,6 +53,10 @@ impl Allowed {
                 format!("the path of a model of at most {mib} MiB with its files, in quotes")
             }
             Self::Triple(low, high) => format!("three numbers from {low} to {high}, [a, b, c]"),
+            Self::Cuboid(low, high) => format!(
+                "a box, [x0, y0, z0, x1, y1, z1], of numbers from {low} to {high}, each of the \
+                 first three below its fellow, or [] for none"
+            ),
         }
     }
 
@@ -75,6 +81,15 @@ impl Allowed {
                 let inside = |v| number(v).is_some_and(|x| (*low..=*high).contains(&x));
                 a.len() == 3 && a.iter().all(inside)
             }
+            (Self::Cuboid(low, high), Value::Array(a)) => {
+                let inside = |v| number(v).filter(|x| (*low..=*high).contains(x));
+                let all: Option<Vec<f64>> = a.iter().map(inside).collect();
+                all.is_some_and(|c| match c.as_slice() {
+                    [] => true,
+                    [x0, y0, z0, x1, y1, z1] => x0 < x1 && y0 < y1 && z0 < z1,
+                    _ => false,
+                })
+            }
             _ => false,
         }
     }
@@ -98,6 +113,11 @@ impl Allowed {
             Self::Triple(low, high) => json!({
                 "type": "array", "minItems": 3, "maxItems": 3,
                 "items": {"type": "number", "minimum": low, "maximum": high},
+            }),
+            Self::Cuboid(low, high) => json!({
+                "type": "array",
+                "items": {"type": "number", "minimum": low, "maximum": high},
+                "anyOf": [{"maxItems": 0}, {"minItems": 6, "maxItems": 6}],
             }),
         }
     }

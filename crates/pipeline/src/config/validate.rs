@@ -2,15 +2,14 @@
 
 use nemoral_assets::Species;
 use nemoral_files::{DEVICE_NAMES, InnerPath};
-use nemoral_lidar::ScanMirror;
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, ObjectId};
 
+use super::lidar_problems::lidar_problems;
 use super::sensors::RESERVED;
 use super::way_model::{TRACK, trail_params};
 use super::{
-    Config, Lidar, LidarMirror, LidarPattern, MirrorKind, ModelKind, PathTrail, RobotPath,
-    SunPosition, TerrainNoise, WAYS, lines_m, sky_image,
+    Config, ModelKind, PathTrail, RobotPath, SunPosition, TerrainNoise, WAYS, lines_m, sky_image,
 };
 use crate::world::outcrops::{least_soil_effect, most_rocks};
 use crate::{Error, InputFiles, site};
@@ -40,7 +39,7 @@ impl Problems {
     }
 
     /// Adds an error about `low` if it is above `high`.
-    fn ordered(&mut self, low: (&str, f64), high: (&str, f64)) {
+    pub(super) fn ordered(&mut self, low: (&str, f64), high: (&str, f64)) {
         if low.1 > high.1 {
             let must = format!("be at most {} = {}", high.0, high.1);
             self.refuse(low.0, low.1, &must);
@@ -474,51 +473,6 @@ fn most_lines_of_a_chunk(lines_m: &[Vec<DVec2>], width_m: f64, chunk_size_m: f64
         most.unsigned_abs()
     };
     columns.iter().map(most_of_column).max().unwrap_or(0)
-}
-
-fn lidar_problems(path: &str, lidar: &Lidar, out: &mut Problems) {
-    let key = |name: &str| format!("{path}.{name}");
-    match &lidar.pattern {
-        LidarPattern::Lines(l) => out.ordered(
-            (&key("lines.low_deg"), l.low_deg),
-            (&key("lines.high_deg"), l.high_deg),
-        ),
-        LidarPattern::Panorama(p) => out.ordered(
-            (&key("panorama.low_deg"), p.low_deg),
-            (&key("panorama.high_deg"), p.high_deg),
-        ),
-        LidarPattern::Mirror(m) => mirror_problems(&key("mirror"), m, out),
-        LidarPattern::Table(table) if table.path.is_empty() => {
-            out.refuse(&key("table.path"), "\"\"", "name a CSV file of pulses");
-        }
-        LidarPattern::Table(_)
-        | LidarPattern::Mid40(_)
-        | LidarPattern::Horizon(_)
-        | LidarPattern::Mid70(_)
-        | LidarPattern::Avia(_)
-        | LidarPattern::Spinning(_) => {}
-    }
-    if !matches!(lidar.wavelength_nm, 905 | 1550) {
-        out.refuse(&key("wavelength_nm"), lidar.wavelength_nm, "be 905 or 1550");
-    }
-    if lidar.min_range_m >= lidar.max_range_m {
-        let must = format!("be below {path}.max_range_m = {}", lidar.max_range_m);
-        out.refuse(&key("min_range_m"), lidar.min_range_m, &must);
-    }
-}
-
-fn mirror_problems(path: &str, mirror: &LidarMirror, out: &mut Problems) {
-    let key = |name: &str| format!("{path}.{name}");
-    if mirror.kind != MirrorKind::Rotating && mirror.half_angle_deg > 90.0 {
-        let must = format!("be at most 90 with {path}.kind = {:?}", mirror.kind.word());
-        out.refuse(&key("half_angle_deg"), mirror.half_angle_deg, &must);
-    } else if ScanMirror::new(mirror.params()).is_err_and(|e| e.field == "lines_hz") {
-        let must = format!(
-            "be so few that each has a pulse of {path}.rate_hz = {}",
-            mirror.rate_hz
-        );
-        out.refuse(&key("lines_hz"), mirror.lines_hz, &must);
-    }
 }
 
 #[cfg(test)]

@@ -166,11 +166,12 @@ fn deer_path(t: &config::Trails) -> Way {
     local(t, dressed(t, t.deer_path.width_m, Way::deer_path()))
 }
 
-/// A section with the slopes of the config, which built ways share.
+/// A section with the slopes and the earth to move of the config, which built ways share.
 fn built(t: &config::Trails, section: Section) -> Section {
     Section {
         cut_ratio: t.section.cut_ratio,
         fill_ratio: t.section.fill_ratio,
+        earth_m: t.section.earth_m,
         ..section
     }
 }
@@ -255,10 +256,11 @@ mod tests {
         let mut trails = config::Trails::default();
         trails.section.cut_ratio = 0.7;
         trails.section.max_grade = 0.31;
+        trails.section.earth_m = 7.0;
         trails.section.curve = "-1 0.2, 1 0".to_owned();
         let ways = trail_params(&trails).ways;
         for (way, _) in &ways[..=SKID_TRAIL] {
-            assert_eq!(way.section.cut_ratio, 0.7);
+            assert_eq!((way.section.cut_ratio, way.section.earth_m), (0.7, 7.0));
         }
         let track = &ways[TRACK].0.section;
         assert_eq!((track.max_grade, track.curve.len()), (0.31, 2));

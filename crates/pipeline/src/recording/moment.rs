@@ -118,13 +118,17 @@ impl<'a> Moment<'a> {
     pub fn scan(&self, rig: &LidarRig) -> Vec<LidarPoint> {
         let track = self.pose.track.relative_to(self.scene.origin_m);
         let scene_from_lidar = |offset_s: f64| track.at(offset_s) * rig.body_from_lidar;
+        let of_lidar = self.world.domain(Domain::new(&rig.name));
+        // Nothing sets the prisms of a scanner when it is switched on, so each sequence has a part
+        // of its own of a pattern that hardly repeats, and so has each of several such scanners.
+        let start = rig.scanner.start(of_lidar);
         rig.scanner.scan(&ScanRequest {
-            first_pulse: rig.scanner.first_pulse_at(self.pose.time_s),
+            first_pulse: start.wrapping_add(rig.scanner.first_pulse_at(self.pose.time_s)),
             caster: self.caster,
             materials: self.materials,
             scene_from_lidar_at: &scene_from_lidar,
             range_model: &rig.noise,
-            key: self.world.domain(Domain::new(&rig.name)).item(self.number),
+            key: of_lidar.item(self.number),
         })
     }
 }

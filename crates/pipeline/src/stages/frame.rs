@@ -203,7 +203,7 @@ impl Stage<Forest> for ImageStage {
     );
     type Output = Vec<CameraImages>;
     const ID: &'static str = "frame.images";
-    const VERSION: u32 = 16;
+    const VERSION: u32 = 17;
 
     fn fingerprint(&self, _: &mut Hasher) {}
 
@@ -233,7 +233,7 @@ impl Stage<Forest> for ScanStage {
     );
     type Output = Vec<Vec<LidarPoint>>;
     const ID: &'static str = "frame.scans";
-    const VERSION: u32 = 10;
+    const VERSION: u32 = 11;
 
     fn fingerprint(&self, _: &mut Hasher) {}
 

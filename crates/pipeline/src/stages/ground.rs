@@ -18,7 +18,7 @@ impl Stage<Forest> for GroundStage {
     type Inputs = ();
     type Output = GroundModel;
     const ID: &'static str = "world.ground";
-    const VERSION: u32 = 8;
+    const VERSION: u32 = 9;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         self.0.fingerprint(hasher);
@@ -38,7 +38,7 @@ impl Stage<Forest> for ChunkGroundStage {
     type Inputs = (OfWorld<GroundModel>,);
     type Output = ChunkGround;
     const ID: &'static str = "chunk.ground";
-    const VERSION: u32 = 8;
+    const VERSION: u32 = 9;
 
     fn fingerprint(&self, _: &mut Hasher) {}
 

@@ -143,15 +143,11 @@ fn mean_count(
             volume_m3: volumes.sum::<f64>() / of.thrown.len() as f64,
             ..shape
         }])
+        .unwrap_or(0.0)
     };
     let hectares = chunk_size_m * chunk_size_m / 10_000.0;
     let rest_m3 = hectares * (wanted.volume_m3_ha - wanted.thrown_per_ha * thrown_m3);
-    let mean_m3 = mean_volume_m3(kinds);
-    if mean_m3 > 0.0 {
-        rest_m3.max(0.0) / mean_m3
-    } else {
-        0.0
-    }
+    mean_volume_m3(kinds).map_or(0.0, |mean_m3| rest_m3.max(0.0) / mean_m3)
 }
 
 /// The volume of a thrown tree's log that is made as large as a stem of this kind.

@@ -16,6 +16,7 @@ mod imu;
 mod inventory;
 mod litter;
 mod meadows;
+mod scans;
 mod seasons;
 mod splits;
 mod surface_roots;

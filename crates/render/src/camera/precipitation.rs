@@ -20,7 +20,8 @@ use crate::light::lamp::{LampInAir, droplet_phase};
 /// which covers as much of the picture as the particle does on average (Garg and Nayar 2007,
 /// "Vision and Rain"), and shows the mean light from all around, as a drop is a lens of 165° and a
 /// flake scatters. Those that would be narrower than a third of a pixel, or are farther than 12 m,
-/// are left to the air's extinction.
+/// are left to the air's extinction, which is that of all of them: the drawn ones, which cover 1 to
+/// 3 % of the picture in heavy rain or snowfall, take their light twice.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Precipitation {
     /// Rain, 0..=200.

@@ -11,8 +11,12 @@ use super::white_balance::WhiteBalance;
 use crate::error::{ParamError, check};
 
 /// What a camera makes of a sensor's values before they are a file, in this order: white balance,
-/// noise reduction, contrast and tone curve, saturation, sharpening, JPEG. The default does none of
+/// contrast and tone curve, noise reduction, saturation, sharpening, JPEG. The default does none of
 /// it.
+///
+/// Noise reduction is a filter of code values. In dark pictures that matters: the curve has spread
+/// the noise of shadows over many codes and cut what is below black, so that filtered shadows are
+/// slightly brighter than their light was.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Processing {
     /// White balance.
@@ -20,7 +24,7 @@ pub struct Processing {
     /// Slope of logarithmic brightness about middle grey before the tone curve, 0.6..=2; 1 leaves
     /// it to the curve.
     pub contrast: f64,
-    /// Strength of noise reduction, 0..=1; 0 for none.
+    /// Strength of noise reduction, after the tone curve, 0..=1; 0 for none.
     pub denoising: f64,
     /// Factor on the distance of code values from their luma, 0..=3: 0 is grey, 1 leaves colours.
     pub saturation: f64,

@@ -13,7 +13,9 @@ use crate::error::{ParamError, check};
 /// mixed between colours.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SensorNoise {
-    /// Electrons that a pixel holds before it clips, 10..=10,000,000.
+    /// Electrons that a pixel holds at the light that just clips in the standard picture,
+    /// [`ToneCurve::Standard`](crate::ToneCurve::Standard) without more contrast, whatever the tone
+    /// curve; 10..=10,000,000.
     pub full_well_e: f64,
     /// Standard deviation of reading, electrons, 0..=10,000.
     pub read_noise_e: f64,
@@ -75,27 +77,40 @@ pub(crate) struct Sensor {
     noise: SensorNoise,
     /// Electrons at which the pixels of each colour clip.
     saturation_e: [f64; 3],
-    /// The converter's highest code.
+    /// The converter's code of `full`.
     top: f64,
-    /// Exposed light at which pixels clip.
-    white: f64,
+    /// The exposed light that fills pixels up to `saturation_e`.
+    full: f64,
+    /// The highest code that is read.
+    highest: f64,
     temporal: Key,
 }
 
 impl Sensor {
-    /// `white` is the exposed light that just clips; `gains` those of the white balance, which
-    /// amplify what the pixels of a colour hold, so that the most amplified clip with the fewest
-    /// electrons; `key` the camera's in this frame.
-    pub(crate) fn new(noise: SensorNoise, ev100: f64, white: f64, gains: Vec3, key: Key) -> Self {
+    /// `full` is the exposed light that fills pixels, and `white` that which just clips in the
+    /// picture: where the picture shows more than fills pixels, they hold as much more, so that the
+    /// noise of a light does not depend on the tone curve. `gains` are those of the white balance,
+    /// which amplify what the pixels of a colour hold, so that the most amplified clip with the
+    /// fewest electrons; `key` is the camera's in this frame.
+    pub(crate) fn new(
+        noise: SensorNoise,
+        ev100: f64,
+        full: f64,
+        white: f64,
+        gains: Vec3,
+        key: Key,
+    ) -> Self {
         let saturation_e = noise.saturation_e(ev100);
         let least = gains.min_element();
+        let top = f64::from((1_u32 << noise.bits) - 1);
         Self {
             noise,
             saturation_e: gains
                 .to_array()
                 .map(|gain| saturation_e * f64::from(least / gain)),
-            top: f64::from((1_u32 << noise.bits) - 1),
-            white,
+            top,
+            full,
+            highest: top * (white / full).max(1.0),
             temporal: key.domain(TEMPORAL),
         }
     }
@@ -113,11 +128,11 @@ impl Sensor {
                 Some(pixel) => (1.0 + n.prnu * pixel.normal(), n.dsnu_e * pixel.normal()),
                 None => (1.0, 0.0),
             };
-            let share = f64::from(light.max(0.0)) / self.white;
+            let share = f64::from(light.max(0.0)) / self.full;
             let mean_e = share * saturation_e * sensitivity.max(0.0);
             let read_e = shot(mean_e, &mut rng) + dark_e + n.read_noise_e * rng.normal();
             let code = (read_e / saturation_e * self.top).round();
-            (code.min(self.top) / self.top * self.white) as f32
+            (code.min(self.highest) / self.top * self.full) as f32
         });
         Vec3::from_array(read)
     }
@@ -160,7 +175,8 @@ mod tests {
 
     /// Codes of an even field that should give `mean_e` electrons in the middle channel.
     fn codes(noise: SensorNoise, mean_e: f64, ev100: f64, frame: u64) -> Vec<f64> {
-        let sensor = Sensor::new(noise, ev100, 2.0, Vec3::ONE, Key::world(9).item(frame));
+        let key = Key::world(9).item(frame);
+        let sensor = Sensor::new(noise, ev100, 2.0, 2.0, Vec3::ONE, key);
         let light = (mean_e / noise.saturation_e(ev100) * 2.0) as f32;
         let read = |i| f64::from(sensor.read(i, Vec3::splat(light)).y) / 2.0 * sensor.top;
         (0..PIXELS).map(read).collect()
@@ -280,7 +296,7 @@ mod tests {
     #[test]
     fn white_balance_amplifies_noise() {
         let gains = Vec3::new(1.0, 2.0, 4.0);
-        let sensor = Sensor::new(PLAIN, 10.0, 1.0, gains, Key::world(9));
+        let sensor = Sensor::new(PLAIN, 10.0, 1.0, 1.0, gains, Key::world(9));
         let spread = |colour: usize| {
             let read = |i| f64::from(sensor.read(i, Vec3::splat(0.4))[colour]);
             let read: Vec<f64> = (0..PIXELS).map(read).collect();
@@ -291,6 +307,25 @@ mod tests {
         for (colour, factor) in [(1, 2.0_f64.sqrt()), (2, 2.0)] {
             let ratio = spread(colour) / spread(0);
             assert!((ratio / factor - 1.0).abs() < 0.03, "{colour}: {ratio}");
+        }
+    }
+
+    /// Below what clips, the picture's white changes nothing that is read; above, pixels hold as
+    /// much as the picture shows.
+    #[test]
+    fn the_full_well_does_not_follow_the_pictures_white() {
+        let read = |white: f64, light: f32| {
+            let sensor = Sensor::new(PLAIN, 10.0, 2.0, white, Vec3::ONE, Key::world(9));
+            [3, 7, 11].map(|i| sensor.read(i, Vec3::splat(light)))
+        };
+        for light in [0.001, 0.18, 1.5] {
+            assert_eq!(read(1.0, light), read(2.0, light));
+            assert_eq!(read(5.6, light), read(2.0, light));
+        }
+        for (white, highest) in [(1.0, 2.0), (2.0, 2.0), (5.6, 5.6)] {
+            for c in read(white, 20.0) {
+                assert!((c - Vec3::splat(highest)).length() < 1e-5, "{white}: {c}");
+            }
         }
     }
 
@@ -315,7 +350,7 @@ mod tests {
             dsnu_e: 1.0,
             ..PLAIN
         };
-        let sensor = Sensor::new(noise, 10.0, 1.0, Vec3::ONE, Key::world(9));
+        let sensor = Sensor::new(noise, 10.0, 1.0, 1.0, Vec3::ONE, Key::world(9));
         let read = [0.0005, 0.02, 0.7].map(|x| sensor.read(7, Vec3::splat(x)));
         assert_eq!(format!("{read:?}"), VALUES);
     }

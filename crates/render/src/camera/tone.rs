@@ -264,7 +264,9 @@ pub(crate) fn develop(
     let white = curve.white();
     let scale = scale_of(ev100);
     let gains = (processing.white_balance).gains(linear.pixels(), white as f32 / scale);
-    let sensor = noise.map(|noise| Sensor::new(noise, ev100, white, gains, key));
+    // The electrons of a light must not depend on how the picture shows it.
+    let full = ToneCurve::Standard.white();
+    let sensor = noise.map(|noise| Sensor::new(noise, ev100, full, white, gains, key));
     let read = |i: usize, light: Vec3| {
         let exposed = light * scale * gains;
         match &sensor {
@@ -437,6 +439,60 @@ mod tests {
         }
         let stops = libm::log2(ToneCurve::Standard.white() / MIDDLE_GREY);
         assert!((stops - 3.41).abs() < 0.02, "{stops}");
+    }
+
+    /// Shot noise is that of the electrons of a light, however the picture shows it.
+    #[test]
+    fn noise_is_that_of_the_light_behind_any_curve_and_contrast() {
+        const PIXELS: usize = 20_000;
+        let noise = SensorNoise {
+            full_well_e: 4000.0,
+            read_noise_e: 0.0,
+            gain: 1.0,
+            gain_below_ev: -20.0,
+            prnu: 0.0,
+            dsnu_e: 0.0,
+            bits: 16,
+            serial: Key::world(5),
+        };
+        let ev100 = 12.0;
+        let linear = Image::new(PIXELS, 1, vec![Vec3::splat(0.125 * 4096.0); PIXELS]);
+        let electrons = MIDDLE_GREY / ToneCurve::Standard.white() * noise.full_well_e;
+        for tone in TONES {
+            for contrast in [0.7, 1.0, 1.6] {
+                let processing = Processing {
+                    contrast,
+                    ..Processing::default()
+                };
+                let key = Key::world(1);
+                let shot = develop(&linear, ev100, tone, Some(noise), &processing, key);
+                // The light in the middle of each code, by bisection.
+                let curve = curve(tone, contrast);
+                let light = |code: u8| {
+                    let (mut low, mut high) = (0.0, curve.white());
+                    for _ in 0..60 {
+                        let middle = 0.5 * (low + high);
+                        if 255.0 * srgb_oetf(curve.apply(middle)) < f64::from(code) {
+                            low = middle;
+                        } else {
+                            high = middle;
+                        }
+                    }
+                    low
+                };
+                let of_codes: Vec<f64> = (0..=255).map(light).collect();
+                let lights = shot.pixels().iter().map(|c| of_codes[usize::from(c[1])]);
+                let lights: Vec<f64> = lights.collect();
+                let mean = lights.iter().sum::<f64>() / PIXELS as f64;
+                let squares: f64 = lights.iter().map(|l| (l - mean).powi(2)).sum();
+                let relative = (squares / PIXELS as f64).sqrt() / mean;
+                let exact = electrons.sqrt().recip();
+                assert!(
+                    (relative / exact - 1.0).abs() < 0.05,
+                    "{tone:?} {contrast}: {relative} for {exact}"
+                );
+            }
+        }
     }
 
     #[test]

@@ -8,8 +8,8 @@ use super::frame::FrameRecord;
 use super::frustum::Frustum;
 use crate::View;
 
-/// How far towards the sun a caster may be from what it shades, metres.
-const CASTERS_M: f64 = 200.0;
+/// How far towards the sun a caster may be from what it shades at least, metres.
+const LEAST_CASTERS_M: f64 = 200.0;
 
 /// The volume of a shadow map: a square prism along the sun's light, relative to the frame's
 /// origin.
@@ -20,6 +20,9 @@ pub(crate) struct Cascade {
     /// The centre in these axes.
     centre: DVec3,
     half_m: f64,
+    /// How far towards the sun beyond the prism what casts shadows into it may be, metres: as far
+    /// from the camera as anything is visible.
+    casters_m: f64,
     pub(crate) end_m: f64,
     /// The number of texels of a side.
     side: u32,
@@ -65,6 +68,7 @@ impl Cascade {
                     axes,
                     centre: DVec3::new(snap(across), snap(up), depth),
                     half_m,
+                    casters_m: (range_m + half_m).max(LEAST_CASTERS_M),
                     end_m: ends[1],
                     side,
                 }
@@ -83,7 +87,7 @@ impl Cascade {
             above(y, c.y - self.half_m),
             above(-y, -c.y - self.half_m),
             above(z, c.z - self.half_m),
-            above(-z, -c.z - self.half_m - CASTERS_M),
+            above(-z, -c.z - self.half_m - self.casters_m),
         ])
     }
 
@@ -95,7 +99,7 @@ impl Cascade {
     /// The transform from scene axes around the origin to clip coordinates, in which z is greater
     /// nearer to the sun.
     pub(crate) fn clip(&self) -> Mat4 {
-        let depth = 2.0 * self.half_m + CASTERS_M;
+        let depth = 2.0 * self.half_m + self.casters_m;
         let row = |axis: DVec3, at: f64, size: f64, plus: f64| -> Vec4 {
             (axis / size).extend(plus - at / size).as_vec4()
         };
@@ -128,6 +132,45 @@ impl Cascade {
             down: (-y * texel).as_vec3().extend(0.0).to_array(),
             size: [side, side, 0.0, 0.0],
             distortion: DistortionRecord::zeroed(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::frustum::BoundingSphere;
+    use super::*;
+    use nemoral_scene::{Intrinsics, RigidTransform};
+
+    #[test]
+    fn whatever_is_visible_may_cast_a_shadow_on_what_is_near() {
+        let at_m = DVec3::new(3.0, -2.0, 1.0);
+        let pose =
+            RigidTransform::from_xyz_rpy(at_m, 0.0, 0.1, 0.7) * RigidTransform::body_from_optical();
+        let view = View::new(Intrinsics::from_fov(96, 64, 1.2).expect("valid"), pose);
+        let forward = pose.transform_vector(DVec3::Z);
+        let sun = Vec3::new(0.8, 0.5, 0.3);
+        let towards_sun = sun.as_dvec3() / sun.as_dvec3().length();
+        for range_m in [60.0, 300.0, 800.0] {
+            let cascades = Cascade::all(&view, at_m, range_m, sun, 512);
+            let mut start_m = 0.0;
+            for cascade in &cascades {
+                let seen = forward * (0.5 * (start_m + cascade.end_m));
+                start_m = cascade.end_m;
+                for percent in 0..200 {
+                    let caster = seen + towards_sun * (0.01 * f64::from(percent) * range_m);
+                    if caster.length() > range_m {
+                        continue;
+                    }
+                    let sphere = BoundingSphere {
+                        centre: caster,
+                        radius: 0.0,
+                    };
+                    assert!(cascade.frustum().may_see(&sphere), "{range_m}: {caster}");
+                    let height = cascade.clip().project_point3(caster.as_vec3()).z;
+                    assert!((0.0..=1.0).contains(&height), "{range_m}: {height}");
+                }
+            }
         }
     }
 }

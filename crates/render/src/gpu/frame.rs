@@ -59,7 +59,7 @@ impl FrameRecord {
             clip: Mat4::from_cols(row(0), row(1), row(2), row(3))
                 .transpose()
                 .to_cols_array_2d(),
-            origin: origin.as_vec3().extend(0.0).to_array(),
+            origin: origin.as_vec3().extend(origin_m.z as f32).to_array(),
             eye: eye.as_vec3().extend(0.0).to_array(),
             forward: z.as_vec3().extend(max_range_m).to_array(),
             right: (x / k.fx).as_vec3().extend(k.cx as f32).to_array(),

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
-use nemoral_scene::{AlphaMask, Material, MaterialLibrary, Texture};
+use nemoral_scene::{AlphaMask, Liquid, Material, MaterialLibrary, Texture};
 
 use super::pipeline::{storage, texture};
 use super::{Gpu, GpuError};
@@ -72,7 +72,7 @@ impl Materials {
                 mask,
                 mask_width: size[0],
                 mask_height: size[1],
-                flags: u32::from(material.ground) + 2 * u32::from(material.lies_on_ground()),
+                flags: flags(material),
                 albedo,
                 albedo_width: texture.width() as u32,
                 albedo_height: texture.height() as u32,
@@ -103,6 +103,7 @@ impl Materials {
                 && Arc::ptr_eq(&a.albedo, &b.albedo)
                 && a.transmittance == b.transmittance
                 && (a.roughness, a.ground, a.tile_m) == (b.roughness, b.ground, b.tile_m)
+                && a.liquid == b.liquid
         };
         self.library.len() == library.materials().len()
             && self
@@ -116,6 +117,14 @@ impl Materials {
         let albedos = 4 * u64::from(self.albedos.depth_or_array_layers()) * LAYER as u64;
         self.records.size() + self.masks.size() + albedos
     }
+}
+
+/// The flags in a material's record: bits of what it is, and a liquid's reflectance at right angles
+/// over 65535 in the upper half.
+fn flags(material: &Material) -> u32 {
+    let reflectance = |liquid: &Liquid| (liquid.mirrored(1.0) * 65535.0).round() as u32;
+    let liquid = (material.liquid.as_ref()).map_or(0, |liquid| 4 + (reflectance(liquid) << 16));
+    u32::from(material.ground) + 2 * u32::from(material.lies_on_ground()) + liquid
 }
 
 /// The texels of all textures, one after another in layers.

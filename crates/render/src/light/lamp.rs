@@ -7,7 +7,7 @@ use nemoral_scene::Ray;
 
 use crate::camera::white_balance::colour_of;
 use crate::error::{ParamError, check};
-use crate::light::shading::{Leaving, Surface, SurfaceView, leaving, reflected};
+use crate::light::shading::{Leaving, Reflected, Surface, SurfaceView, leaving, reflected};
 use crate::sky::atmosphere::henyey_greenstein;
 use crate::sky::haze::Haze;
 
@@ -183,14 +183,14 @@ impl LampInAir {
         surface: &Surface,
         seen: &SurfaceView<'_>,
         on_disc: Vec2,
-    ) -> Option<(Vec3, Leaving)> {
+    ) -> Option<(Reflected, Leaving)> {
         let point = seen.ray.at(seen.hit.surface.distance_m);
         let (_, irradiance) = self.irradiance(point);
         if irradiance == Vec3::ZERO {
             return None;
         }
         let (radiance, from) = reflected(surface, seen, self.towards(seen, on_disc).0)?;
-        Some((irradiance * radiance, from))
+        Some((radiance * irradiance, from))
     }
 
     /// The light of the lamp that the air along a part of a ray from the camera scatters to it; the

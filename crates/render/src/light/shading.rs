@@ -1,6 +1,7 @@
 //! Shading: the radiance that a surface sends towards the camera.
 
 use std::f64::consts::TAU;
+use std::ops::{Add, Mul};
 
 use glam::Vec3;
 use nemoral_scene::{Hit, Ray};
@@ -25,6 +26,11 @@ pub(crate) struct Surface {
     body: Vec3,
     transmittance: Vec3,
     roughness: f32,
+    /// The skin's reflectance at right angles.
+    f0: f32,
+    /// The share of the light that the skin reflects and the albedo contains: that at right angles,
+    /// and of a liquid, whose albedo is light from below alone, none.
+    in_albedo: f32,
     /// Whether the surface is smooth, and its triangles are only what it was cut into: the ground.
     smooth: bool,
 }
@@ -74,6 +80,44 @@ impl SurfaceView<'_> {
     }
 }
 
+/// Radiance towards the viewer of light from one direction, by where a surface sends it back.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Reflected {
+    /// Scattered below the skin, or transmitted.
+    pub(crate) diffuse: Vec3,
+    /// Reflected by the skin.
+    pub(crate) specular: Vec3,
+}
+
+impl Reflected {
+    /// All of it.
+    pub(crate) fn sum(self) -> Vec3 {
+        self.diffuse + self.specular
+    }
+}
+
+impl Add for Reflected {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self {
+            diffuse: self.diffuse + other.diffuse,
+            specular: self.specular + other.specular,
+        }
+    }
+}
+
+impl Mul<Vec3> for Reflected {
+    type Output = Self;
+
+    fn mul(self, factor: Vec3) -> Self {
+        Self {
+            diffuse: self.diffuse * factor,
+            specular: self.specular * factor,
+        }
+    }
+}
+
 /// A shaded surface, without the air in front of it.
 pub(crate) struct Shaded {
     /// The surface.
@@ -82,8 +126,10 @@ pub(crate) struct Shaded {
     pub(crate) indirect: Vec3,
     /// The part of it that is reflected specularly.
     pub(crate) sheen: Vec3,
+    /// The rest of it as if the skin let all of it in and out.
+    pub(crate) below: Vec3,
     /// Radiance from the sun without occlusion; zero if the sun shines on no side that matters.
-    pub(crate) direct: Vec3,
+    pub(crate) direct: Reflected,
     /// The ray to the sun, if it matters; if something blocks it, there is no direct light.
     pub(crate) shadow: Option<Ray>,
     /// The sky view factor at the surface.
@@ -106,7 +152,7 @@ pub(crate) fn shade(scene: &SceneView<'_>, lighting: &Lighting, seen: &SurfaceVi
             false => 1.0,
         },
     };
-    let (indirect, sheen) = indirect(
+    let (below, entering, sheen) = indirect(
         &surface,
         &lighting.ambient(sky_view_factor),
         lighting,
@@ -118,16 +164,17 @@ pub(crate) fn shade(scene: &SceneView<'_>, lighting: &Lighting, seen: &SurfaceVi
     let irradiance = lighting.sun_irradiance();
     let mut shaded = Shaded {
         surface,
-        indirect,
+        indirect: below * entering + sheen,
         sheen,
-        direct: Vec3::ZERO,
+        below,
+        direct: Reflected::default(),
         shadow: None,
         sky_view_factor,
     };
     if irradiance != Vec3::ZERO
         && let Some((radiance, from)) = reflected(&shaded.surface, seen, seen.light.sun)
     {
-        shaded.direct = irradiance * radiance;
+        shaded.direct = radiance * irradiance;
         shaded.shadow = Some(leaving(seen, from, seen.light.sun, f32::INFINITY));
     }
     shaded
@@ -144,7 +191,7 @@ pub(crate) fn reflected(
     surface: &Surface,
     seen: &SurfaceView<'_>,
     from: Vec3,
-) -> Option<(Vec3, Leaving)> {
+) -> Option<(Reflected, Leaving)> {
     let flat = seen.hit.surface.geometric_normal * seen.facing();
     let cos = surface.normal.dot(from);
     let facing = flat.dot(from);
@@ -212,26 +259,30 @@ impl Surface {
     }
 
     /// For light from all around: the share that is reflected specularly to a viewer along `view`,
-    /// and the share that enters the surface, where the specular reflection at normal incidence is
-    /// already part of the albedo.
+    /// and the share that enters the surface, where the specular reflection at normal incidence may
+    /// already be part of the albedo.
     fn skin(&self, view: Vec3) -> (f32, f32) {
         let gloss = gloss(self.roughness);
         let cos = (-view.dot(self.normal)).max(0.0);
-        let glancing = gloss * fresnel(F0, (1.0 - self.roughness).max(F0), cos);
-        (glancing, 1.0 - (glancing - gloss * F0))
+        let glancing = gloss * fresnel(self.f0, (1.0 - self.roughness).max(self.f0), cos);
+        (glancing, 1.0 - (glancing - self.in_albedo))
     }
 }
 
 /// Radiance for a unit of irradiance on a plane that faces where it comes from.
-fn direct(surface: &Surface, cos: f32, from: Vec3, view: Vec3) -> Vec3 {
+fn direct(surface: &Surface, cos: f32, from: Vec3, view: Vec3) -> Reflected {
     const PER_PI: f32 = std::f32::consts::FRAC_1_PI;
+    let matt = |diffuse: Vec3| Reflected {
+        diffuse,
+        specular: Vec3::ZERO,
+    };
     if cos <= 0.0 {
-        return surface.transmittance * (-cos * PER_PI);
+        return matt(surface.transmittance * (-cos * PER_PI));
     }
     let gloss = gloss(surface.roughness);
-    let diffuse = surface.body * PER_PI;
+    let diffuse = surface.body * (PER_PI * cos);
     if gloss == 0.0 {
-        return diffuse * cos;
+        return matt(diffuse);
     }
     // GGX with Kelemen's visibility; highlights are at least 2 degrees wide.
     let half = (from - view).normalize_or(surface.normal);
@@ -239,8 +290,11 @@ fn direct(surface: &Surface, cos: f32, from: Vec3, view: Vec3) -> Vec3 {
     let alpha = (surface.roughness * surface.roughness).max(0.05);
     let d = nh * nh * (alpha * alpha - 1.0) + 1.0;
     let distribution = alpha * alpha * PER_PI / (d * d);
-    let specular = gloss * fresnel(F0, 1.0, vh) * distribution / (4.0 * vh * vh);
-    (diffuse + Vec3::splat(specular)) * cos
+    let specular = gloss * fresnel(surface.f0, 1.0, vh) * distribution / (4.0 * vh * vh);
+    Reflected {
+        diffuse,
+        specular: Vec3::splat(specular * cos),
+    }
 }
 
 /// The shares of the light from all around that arrive past what is near.
@@ -256,7 +310,8 @@ struct Near {
 /// of all colours is 0.2. (lighting.wgsl has the same.)
 const NEAR_GROUND: Vec3 = Vec3::splat(0.2);
 
-/// Radiance from sky, leaves and ground, and its specular part.
+/// Radiance from sky, leaves and ground: what is scattered below the skin as if the skin let all of
+/// it in and out, the share of it that the skin does, and the specular part.
 fn indirect(
     surface: &Surface,
     ambient: &Ambient<'_>,
@@ -264,7 +319,7 @@ fn indirect(
     view: Vec3,
     sky_view_factor: f32,
     near: Near,
-) -> (Vec3, Vec3) {
+) -> (Vec3, f32, Vec3) {
     const PER_PI: f32 = std::f32::consts::FRAC_1_PI;
     let n = surface.normal;
     let mut diffuse = surface.body * ambient.irradiance(n);
@@ -273,9 +328,10 @@ fn indirect(
     }
     diffuse *= among_near(near.own, surface.body + surface.transmittance)
         * among_near(near.on_ground, NEAR_GROUND);
+    let below = diffuse * PER_PI;
     let (glancing, entering) = surface.skin(view);
     if glancing == 0.0 {
-        return (diffuse * PER_PI, Vec3::ZERO);
+        return (below, 1.0, Vec3::ZERO);
     }
     let mirrored = view - n * (2.0 * view.dot(n));
     // The smoother the surface, the more it mirrors the sky itself.
@@ -291,7 +347,7 @@ fn indirect(
         blurred
     };
     let sheen = reflected * (glancing * near.own * near.on_ground);
-    (diffuse * (PER_PI * entering) + sheen, sheen)
+    (below, entering, sheen)
 }
 
 /// The factor on light from all around where what is near lets only a share of it through. It
@@ -352,13 +408,19 @@ fn surface(scene: &SceneView<'_>, seen: &SurfaceView<'_>, normal: Vec3) -> Surfa
     }
     let reflectance = reflectance.min(Vec3::ONE);
     let roughness = roughness.clamp(0.0, 1.0);
+    // A measured albedo contains all reflected light, including the specular reflection of the
+    // skin, which is most of a leaf's blue; a liquid's is what it scatters from below.
+    let (f0, in_albedo) = match &material.liquid {
+        Some(liquid) => (liquid.mirrored(1.0), 0.0),
+        None => (F0, gloss(roughness) * F0),
+    };
     Surface {
         normal,
-        // A measured albedo contains all reflected light, including the specular reflection of the
-        // skin, which is most of a leaf's blue.
-        body: (reflectance - gloss(roughness) * F0).max(Vec3::ZERO),
+        body: (reflectance - in_albedo).max(Vec3::ZERO),
         transmittance: transmittance.min(Vec3::ONE - reflectance),
         roughness,
+        f0,
+        in_albedo,
         smooth: material.ground,
     }
 }

@@ -140,7 +140,7 @@ impl PictureContext<'_> {
                         sun[i] = c.sun;
                         shadows.add(i, c.shadow);
                         for light in c.lamplight {
-                            lamps[light.lamp].0[i] = light.radiance;
+                            lamps[light.lamp].0[i] = light.radiance.sum();
                             lamp_shadows.add(lamplit.len(), Some(light.shadow));
                             lamplit.push((light.lamp, i));
                         }

@@ -7,7 +7,7 @@ use super::params::RayCastParams;
 use crate::light::lamp::LampInAir;
 use crate::light::lamp_glow::LampGlow;
 use crate::light::lighting::Lighting;
-use crate::light::shading::{Surface, SurfaceView, shade};
+use crate::light::shading::{Reflected, Surface, SurfaceView, shade};
 use crate::sky::haze::Haze;
 use crate::sky::sun_disc::{DiscPoint, SunDisc};
 use crate::{SceneView, View};
@@ -47,7 +47,7 @@ pub(super) struct Lamplight {
     /// The lamp's number.
     pub(super) lamp: usize,
     /// The radiance without occlusion.
-    pub(super) radiance: Vec3,
+    pub(super) radiance: Reflected,
     /// The ray to the lamp.
     pub(super) shadow: Ray,
 }
@@ -141,7 +141,7 @@ impl PictureContext<'_> {
         let (through, air) = self.air(ray, hit, surface.sky_view_factor, background);
         RayRadiance {
             rest: surface.indirect * through + air + glow,
-            sun: surface.direct * through,
+            sun: surface.direct.sum() * through,
             shadow: surface.shadow,
             lamplight: self.lamplight(&surface.surface, &view, through),
         }
@@ -169,7 +169,7 @@ impl PictureContext<'_> {
             let (radiance, from) = shines.on(surface, view, view.light.on_disc)?;
             Some(Lamplight {
                 lamp,
-                radiance: radiance * through,
+                radiance: radiance * Vec3::splat(through),
                 shadow: shines.shadow(view, from, view.light.on_disc),
             })
         });
@@ -177,10 +177,11 @@ impl PictureContext<'_> {
     }
 
     /// The same of all lamps together, with occlusion.
-    pub(super) fn lamplight_now(&self, surface: &Surface, view: &SurfaceView<'_>) -> Vec3 {
+    pub(super) fn lamplight_now(&self, surface: &Surface, view: &SurfaceView<'_>) -> Reflected {
         let lights = self.lamplight(surface, view, 1.0).into_iter();
         let arrives = |light: &Lamplight| !self.scene.caster.is_occluded(&light.shadow);
-        lights.filter(arrives).map(|light| light.radiance).sum()
+        let lights = lights.filter(arrives).map(|light| light.radiance);
+        lights.fold(Reflected::default(), |sum, light| sum + light)
     }
 
     /// The transmittance of the air in front of a surface with this sky view factor, and the

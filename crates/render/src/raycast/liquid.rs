@@ -64,18 +64,21 @@ impl PictureContext<'_> {
             t_min_m: 0.0,
             t_max_m: DEEPEST_M,
         };
-        let body = shaded.indirect - shaded.sheen;
         let lamplight = self.lamplight_now(&shaded.surface, view);
         let below = self.bed(&down, view, liquid);
         let entering = 1.0 - mirrored;
         let (through, bed_rest, bed_sun, bed_lamps) = below.unwrap_or_default();
         let bed_rest = bed_rest + self.reaching(bed_lamps, view, flat);
+        // The liquid scatters as much of the light as its depth takes from the bed.
+        let scattered = Vec3::ONE - through;
+        let body = shaded.below + lamplight.diffuse;
         let rest = reflection * mirrored
-            + lamplight
-            + (body * (Vec3::ONE - through) + bed_rest * through * LEAVES) * entering;
+            + lamplight.specular
+            + (body * scattered + bed_rest * through * LEAVES) * entering;
+        let sun = shaded.direct.diffuse * scattered + bed_sun * through * LEAVES;
         let radiance = RayRadiance {
             rest,
-            sun: shaded.direct + bed_sun * through * (LEAVES * entering),
+            sun: shaded.direct.specular + sun * entering,
             shadow: shaded.shadow,
             lamplight: Vec::new(),
         };
@@ -117,8 +120,12 @@ impl PictureContext<'_> {
         };
         let shaded = shade(self.scene, self.lighting, &seen);
         let is_lit = (shaded.shadow).is_some_and(|ray| !self.scene.caster.is_occluded(&ray));
-        let sun = if is_lit { shaded.direct } else { Vec3::ZERO };
-        let lamplight = self.lamplight_now(&shaded.surface, &seen);
+        let sun = if is_lit {
+            shaded.direct.sum()
+        } else {
+            Vec3::ZERO
+        };
+        let lamplight = self.lamplight_now(&shaded.surface, &seen).sum();
         (shaded.indirect + sun + lamplight, shaded.sky_view_factor)
     }
 
@@ -131,7 +138,7 @@ impl PictureContext<'_> {
             shadow.direction.dot(flat) > 0.0 && !self.scene.caster.is_occluded(&shadow)
         };
         let lights = of_bed.into_iter().filter(reaches);
-        lights.map(|light| light.radiance).sum()
+        lights.map(|light| light.radiance.sum()).sum()
     }
 
     /// The bed below a liquid along a refracted ray: the share of light that the liquid lets
@@ -171,7 +178,7 @@ impl PictureContext<'_> {
             let through = Vec3::from(through.to_array().map(libm::expf));
             // The lamps' light is not bent where it enters.
             let lamps = self.lamplight(&shaded.surface, &seen, 1.0);
-            return Some((through, shaded.indirect, shaded.direct, lamps));
+            return Some((through, shaded.indirect, shaded.direct.sum(), lamps));
         }
         None
     }

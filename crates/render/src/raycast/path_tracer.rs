@@ -115,11 +115,11 @@ impl PictureContext<'_> {
             }
             if shaded.shadow.is_some() {
                 shadows.add(lights.len(), shaded.shadow);
-                lights.push((path.sample, path.throughput * shaded.direct));
+                lights.push((path.sample, path.throughput * shaded.direct.sum()));
             }
             for light in self.lamplight(&shaded.surface, &view, 1.0) {
                 shadows.add(lights.len(), Some(light.shadow));
-                lights.push((path.sample, path.throughput * light.radiance));
+                lights.push((path.sample, path.throughput * light.radiance.sum()));
             }
             if last {
                 *colour += path.throughput * shaded.indirect;

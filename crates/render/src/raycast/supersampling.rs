@@ -71,11 +71,35 @@ const SHARING_SHADOWS: u32 = 4;
 /// quasirandom sequences", 2018): any first few of its points are far apart.
 const STEP: DVec2 = DVec2::new(0.754_877_666_246_692_8, 0.569_840_290_998_053_3);
 
-/// The place of the sample `k` of a pixel of `samples`, from the pixel's corner. The first one of
-/// pixels without a `shift` is at the centre.
-fn place(k: u32, samples: u32, shift: DVec2) -> DVec2 {
-    let at = DVec2::splat(0.5) + f64::from(k) * STEP + shift / f64::from(samples).sqrt();
-    at - at.floor()
+/// How the places of a pixel's samples differ from those of other pixels.
+#[derive(Clone, Copy, Debug)]
+struct Scatter {
+    /// Displacement along both axes, -0.5..0.5, in units of the distance of a pixel's samples.
+    shift: DVec2,
+    /// 1, or -1 where the places are mirrored about the pixel's centre along an axis. The mean of
+    /// both is the centre, so that a picture of few samples is not displaced.
+    side: DVec2,
+}
+
+impl Scatter {
+    /// That of the pixel whose random numbers these are.
+    fn of(rng: &mut impl Rng) -> Self {
+        let shift = DVec2::new(rng.unit_f64(), rng.unit_f64()) - 0.5;
+        let bits = rng.next_u32();
+        let side = [bits & 1, bits >> 1 & 1].map(|bit| 1.0 - 2.0 * f64::from(bit));
+        Self {
+            shift,
+            side: DVec2::from_array(side),
+        }
+    }
+
+    /// The place of the sample `k` of a pixel of `samples`, from the pixel's corner. The first one
+    /// of pixels without a shift is at the centre.
+    fn place(&self, k: u32, samples: u32) -> DVec2 {
+        let from_centre = f64::from(k) * STEP + self.shift / f64::from(samples).sqrt();
+        let at = DVec2::splat(0.5) + self.side * from_centre;
+        at - at.floor()
+    }
 }
 
 /// Divides pixels (ascending) into groups of at most `most` that lie close together, so that their
@@ -138,13 +162,13 @@ impl PictureContext<'_> {
         let mut times = vec![0.0; samples as usize];
         for &pixel in pixels {
             let mut rng = key.item(pixel.into()).rng();
-            let shift = DVec2::new(rng.unit_f64(), rng.unit_f64()) - 0.5;
+            let scatter = Scatter::of(&mut rng);
             let corner = DVec2::new(f64::from(pixel % width), f64::from(pixel / width));
             if blurs {
                 additional.times(&mut rng, &mut times);
             }
             for (k, &time) in (before..).zip(&times) {
-                let at = corner + place(k, before + samples, shift);
+                let at = corner + scatter.place(k, before + samples);
                 places.push(at);
                 rays.push(view.ray_at(at, time * exposure_s, self.params.max_range_m));
                 points.push(self.sun_disc.at_random(rng.next_u32()));
@@ -176,7 +200,7 @@ impl PictureContext<'_> {
             let c = self.radiance(places[k], &rays[k], hits[k].as_ref(), points[k]);
             let mut colour = c.rest;
             let lamps = c.lamplight.into_iter();
-            let lamps = lamps.map(|l| (frame.lamps.get(l.lamp), l.radiance, l.shadow));
+            let lamps = lamps.map(|l| (frame.lamps.get(l.lamp), l.radiance.sum(), l.shadow));
             let sun = c.shadow.map(|shadow| (Some(&frame.sun), c.sun, shadow));
             for (source, radiance, shadow) in sun.into_iter().chain(lamps) {
                 let known = hits[k].as_ref().zip(source).and_then(|(hit, source)| {
@@ -208,11 +232,15 @@ mod tests {
 
     #[test]
     fn a_few_samples_are_far_apart_and_begin_at_the_centre() {
-        assert_eq!(place(0, 4, DVec2::ZERO), DVec2::splat(0.5));
+        let still = Scatter {
+            shift: DVec2::ZERO,
+            side: DVec2::ONE,
+        };
+        assert_eq!(still.place(0, 4), DVec2::splat(0.5));
         for samples in [2, 3, 4, 8, 16] {
             // Distances in an endless plane of equal pixels.
             let apart = |a: u32, b: u32| {
-                let d = place(a, samples, DVec2::ZERO) - place(b, samples, DVec2::ZERO);
+                let d = still.place(a, samples) - still.place(b, samples);
                 (d - d.round()).length()
             };
             let pairs = (0..samples).flat_map(|a| (0..a).map(move |b| (a, b)));
@@ -222,10 +250,38 @@ mod tests {
         }
     }
 
+    /// Silhouettes would be displaced by as much as the mean place of the samples is.
+    #[test]
+    fn the_mean_place_of_each_sample_is_the_centre() {
+        const PIXELS: u64 = 40_000;
+        for samples in [1, 2, 3, 4, 9] {
+            for k in 0..samples {
+                let place = |pixel: u64| {
+                    let scatter = Scatter::of(&mut Key::world(3).item(pixel).rng());
+                    scatter.place(k, samples)
+                };
+                let mean = (0..PIXELS).map(place).sum::<DVec2>() / PIXELS as f64;
+                let off_px = (mean - 0.5).abs().max_element();
+                assert!(off_px < 0.01, "{k} of {samples}: {mean}");
+            }
+        }
+    }
+
     proptest! {
         #[test]
-        fn places_lie_in_their_pixel(k in 0_u32..512, u in -0.5..0.5, v in -0.5..0.5) {
-            let at = place(k, 256, DVec2::new(u, v));
+        fn places_lie_in_their_pixel(
+            k in 0_u32..512,
+            u in -0.5..0.5,
+            v in -0.5..0.5,
+            left: bool,
+            up: bool,
+        ) {
+            let side = [left, up].map(|mirrored| if mirrored { -1.0 } else { 1.0 });
+            let scatter = Scatter {
+                shift: DVec2::new(u, v),
+                side: DVec2::from_array(side),
+            };
+            let at = scatter.place(k, 256);
             prop_assert!(at.cmpge(DVec2::ZERO).all() && at.cmplt(DVec2::ONE).all(), "{at}");
         }
 

@@ -2,7 +2,7 @@
 
 use super::{LidarMotor, LidarPattern};
 use crate::config::choices::{CUSTOM_DEVICE, DEVICES};
-use crate::config::schema::Allowed::{Flag, OneOf, Real, RealAbove, Whole};
+use crate::config::schema::Allowed::{Cuboid, Flag, OneOf, Real, RealAbove, Whole};
 use crate::config::schema::{SectionSpec, section};
 use crate::config::{LaconteSensor, RangeNoiseModel, ReturnMode};
 
@@ -12,8 +12,8 @@ section! {
         /// Whether there is a LiDAR. Without the first one there are no further ones.
         enabled: bool = true, Flag, "pictures alone are a tenth smaller and quicker";
         /// A scanner by its data sheet. It sets the pattern, the pulses of 0.1 s (of a turn, for a
-        /// terrestrial scanner), ranges, wavelength, beam, errors and noise below; keys that you
-        /// set yourself override it.
+        /// terrestrial scanner), ranges, wavelength, most returns, beam, errors and noise below;
+        /// keys that you set yourself override it, but that it has no more returns.
         device: String = CUSTOM_DEVICE.into(), OneOf(&DEVICES),
             "the makers' data sheets, each named in the handbook";
         /// Pulses fired in a scan.
@@ -24,10 +24,11 @@ section! {
         max_range_m: f64 = 260.0, Real(1.0, 2000.0), "Livox wiki, at 80 % reflectance";
         /// Laser wavelength.
         wavelength_nm: u32 = 905, Whole(905, 1550), "905 or 1550";
-        /// Which echoes of a pulse become points.
+        /// Which echoes of a pulse become points. A `device` with one return has neither `dual` nor
+        /// `all`.
         returns: ReturnMode = ReturnMode::Strongest, OneOf(ReturnMode::WORDS),
             "one for each pulse, as in the paper";
-        /// The most returns of a pulse with `all`.
+        /// The most returns of a pulse with `all`; at most as many as the `device` has.
         max_returns: u32 = 5, Whole(1, 15), "LAS allows 15";
         /// Write points in the LiDAR frame at the frame's time; if false, raw points, each in the
         /// LiDAR frame at its pulse's time.
@@ -44,6 +45,9 @@ section! {
         mount_pitch_deg: f64 = 0.0, Real(-90.0, 90.0), "level";
         /// Roll, about its own forward axis after yaw and pitch: the right side goes down.
         mount_roll_deg: f64 = 0.0, Real(-180.0, 180.0), "upright";
+        /// What carries the LiDAR, such as a person, as a box between two corners in the body's
+        /// frame, metres: nothing is seen through it, and it gives no points itself.
+        carrier: Vec<f64> = Vec::new(), Cuboid(-10.0, 10.0), "nothing is in the way";
     }
     plus {
         /// The LiDAR's pattern.
@@ -81,6 +85,9 @@ section! {
         horizontal_deg: f64 = 0.28, Real(0.0, 5.0), "Livox Horizon: Livox wiki";
         /// Divergence upwards, full width at half maximum.
         vertical_deg: f64 = 0.03, Real(0.0, 5.0), "Livox Horizon: Livox wiki";
+        /// Diameter of the beam where it leaves the scanner, out to 1/e² of its middle; 0 for a
+        /// point.
+        exit_m: f64 = 0.0, Real(0.0, 0.1), "a point; Ouster OS1: 0.01";
         /// Rings of sub-rays around the middle: 0, 1, 2, 3 give 1, 7, 19, 37 rays for each pulse.
         rings: u32 = 0, Whole(0, 8), "a line, as in the paper; HELIOS++ has 2";
         /// Length of the pulse; surfaces that are less than half of it apart merge into one echo.
@@ -104,9 +111,10 @@ section! {
         /// the range.
         near_m: f64 = 10.0, Real(0.0, 50.0),
             "our choice: then a target of 40 % is seen to some 20 m at 50 m of visibility";
-        /// The reflectance of a disc that sends as much light back as a drop of rain of its width.
-        drop_reflectance: f64 = 0.024, Real(0.001, 1.0),
-            "the front and the rear of a sphere of water, by Fresnel";
+        /// The reflectance of a disc that sends as much light back as a drop of rain of its width;
+        /// 0 for that of water at the wavelength: 0.024 at 905 nm, 0.008 at 1550 nm.
+        drop_reflectance: f64 = 0.0, Real(0.0, 1.0),
+            "the front and the rear of a sphere, by Fresnel; absorption: Hale and Querry 1973";
         /// The same of a flake of snow.
         flake_reflectance: f64 = 0.3, Real(0.01, 1.0),
             "ice crystals' lidar ratio of 20 sr; Hahner et al. 2022 have 0.9";
@@ -128,7 +136,8 @@ section! {
 }
 
 section! {
-    /// Errors of measured ranges (paper, V-B).
+    /// Errors of measured ranges (paper, V-B) and intensities. With the model `off` there are none
+    /// of either.
     Noise at "lidar.noise" {
         /// The model: no errors, the paper's, Laconte's bias, a spread by incidence, by range, or
         /// by signal-to-noise ratio with a threshold of detection.
@@ -152,6 +161,17 @@ section! {
         floor_m: f64 = 0.007, Real(0.0, 1.0), "our choice: some millimetres";
         /// Spread that `snr` adds at its threshold.
         at_threshold_m: f64 = 0.09, Real(0.0, 1.0), "LISA (Kilic et al. 2021)";
+        /// Probability that noise alone passes the threshold of `snr`, by which detection fades
+        /// around it: of echoes at the threshold, half are seen. 0 for a step.
+        false_alarm_probability: f64 = 0.0, Real(0.0, 0.4),
+            "a step; Livox and Ouster state at most 0.0001";
+        /// Relative spread of the intensity of the weakest echo, that of `reference_range_m` and
+        /// `reference_reflectance`. It falls with the root of the signal-to-noise ratio.
+        intensity_at_threshold: f64 = 0.0, Real(0.0, 1.0),
+            "off; devices have 0.27: one in 3.72, which noise passes once in 10,000 times";
+        /// How much plants and rocks of one material differ in reflectance: the standard deviation
+        /// of its logarithm.
+        reflectance_spread: f64 = 0.0, Real(0.0, 1.0), "off; devices have 0.1, our choice";
         /// Spread that `linear` adds per metre of range.
         per_metre: f64 = 0.0006, Real(0.0, 1.0), "Hokuyo UTM-30LX, in libpointmatcher";
     }

@@ -98,7 +98,7 @@ section! {
         beams: u32 = 64, Whole(1, 255), "OS1-64";
         /// Vertical field of view of an `ouster`.
         vertical_fov_deg: f64 = 45.0, RealAbove(0.0, 180.0), "OS1; an OS0 has 90";
-        /// Columns per turn of an `ouster`.
+        /// Columns per turn of an `ouster` and of `os1_64`, an OS-1-64 of the first generation.
         columns: u32 = 1024, Whole(1, 100_000), "OS1 at 10 Hz";
     }
 }

@@ -59,7 +59,7 @@ section! {
 
 section! {
     /// The ground of a site: a height map, over the terrain of `[terrain]`, into which it passes
-    /// beyond its edges and where it has no data. Trails are carved into both.
+    /// beyond its edges. Holes in it are filled. Trails are carved into both.
     SiteTerrain at "site.terrain" {
         /// A height map: GeoTIFF, or 16-bit grey PNG with a sidecar. It is the bare ground.
         path: InputPath = InputPath::default(), File(DATA), "none";

@@ -44,8 +44,11 @@ section! {
         cut_ratio: f64 = 1.0, Real(0.25, 10.0), "1:1 in earth (FAO 1977, logging roads)";
         /// Horizontal metres per metre of height of slopes filled onto lower ground.
         fill_ratio: f64 = 1.5, Real(0.25, 10.0), "1.5:1 in earth (FAO 1977, logging roads)";
-        /// The steepest run along a track.
+        /// The steepest run along a track, away from other ways and as far as `earth_m` allows.
         max_grade: f64 = 0.2, Real(0.02, 1.0), "our choice: 20 %";
+        /// How far tracks, forest roads and skid trails may lie above or below the smoothed ground,
+        /// to keep to their steepest runs.
+        earth_m: f64 = 3.0, Real(0.2, 30.0), "our choice: deeper cuts are rare on forest ways";
         /// Standard deviation with which the ground along a track is smoothed.
         smoothing_m: f64 = 8.0, Real(1.0, 50.0), "our choice";
         /// Slope across a track towards the downhill side.

@@ -356,11 +356,11 @@ fn ragged(share: f32, at: vec2f) -> f32 {
 
 const LUMINANCE = vec3f(0.2126, 0.7152, 0.0722);
 // Reflectance of a dielectric at right angles.
-const F0 = 0.04;
+const F0: f32 = 0.04;
 
-fn fresnel(f90: f32, cosine: f32) -> f32 {
+fn fresnel(f0: f32, f90: f32, cosine: f32) -> f32 {
     let x = clamp(1.0 - cosine, 0.0, 1.0);
-    return F0 + (f90 - F0) * x * x * x * x * x;
+    return f0 + (f90 - f0) * x * x * x * x * x;
 }
 
 // As haze.rs: the optical depth of the air in front of a surface, from a layer's extinction at the
@@ -381,7 +381,8 @@ fn shade(s: Surface, pixel: vec2f) -> vec3f {
     var reflectance: vec3f;
     var roughness = m.transmittance.w;
     if is_ground {
-        let place = vec3f(s.uv, s.point.z + frame.eye.z);
+        // Its height in the scene, as the ground's look must not depend on the camera's.
+        let place = vec3f(s.uv, s.point.z + frame.eye.z + frame.origin.w);
         // Higher grounds lie on lower ones.
         var grounds = s.grounds;
         var covers = vec3f(1.0, 0.0, 0.0);
@@ -425,8 +426,11 @@ fn shade(s: Surface, pixel: vec2f) -> vec3f {
     if gloss < 0.05 {
         gloss = 0.0;
     }
-    // A measured albedo contains the sheen.
-    let body = max(reflectance - gloss * F0, vec3f(0.0));
+    // A measured albedo contains the sheen; a liquid's is light from below alone.
+    let is_liquid = (m.flags & 4u) == 4u;
+    let f0 = select(F0, f32(m.flags >> 16u) / 65535.0, is_liquid);
+    let in_albedo = select(gloss * F0, 0.0, is_liquid);
+    let body = max(reflectance - in_albedo, vec3f(0.0));
 
     // Sky, leaves and ground.
     let n = s.shading_normal;
@@ -446,7 +450,8 @@ fn shade(s: Surface, pixel: vec2f) -> vec3f {
     indirect *= on_ground / (1.0 - NEAR_GROUND * 0.5 * (1.0 - on_ground));
     indirect /= PI;
     if gloss > 0.0 {
-        let specular = gloss * fresnel(max(1.0 - roughness, F0), max(-dot(s.ray, n), 0.0));
+        let f90 = max(1.0 - roughness, f0);
+        let specular = gloss * fresnel(f0, f90, max(-dot(s.ray, n), 0.0));
         let mirrored = reflect(s.ray, n);
         let smooth_share = (1.0 - roughness) * (1.0 - roughness);
         let blurred = irradiance(open, mirrored) / PI;
@@ -454,7 +459,7 @@ fn shade(s: Surface, pixel: vec2f) -> vec3f {
         if mirrored.z > 0.0 && smooth_share > 0.05 {
             seen = mix(blurred, mix(blurred, background(mirrored), open), smooth_share);
         }
-        indirect = indirect * (1.0 - (specular - gloss * F0))
+        indirect = indirect * (1.0 - (specular - in_albedo))
             + seen * (specular * own * on_ground);
     }
 
@@ -477,7 +482,7 @@ fn shade(s: Surface, pixel: vec2f) -> vec3f {
                 let vh = max(-dot(s.ray, h), 0.1);
                 let alpha = max(roughness * roughness, 0.05);
                 let d = nh * nh * (alpha * alpha - 1.0) + 1.0;
-                let specular = gloss * fresnel(1.0, vh) * alpha * alpha / (PI * d * d)
+                let specular = gloss * fresnel(f0, 1.0, vh) * alpha * alpha / (PI * d * d)
                     / (4.0 * vh * vh);
                 direct += specular;
             }
@@ -489,10 +494,13 @@ fn shade(s: Surface, pixel: vec2f) -> vec3f {
     // The air in between, as in haze.rs.
     let air = exp(-depth(light.air.xy, s) - depth(light.up_and_fog.zw, s));
     let far = s.distance_m / light.air.z;
-    let fade = max(1.0 - far * far * far * far, 0.0);
+    let f2 = far * far;
+    let f4 = f2 * f2;
+    let f8 = f4 * f4;
+    let fade = max(1.0 - f8 * f8, 0.0);
     let behind = background(s.ray);
     let lit = (indirect + direct) * air + behind * (0.5 * (open + light.air.w) * (1.0 - air));
-    return mix(behind, lit, fade * fade);
+    return mix(behind, lit, fade);
 }
 
 // Where the four samples of a pixel are, in Vulkan, Metal and DirectX alike.

@@ -7,7 +7,7 @@ struct Frame {
     clip: mat4x4f,
     // The frame's origin, relative to the origin of the instance buffer. Both lie on a grid, and so
     // do positions of instances: their differences are exact, and neighbouring chunks round their
-    // common vertices equally.
+    // common vertices equally. w: its height in the scene.
     origin: vec4f,
     // The camera, next to the origin.
     eye: vec4f,
@@ -52,7 +52,8 @@ struct Material {
     mask: u32,
     mask_width: u32,
     mask_height: u32,
-    // Bit 0: ground. Bit 1: ground, or what lies on it.
+    // Bit 0: ground. Bit 1: ground, or what lies on it. Bit 2: liquid, whose reflectance at right
+    // angles is in the upper 16 bits.
     flags: u32,
     // First texel in `albedos`, and sides of level 0.
     albedo: u32,

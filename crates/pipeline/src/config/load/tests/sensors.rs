@@ -27,6 +27,100 @@ fn a_device_lies_under_what_is_set() {
 }
 
 #[test]
+fn a_device_has_no_more_returns_than_its_sheet() {
+    // It has as many as it can by itself.
+    let all = ["lidar.returns=all"];
+    for (device, most) in [("vlp16", 2), ("avia", 3), ("tls", 15)] {
+        let file = format!("lidar.device = \"{device}\"");
+        let config = load("", &file, &all).expect("fine");
+        assert_eq!(config.lidar.max_returns, most, "{device}");
+    }
+    let own = load("", "lidar.max_returns = 15", &all).expect("fine");
+    assert_eq!(own.lidar.max_returns, 15);
+    for (file, expected) in [
+        (
+            "[lidar]\ndevice = \"mid40\"\nreturns = \"dual\"",
+            "c.toml:3:1: lidar.returns = \"dual\": must be \"strongest\", \"first\" or \"last\" \
+             with lidar.device = \"mid40\"",
+        ),
+        (
+            "[lidar]\ndevice = \"os1_64\"\nreturns = \"all\"",
+            "lidar.returns = \"all\": must be",
+        ),
+        (
+            "[lidar]\ndevice = \"vlp16\"\nreturns = \"all\"\nmax_returns = 3",
+            "c.toml:4:1: lidar.max_returns = 3: must be at most 2 with lidar.device = \"vlp16\"",
+        ),
+        (
+            "[lidar]\nreturns = \"all\"\n[lidars.rear]\ndevice = \"os0_128\"",
+            "lidars.rear.returns = \"all\": must be",
+        ),
+    ] {
+        let text = message(load("", file, &[]));
+        assert!(text.contains(expected), "{file}: {text}");
+    }
+    // What is not asked for is not too much.
+    let file = "[lidar]\ndevice = \"mid40\"\nmax_returns = 5\nreturns = \"first\"";
+    assert_eq!(load("", file, &[]).expect("fine").lidar.max_returns, 5);
+}
+
+#[test]
+fn a_carrier_is_a_box_that_the_lidar_is_outside_of() {
+    let person = "[lidar]\nmount_x_m = 0.4\ncarrier = [-0.3, -0.25, 0, 0, 0.25, 1.8]\n";
+    let file = format!(
+        "{person}[lidars.alike]\n[lidars.sheet]\ndevice = \"vlp16\"\n[lidars.free]\ncarrier = []"
+    );
+    let config = load("", &file, &[]).expect("fine");
+    let expected = [-0.3, -0.25, 0.0, 0.0, 0.25, 1.8];
+    assert_eq!(config.lidar.carrier, expected);
+    // Further LiDARs are on the same body, whatever they are.
+    assert_eq!(config.lidars["alike"].carrier, expected);
+    assert_eq!(config.lidars["sheet"].carrier, expected);
+    assert!(config.lidars["free"].carrier.is_empty());
+    let annotated = crate::config::annotated_toml(&config);
+    assert_eq!(Config::from_toml(&annotated).expect("our own"), config);
+
+    let must = "must be a box, [x0, y0, z0, x1, y1, z1], of numbers from -10 to 10";
+    for carrier in [
+        "[0, 0, 0, 1, 1]",
+        "[0, 0, 0, 1, 1, 1, 1]",
+        "[0, 0, 0, 1, 1, 10.5]",
+        "[-inf, 0, 0, 1, 1, 1]",
+        "[0, 0, 0, 1, nan, 1]",
+        "[0, 2, 0, 1, 1, 1]",
+        "[0, 0, 1, 1, 1, 1]",
+        "[0, 0, 0, 1, 1, \"1\"]",
+        "1",
+    ] {
+        let text = message(load("", &format!("[lidar]\ncarrier = {carrier}"), &[]));
+        let told = "c.toml:2:1: lidar.carrier = ";
+        assert!(text.contains(told) && text.contains(must), "{text}");
+    }
+    let inside = person.replace("0.4", "-0.1");
+    let text = message(load("", &inside, &[]));
+    let told = "lidar.carrier = [-0.3, -0.25, 0.0, 0.0, 0.25, 1.8]: must leave out the LiDAR";
+    assert!(text.contains(told), "{text}");
+}
+
+#[test]
+fn errors_of_intensity_and_detection_are_shares() {
+    for (key, value, allowed) in [
+        ("intensity_at_threshold", "-0.1", "a number from 0 to 1"),
+        ("reflectance_spread", "1.5", "a number from 0 to 1"),
+        ("false_alarm_probability", "0.5", "a number from 0 to 0.4"),
+    ] {
+        let setting = format!("lidar.noise.{key}={value}");
+        let text = message(load("", "", &[&setting]));
+        let expected = format!("lidar.noise.{key} = {value}: must be {allowed}");
+        assert!(text.contains(&expected), "{text}");
+    }
+    let drops = message(load("", "", &["lidar.air.drop_reflectance=-0.1"]));
+    assert!(drops.contains("must be a number from 0 to 1"), "{drops}");
+    let exit = message(load("", "", &["lidar.beam.exit_m=0.2"]));
+    assert!(exit.contains("must be a number from 0 to 0.1"), "{exit}");
+}
+
+#[test]
 fn further_lamps_are_as_the_first_but_for_what_they_say() {
     let file = "[lamps.lidar]\nmount_y_m = -0.25\n[lamp]\nenabled = true\nlumen = 500\n\
         [lamps.off]\nenabled = false";
