@@ -1,8 +1,8 @@
 //! Where the light of hits that follow each other closely comes back as one peak, and where not.
 //!
 //! The pulse of each hit is a Gaussian as long as the receiver resolves. Their sum is sampled at
-//! the hits. Of two surfaces less than that apart it has one peak, and so it has of one surface
-//! that slants through any distance.
+//! the hits, and half-way between those that are apart. Of two surfaces less than that length apart
+//! it has one peak, and so it has of one surface that slants through any distance.
 
 use std::ops::Range;
 
@@ -12,6 +12,10 @@ use crate::echo::SubRayHit;
 /// A receiver tells two peaks apart if less than this share of the lower one comes back between
 /// them.
 const DIP: f64 = 0.8;
+
+/// Between hits that are farther apart than this share of the resolution, the waveform is sampled
+/// as well.
+const MOST_GAP: f64 = 0.125;
 
 /// Hits whose light comes back as one peak.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,30 +28,35 @@ pub(crate) struct Peak {
 
 /// The peaks of hits, which are sorted by range and not empty, nearest first.
 pub(crate) fn peaks(hits: &[SubRayHit], resolution_m: f64) -> Vec<Peak> {
-    let at_once = powers_at_once(hits, resolution_m);
+    let wave = Waveform::of(hits, resolution_m);
     let gap_m = |i: usize| hits[i + 1].range_m - hits[i].range_m;
     let mut peaks = Vec::new();
     let mut start = 0;
-    // The greatest power since the last cut, and where there was the least since then.
-    let (mut top, mut dip) = (at_once[0], 0);
-    for (i, &here) in at_once.iter().enumerate().skip(1) {
-        if here < at_once[dip] {
-            dip = i;
-        } else if at_once[dip] < DIP * top.min(here) {
-            // There is a hit on each side of the dip. It goes with the nearer one.
-            let end = if gap_m(dip - 1) > gap_m(dip) {
-                dip
-            } else {
-                dip + 1
-            };
+    // The greatest power since the last cut; and the least since then, with the hit before which it
+    // would be cut there.
+    let (mut top, mut dip) = (wave.at_once(hits[0].range_m), (f64::INFINITY, 0));
+    for i in 1..hits.len() {
+        let here = wave.at_once(hits[i].range_m);
+        // Between hits that are apart there is less than at both.
+        if gap_m(i - 1) > MOST_GAP * resolution_m {
+            let between = wave.at_once(0.5 * (hits[i - 1].range_m + hits[i].range_m));
+            if between < dip.0 {
+                dip = (between, i);
+            }
+        }
+        if here < dip.0 {
+            // There may be a hit on each side of it. It goes with the nearer one.
+            let is_of_next = i + 1 < hits.len() && gap_m(i - 1) > gap_m(i);
+            dip = (here, if is_of_next { i } else { i + 1 });
+        } else if dip.0 < DIP * top.min(here) {
             peaks.push(Peak {
-                hits: start..end,
+                hits: start..dip.1,
                 power: top,
             });
-            start = end;
-            (top, dip) = (here, i);
+            start = dip.1;
+            (top, dip) = (here, (f64::INFINITY, i));
         } else if here > top {
-            (top, dip) = (here, i);
+            (top, dip) = (here, (f64::INFINITY, i));
         }
     }
     peaks.push(Peak {
@@ -57,19 +66,30 @@ pub(crate) fn peaks(hits: &[SubRayHit], resolution_m: f64) -> Vec<Peak> {
     peaks
 }
 
-/// The power that comes back at the moment at which the middle of each hit's pulse does.
-fn powers_at_once(hits: &[SubRayHit], resolution_m: f64) -> Vec<f64> {
-    // Half of a Gaussian's top at half of its width.
-    let narrowness = 4.0 * std::f64::consts::LN_2 / (resolution_m * resolution_m);
-    let alone: Vec<(f64, f64)> = hits.iter().map(|hit| (hit.range_m, hit.power())).collect();
-    let at = |&(here_m, _): &(f64, f64)| -> f64 {
-        let share = |&(range_m, power): &(f64, f64)| {
-            let apart_m = here_m - range_m;
-            power * exp(-narrowness * (apart_m * apart_m))
+/// The power that comes back at a time, as a sum of Gaussians.
+struct Waveform {
+    /// Range and power of each hit.
+    pulses: Vec<(f64, f64)>,
+    narrowness: f64,
+}
+
+impl Waveform {
+    fn of(hits: &[SubRayHit], resolution_m: f64) -> Self {
+        Self {
+            pulses: hits.iter().map(|hit| (hit.range_m, hit.power())).collect(),
+            // Half of a Gaussian's top at half of its width.
+            narrowness: 4.0 * std::f64::consts::LN_2 / (resolution_m * resolution_m),
+        }
+    }
+
+    /// The power that comes back when that of a range does.
+    fn at_once(&self, range_m: f64) -> f64 {
+        let share = |&(of_m, power): &(f64, f64)| {
+            let apart_m = range_m - of_m;
+            power * exp(-self.narrowness * (apart_m * apart_m))
         };
-        alone.iter().map(share).sum()
-    };
-    alone.iter().map(at).collect()
+        self.pulses.iter().map(share).sum()
+    }
 }
 
 #[cfg(test)]

@@ -133,7 +133,7 @@ section! {
     CameraNoise at "camera.noise" {
         /// Whether there is noise.
         enabled: bool = false, Flag, "off: those who augment add their own";
-        /// Electrons that a pixel holds before it clips.
+        /// Electrons that a pixel holds at the light that clips in the standard picture.
         full_well_e: f64 = 10_500.0, Real(10.0, 1e7),
             "Sony IMX273: 40.2 dB at best (EMVA 1288 of Balluff's mvBlueFOX3-2016)";
         /// Read noise, electrons.
