@@ -308,8 +308,8 @@ impl Device {
                 title: "Ouster OS0-128",
                 field_of_view_deg: [360.0, 90.0],
                 reference_range_m: 35.0,
-                source: "OS0 data sheet: 35 m at 10 %, 0.3 to 50 m, 0.35°; the rest as OS1, but for \
-                    the exit",
+                source: "OS0 data sheet: 35 m at 10 %, 0.3 to 50 m, 0.35°; the rest as OS1, but \
+                    for the exit",
                 ..OUSTER
             },
             Self::Os1x32 => DeviceSheet {

@@ -29,9 +29,9 @@ pub(crate) struct Scanner {
 #[pymethods]
 impl Scanner {
     /// A device by its name. `settings` are keys of a config, whose `[lidar.noise]` is the model of
-    /// range errors; `errors` is whether there are those of pointing, detection and intensity; `rings`
-    /// is the number of rings of sub-rays of a beam; `air` is whether there is that of `[weather]`;
-    /// `deskew` is whether points are in the LiDAR's frame of the scan's time.
+    /// range errors; `errors` is whether there are those of pointing, detection and intensity;
+    /// `rings` is the number of rings of sub-rays of a beam; `air` is whether there is that of
+    /// `[weather]`; `deskew` is whether points are in the LiDAR's frame of the scan's time.
     #[new]
     #[expect(clippy::too_many_arguments, reason = "the keywords of one function")]
     fn new(

@@ -87,9 +87,10 @@ fn stems_are_as_thick_as_their_profiles_say() {
                 "{name} at {z} m: {told} for {cut}"
             );
         }
+        // The boughs of a tree that forks low have more wood than its stem.
         let (stem_m3, all_m3) = (tree.stem.volume_m3(), tree.wood.total_m3());
         assert!(
-            all_m3 > stem_m3 && all_m3 < 2.5 * stem_m3,
+            all_m3 > stem_m3 && all_m3 < 5.0 * stem_m3,
             "{stem_m3} of {all_m3} m3"
         );
         assert!(tree.wood.of_at_least_m3(0.07) < all_m3);
