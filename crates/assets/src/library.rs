@@ -28,8 +28,8 @@ use crate::materials::{self, GroundMaterials, Timing, Wanted, WorldMaterials};
 use crate::plant::shape::Shape;
 use crate::plant::surface_root::LOBE_M;
 use crate::tree::{
-    BREAST_M, Competitors, FlareLobe, GrownTree, GrowthParams, Season, SizeClass, Species,
-    StemProfile, TreeMaterials, TreeSize, WoodVolume, grow, grow_snag, individual_rank,
+    Competitors, FlareLobe, GrownTree, GrowthParams, Season, SizeClass, Species, StemProfile,
+    TreeMaterials, TreeSize, WoodVolume, grow, grow_snag, individual_rank,
 };
 use nemoral_scene::ParamError;
 
@@ -156,7 +156,7 @@ impl TreeAsset {
         // Leaves point all ways, so their area grows as the mean of all ways does.
         let mean = libm::cbrt(across * across * along);
         TreeSize {
-            dbh_m: across * self.stem.diameter_m(BREAST_M / along),
+            dbh_m: across * self.stem.breast_diameter_m(along),
             height_m: size.height_m * along,
             crown_base_m: size.crown_base_m * along,
             crown_radius_m: size.crown_radius_m * across,

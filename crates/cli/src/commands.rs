@@ -139,14 +139,12 @@ fn run_cloud(a: Cloud) -> Result<bool, Failure> {
     if !is_laz && (a.tile.is_some() || a.ontology.is_some()) {
         return refused("--tile and --ontology are for LAZ; give it a name that ends in .laz");
     }
-    if let Some(table) = a.trees.as_ref().filter(|_| a.trees == a.trajectory) {
-        let table = table.display();
-        let message = format!("--trajectory {table}: must be another file than that of --trees");
-        return Err(wrong(message));
-    }
     let cloud = nemoral_dataset::Cloud::open(&a.dir, params)?;
     for table in a.trees.iter().chain(&a.trajectory) {
         cloud.check_name(table, "csv")?;
+    }
+    if let (Some(trees), Some(trajectory)) = (&a.trees, &a.trajectory) {
+        nemoral_dataset::Cloud::check_apart(trees, trajectory)?;
     }
     if is_laz {
         let laz = LazCloudParams {

@@ -3,6 +3,7 @@
 use nemoral_scene::{DeadwoodRecord, DecayStage, ObjectKind, ParamError};
 
 use crate::Plot;
+use crate::stand::sum_of;
 
 /// Logs of a plot per hectare.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -73,8 +74,7 @@ impl LyingDeadwood {
             of_stage.sort_by(f64::total_cmp);
             DeadwoodMeasures {
                 pieces_per_ha: of_stage.len() as f64 * per_ha,
-                // An empty sum is -0.0 otherwise.
-                volume_m3_ha: (0.0 + of_stage.iter().sum::<f64>()) * per_ha,
+                volume_m3_ha: sum_of(of_stage) * per_ha,
             }
         });
         Ok(Self { stages })

@@ -98,11 +98,10 @@ impl StandMeasures {
             trees.sort_by(|a, b| b.dbh_m.total_cmp(&a.dbh_m).then(a.object.cmp(&b.object)));
         }
         let per_ha = 1.0 / plot.hectares();
-        let sum = |of: &dyn Fn(&TreeRecord) -> f64| sum_of(&living, of);
+        let sum = |of: &dyn Fn(&TreeRecord) -> f64| sum_of(living.iter().map(|tree| of(tree)));
         let known = |of: &dyn Fn(&TreeRecord) -> Option<f64>| {
-            let volume_m3: Option<f64> = living.iter().map(|tree| of(tree)).sum();
-            // An empty sum is -0.0 otherwise.
-            volume_m3.map(|m3| (0.0 + m3) * per_ha)
+            let volumes_m3: Option<Vec<f64>> = living.iter().map(|tree| of(tree)).collect();
+            volumes_m3.map(|all| sum_of(all) * per_ha)
         };
         let count = living.len() as f64;
         let sections_m2 = sum(&section_m2);
@@ -124,8 +123,8 @@ impl StandMeasures {
             merchantable_volume_m3_ha: known(&|t| t.merchantable_volume_m3),
             leaf_area_index: sum(&|t| t.leaf_area_m2) / plot.area_m2,
             dead_trees_per_ha: dead.len() as f64 * per_ha,
-            dead_basal_area_m2_ha: sum_of(&dead, &section_m2) * per_ha,
-            dead_stem_volume_m3_ha: sum_of(&dead, &|t| t.stem_volume_m3) * per_ha,
+            dead_basal_area_m2_ha: sum_of(dead.iter().map(|tree| section_m2(tree))) * per_ha,
+            dead_stem_volume_m3_ha: sum_of(dead.iter().map(|t| t.stem_volume_m3)) * per_ha,
         })
     }
 }
@@ -135,10 +134,9 @@ fn section_m2(tree: &TreeRecord) -> f64 {
     PI / 4.0 * tree.dbh_m * tree.dbh_m
 }
 
-/// The sum of a number over trees.
-fn sum_of(trees: &[&TreeRecord], of: &dyn Fn(&TreeRecord) -> f64) -> f64 {
-    // An empty sum is -0.0 otherwise.
-    0.0 + trees.iter().map(|tree| of(tree)).sum::<f64>()
+/// The sum of numbers, which is 0 of none: that of the standard library is -0.
+pub(crate) fn sum_of(numbers: impl IntoIterator<Item = f64>) -> f64 {
+    0.0 + numbers.into_iter().sum::<f64>()
 }
 
 /// Mean diameter and height of so many of the first trees, the last by a fraction.

@@ -116,7 +116,7 @@ fn a_wall_has_the_radiance_of_a_point_source() {
             let way = (on_wall - at).as_vec3();
             let cos = way.x / way.length();
             let illuminance = lamp.intensity_cd(way / way.length()) / way.length_squared() * cos;
-            // Most of a dielectric's light is scattered below its skin; this wall is rough.
+            // Most of a dielectric's light is scattered below its interface; this wall is rough.
             let expected = illuminance * 0.3 / PI;
             let got = *linear.at(x as usize, y as usize);
             let error = (got / expected - Vec3::ONE).abs().max_element();

@@ -3,7 +3,10 @@
 use std::sync::Arc;
 
 use glam::Vec3;
-use nemoral_scene::{LaserBand, Material, MaterialId, MaterialLibrary, Optics, Semantic, Texture};
+use nemoral_scene::{
+    LaserBand, Material, MaterialId, MaterialLibrary, Optics, Semantic, Texture,
+    specular_reflectance,
+};
 
 /// How much of a wet surface is darker than a dry one: stone is smooth here and there.
 const SHARE: f32 = 0.85;
@@ -24,27 +27,18 @@ pub(crate) fn wet_albedo(dry: Vec3) -> Vec3 {
     (1.0 - FROM_AIR) * (1.0 - FROM_WATER) * left / (Vec3::ONE - FROM_WATER * left)
 }
 
-/// The share of light that the skin of a surface of this roughness reflects straight back.
-///
-/// Albedos contain it, as measured ones do, and the renderer takes it away from them where it adds
-/// what the skin reflects. (`F0` and `gloss` of shading.rs in `render` are the same.)
-fn skin(roughness: f32) -> f32 {
-    const F0: f32 = 0.04;
-    let gloss = 1.0 - roughness * roughness;
-    if gloss < 0.05 { 0.0 } else { gloss * F0 }
-}
-
-/// What the skin adds to the albedo of a surface, a share of which is under a film: that of
-/// `wet_albedo` is light from below the film alone, and the dry part's albedo has its own skin's.
-fn skin_of_wet(share: f32, dry_roughness: f32, wet_roughness: f32) -> f32 {
-    skin(wet_roughness) - (1.0 - share) * skin(dry_roughness)
+/// What the interface adds to the albedo of a surface, a share of which is under a film: that of
+/// `wet_albedo` is light from below the film alone, and the dry part's albedo has its own gleam. The
+/// renderer takes the whole of it away again, where it adds what the interface reflects.
+fn gleam_of_wet(share: f32, dry_roughness: f32, wet_roughness: f32) -> f32 {
+    specular_reflectance(wet_roughness) - (1.0 - share) * specular_reflectance(dry_roughness)
 }
 
 /// A material of stone as it is when it is wet.
 pub(super) fn wet_stone(dry: &Material) -> Material {
-    let skin = skin_of_wet(SHARE, dry.roughness, ROUGHNESS);
+    let gleam = gleam_of_wet(SHARE, dry.roughness, ROUGHNESS);
     let texels: Vec<Vec3> = (dry.albedo.linear())
-        .map(|dry| dry.lerp(wet_albedo(dry), SHARE) + skin)
+        .map(|dry| dry.lerp(wet_albedo(dry), SHARE) + gleam)
         .collect();
     let albedo = Texture::from_linear(dry.albedo.width(), dry.albedo.height(), &texels);
     Material {
@@ -110,14 +104,14 @@ const fn wetting(of: Semantic) -> Option<Wetting> {
 /// Wets the materials of a library, but for some, from 0, dry, to 1, soaked.
 pub(crate) fn wet(library: &MaterialLibrary, wetness: f32, but: &[MaterialId]) -> MaterialLibrary {
     let mut known: Vec<(Arc<Texture>, [f32; 2], Arc<Texture>)> = Vec::new();
-    let mut textures = |dry: &Arc<Texture>, share: f32, skin: f32| {
-        let by = [share, skin];
+    let mut textures = |dry: &Arc<Texture>, share: f32, gleam: f32| {
+        let by = [share, gleam];
         let is_same =
             |(of, known_by, _): &&(_, [f32; 2], _)| Arc::ptr_eq(of, dry) && *known_by == by;
         if let Some((_, _, wet)) = known.iter().find(is_same) {
             return Arc::clone(wet);
         }
-        let film = |dry: f32| dry + (wet_albedo(Vec3::splat(dry)).x - dry) * share + skin;
+        let film = |dry: f32| dry + (wet_albedo(Vec3::splat(dry)).x - dry) * share + gleam;
         let wet = Arc::new(dry.with_curve(film));
         known.push((Arc::clone(dry), by, Arc::clone(&wet)));
         wet
@@ -133,9 +127,9 @@ pub(crate) fn wet(library: &MaterialLibrary, wetness: f32, but: &[MaterialId]) -
                 let through = libm::expf(-depth);
                 let roughness =
                     dry.roughness + (of.roughness.min(dry.roughness) - dry.roughness) * wetness;
-                let skin = skin_of_wet(share, dry.roughness, roughness);
+                let gleam = gleam_of_wet(share, dry.roughness, roughness);
                 Material {
-                    albedo: textures(&dry.albedo, share, skin),
+                    albedo: textures(&dry.albedo, share, gleam),
                     roughness,
                     optics: Optics {
                         nm905: filmed(dry.optics.nm905, share, 1.0),
@@ -188,7 +182,7 @@ mod tests {
         let bed = library.add(Material::plain("bed", Semantic::Soil, Vec3::splat(0.2)));
         let soaked = wet(&library, 1.0, &[bed]);
         let of = soaked.get(bark);
-        assert!((below_skin(of).x - 0.1075).abs() < 0.004);
+        assert!((below_interface(of).x - 0.1075).abs() < 0.004);
         assert!((of.optics.nm905.reflectance - 0.21).abs() < 0.02);
         // A fifth of a millimetre of water, there and back.
         assert!((of.optics.nm1550.reflectance - 0.206).abs() < 0.02);
@@ -197,16 +191,16 @@ mod tests {
             soaked.get(bed).albedo.mean(),
             library.get(bed).albedo.mean()
         );
-        let damp = below_skin(wet(&library, 0.5, &[]).get(bark)).x;
+        let damp = below_interface(wet(&library, 0.5, &[]).get(bark)).x;
         assert!(damp > 0.1075 && damp < 0.2);
     }
 
-    /// The albedo without what the skin reflects, as the renderer scatters light below it.
-    fn below_skin(of: &Material) -> Vec3 {
-        of.albedo.mean() - skin(of.roughness)
+    /// The albedo without what the interface reflects, as the renderer scatters light below it.
+    fn below_interface(of: &Material) -> Vec3 {
+        of.albedo.mean() - specular_reflectance(of.roughness)
     }
 
-    /// Below the skin there is the film's albedo where it is wet, and the dry one elsewhere.
+    /// Below the interface there is the film's albedo where it is wet, and the dry one elsewhere.
     #[test]
     fn the_light_that_leaves_a_film_is_lost_no_second_time() {
         let mut library = MaterialLibrary::new();
@@ -228,8 +222,8 @@ mod tests {
                 let soaked = wet(&library, wetness, &[]);
                 let share = wetting(dry.semantic).expect("takes water").share * wetness;
                 let film = wet_albedo(dry.albedo.mean()).x;
-                let exact = below_skin(&dry).x * (1.0 - share) + film * share;
-                let got = below_skin(soaked.get(id)).x;
+                let exact = below_interface(&dry).x * (1.0 - share) + film * share;
+                let got = below_interface(soaked.get(id)).x;
                 assert!((got - exact).abs() < 0.003, "{dry:?}: {got} for {exact}");
             }
         }
@@ -238,8 +232,8 @@ mod tests {
             ..Material::plain("stone", Semantic::Stone, Vec3::splat(0.25))
         };
         let film = wet_albedo(Vec3::splat(0.25)).x;
-        let exact = below_skin(&dry).x * (1.0 - SHARE) + film * SHARE;
-        let got = below_skin(&wet_stone(&dry)).x;
+        let exact = below_interface(&dry).x * (1.0 - SHARE) + film * SHARE;
+        let got = below_interface(&wet_stone(&dry)).x;
         assert!((got - exact).abs() < 0.003, "{got} for {exact}");
     }
 }

@@ -74,7 +74,6 @@ pub use phenology::{LeafPhase, LeafStage, Phenology, Season};
 pub use shed::{FruitLook, ShedBark, ShedLook};
 pub(crate) use size::individual_rank;
 pub use size::{SizeClass, TreeSize};
-pub(crate) use skeleton::BREAST_M;
 pub use snag::grow_snag;
 pub use species::{
     Allometry, BranchLevel, CrownForm, DeadBranches, FoliageForm, Species, StemForm, Taper,

@@ -17,7 +17,7 @@ const SHAPE: Domain = Domain::new("assets.tree.shape");
 
 /// Breast height. The stem is not bent or stretched below it, so that its diameter stays as
 /// demanded.
-pub(crate) const BREAST_M: f64 = 1.3;
+pub(super) const BREAST_M: f64 = 1.3;
 
 /// A stem, branch or twig.
 #[derive(Clone, Debug)]

@@ -4,6 +4,8 @@ use std::f64::consts::PI;
 
 use serde::{Deserialize, Serialize};
 
+use super::skeleton::BREAST_M;
+
 /// The diameters of a stem over bark by the height above the ground, root flare included, as they
 /// are cut on a tree's shape: each is that of the circle with the area of the level cut.
 ///
@@ -48,6 +50,13 @@ impl StemProfile {
             return 0.0;
         }
         below[1] + (next[1] - below[1]) * (height_m - below[0]) / rise_m
+    }
+
+    /// The diameter at breast height, 1.3 m above the ground, of a copy that is so many times as high
+    /// as the shape and as wide, metres; 0 if the copy is no higher than that.
+    #[must_use]
+    pub fn breast_diameter_m(&self, along: f64) -> f64 {
+        self.diameter_m(BREAST_M / along)
     }
 
     /// The frustums between cuts.

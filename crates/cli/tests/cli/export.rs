@@ -190,7 +190,7 @@ fn an_inventory_that_cannot_be_made_is_refused_at_once() {
         ),
         (
             &["--region", "0,0,10,10", "--plot", "5,5,4", "--plot=5,5,6"],
-            "plot 2 = 5,5,6: must have an area and lie wholly in the region 0,0,10,10",
+            "plot 2 = 5,5,6: must be 1 cm wide or more and lie wholly in the region 0,0,10,10",
         ),
         (
             &["--plot", "-5,5"],

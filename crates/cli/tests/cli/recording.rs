@@ -118,9 +118,15 @@ fn a_data_set_is_complete_checked_and_counted() {
     let widths: Vec<usize> = table.lines().map(|row| row.split(',').count()).collect();
     assert!(widths.len() > 1 && widths.iter().all(|width| *width == widths[0]));
     assert!(table.contains(",tree_id,foot_inside,points,points_cropped,highest_point_m,"));
-    let done = beside(&trees);
-    assert_eq!(done.code, Some(2), "{}", done.stdout);
-    assert!(done.stderr.contains("--trajectory"), "{}", done.stderr);
+    // Another way to the same file is that file.
+    let folder = cloud.parent().expect("a folder");
+    let name = folder.file_name().expect("a name");
+    let around = folder.join("..").join(name).join("trees.csv");
+    for same in [&trees, &around.to_string_lossy().into_owned()] {
+        let done = beside(same);
+        assert_eq!(done.code, Some(2), "{}", done.stdout);
+        assert!(done.stderr.contains("trajectory"), "{}", done.stderr);
+    }
 
     // One changed bit is enough.
     let depth = out.join("sequences/00/depth/000001.png");

@@ -37,6 +37,8 @@ fn text_at(bytes: &[u8], at: usize, length: usize) -> String {
 pub(crate) struct LasFile {
     /// All of its bytes.
     pub(crate) bytes: Vec<u8>,
+    /// The text of its coordinate reference system.
+    pub(crate) wkt: Option<String>,
     stride: usize,
     unpacked: Vec<u8>,
     /// By name: where an extra dimension is in a point, and its description.
@@ -48,15 +50,18 @@ impl LasFile {
         let bytes = std::fs::read(path).expect("a file");
         let stride = usize::from(u16_at(&bytes, 105));
         let (mut at, mut position) = (HEADER_BYTES, POINT_BYTES);
-        let (mut packing, mut extra) = (None, BTreeMap::new());
-        // The variable-length records: how points are packed, and what their extra bytes are.
+        let (mut packing, mut extra, mut wkt) = (None, BTreeMap::new(), None);
+        // The variable-length records: how points are packed, what their extra bytes are, and where
+        // they lie.
         for _ in 0..u32_at(&bytes, 100) {
             let id = u16_at(&bytes, at + 18);
             let length = usize::from(u16_at(&bytes, at + 20));
             let data = &bytes[at + 54..][..length];
-            match id {
-                22204 => packing = Some(LazVlr::from_buffer(data).expect("a record")),
-                4 => {
+            match (&*text_at(&bytes, at + 2, 16), id) {
+                ("laszip encoded", 22204) => {
+                    packing = Some(LazVlr::from_buffer(data).expect("a record"))
+                }
+                ("LASF_Spec", 4) => {
                     for one in data.chunks(192) {
                         let described = (position, text_at(one, 160, 32));
                         extra.insert(text_at(one, 4, 32), described);
@@ -67,7 +72,11 @@ impl LasFile {
                         };
                     }
                 }
-                other => panic!("record {other}"),
+                ("LASF_Projection", 2112) => {
+                    assert_eq!(data.iter().position(|b| *b == 0), Some(length - 1));
+                    assert_eq!(wkt.replace(text_at(data, 0, length)), None);
+                }
+                other => panic!("record {other:?}"),
             }
             at += 54 + length;
         }
@@ -76,6 +85,7 @@ impl LasFile {
         let unpacked = unpack(&bytes, at, packing.expect("packed"), length);
         Self {
             bytes,
+            wkt,
             stride,
             unpacked,
             extra,

@@ -1,40 +1,21 @@
 //! Clouds as LAZ: what is kept, tiles, and what is refused.
 
-use std::io::Cursor;
 use std::path::Path;
 
-use laz::{LasZipDecompressor, LazVlr};
 use nemoral_convert::{Error, FormatName, LazCloudParams, Table, laz_cloud};
 use nemoral_dataset::{Cloud, CloudParams, Crop};
 use nemoral_scene::glam::DVec3;
 
 use crate::common::{Drive, Made, header, made, pose, tree, write_drives};
-
-fn u32_at(bytes: &[u8], at: usize) -> u32 {
-    u32::from_le_bytes(bytes[at..at + 4].try_into().expect("four"))
-}
+use crate::las::LasFile;
 
 /// Positions, classifications and `point_source_id`s of a file.
 fn points(path: &Path) -> Vec<(DVec3, u8, u16)> {
-    let bytes = std::fs::read(path).expect("a file");
-    let double = |at: usize| f64::from_le_bytes(bytes[at..at + 8].try_into().expect("eight"));
-    let vector = |at: usize| DVec3::new(double(at), double(at + 8), double(at + 16));
-    let (scale, offset) = (vector(131), vector(155));
-    let stride = usize::from(u16::from_le_bytes([bytes[105], bytes[106]]));
-    let count = u64::from_le_bytes(bytes[247..255].try_into().expect("eight")) as usize;
-    // The first record is that of the compression.
-    let vlr = LazVlr::from_buffer(&bytes[375 + 54..]).expect("a record");
-    let mut source = Cursor::new(&bytes[..]);
-    source.set_position(u32_at(&bytes, 96).into());
-    let mut unpacked = vec![0; stride * count];
-    let mut laz = LasZipDecompressor::new(source, vlr).expect("packed");
-    laz.decompress_many(&mut unpacked).expect("points");
-    let point = |record: &[u8]| {
-        let steps = [0, 4, 8].map(|i| f64::from(u32_at(record, i) as i32));
-        let at = DVec3::from_array(steps) * scale + offset;
-        (at, record[16], u16::from_le_bytes([record[20], record[21]]))
-    };
-    unpacked.chunks(stride).map(point).collect()
+    let file = LasFile::read(path);
+    let points = file.points();
+    points
+        .map(|p| (p.position_m(), p.class(), p.source()))
+        .collect()
 }
 
 /// The number of the scan of each point, from 1.

@@ -1,10 +1,8 @@
 //! LAZ of a site: where its points lie, and which coordinates it says they have. Headers, records
 //! and points are read by the specification's offsets.
 
-use std::io::Cursor;
 use std::path::Path;
 
-use laz::{LasZipDecompressor, LazVlr};
 use nemoral_convert::{Crs, FormatName, LazCloudParams, Mode, laz_cloud, laz_note};
 use nemoral_dataset::{
     Cloud, CloudParams, DatasetHeader, FrameData, LidarData, OpenMode, SiteSpec, Track,
@@ -14,6 +12,7 @@ use nemoral_scene::glam::DVec3;
 use nemoral_scene::{ChunkCoord, Twist};
 
 use crate::common::{START, header, made_of, pose};
+use crate::las::{LasFile, u16_at};
 
 const ORIGIN_M: DVec3 = DVec3::new(553_220.0, 4_450_330.5, 73.25);
 
@@ -37,50 +36,14 @@ struct Read {
 }
 
 fn read(path: &Path) -> Read {
-    let bytes = std::fs::read(path).expect("a file");
-    let u16_at = |at: usize| u16::from_le_bytes(bytes[at..at + 2].try_into().expect("two"));
-    let u32_at = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().expect("four"));
-    let f64_at = |at: usize| f64::from_le_bytes(bytes[at..at + 8].try_into().expect("eight"));
-    let vector = |at: usize, by: usize| DVec3::from_array([0, 1, 2].map(|i| f64_at(at + by * i)));
-    let count = u64::from_le_bytes(bytes[247..255].try_into().expect("eight")) as usize;
-    let stride = usize::from(u16_at(105));
-    let (mut at, mut wkt, mut packing) = (375, None, None);
-    for _ in 0..u32_at(100) {
-        let name = |from: usize, length: usize| {
-            let text = bytes[from..from + length].split(|b| *b == 0).next();
-            String::from_utf8(text.expect("a name").to_vec()).expect("ASCII")
-        };
-        let (id, length) = (u16_at(at + 18), usize::from(u16_at(at + 20)));
-        let data = &bytes[at + 54..at + 54 + length];
-        match (&*name(at + 2, 16), id) {
-            ("LASF_Projection", 2112) => {
-                assert_eq!(data.iter().position(|b| *b == 0), Some(length - 1));
-                assert_eq!(wkt.replace(name(at + 54, length)), None);
-            }
-            ("laszip encoded", 22204) => packing = Some(LazVlr::from_buffer(data).expect("it")),
-            ("LASF_Spec", 4) => {}
-            other => panic!("record {other:?}"),
-        }
-        at += 54 + length;
-    }
-    assert_eq!(at, u32_at(96) as usize);
-    let mut source = Cursor::new(&bytes[..]);
-    source.set_position(at as u64);
-    let mut unpacked = vec![0; stride * count];
-    let mut laz = LasZipDecompressor::new(source, packing.expect("packed")).expect("packed");
-    laz.decompress_many(&mut unpacked).expect("points");
-    let (scale, offset_m) = (vector(131, 8), vector(155, 8));
-    let point = |record: &[u8]| {
-        let step = |i: usize| i32::from_le_bytes(record[i..i + 4].try_into().expect("four"));
-        DVec3::from_array([0, 4, 8].map(|i| f64::from(step(i)))) * scale + offset_m
-    };
+    let file = LasFile::read(path);
     Read {
-        flags: u16_at(6),
-        offset_m,
-        low_m: vector(187, 16),
-        high_m: vector(179, 16),
-        wkt,
-        points_m: unpacked.chunks(stride).map(point).collect(),
+        flags: u16_at(&file.bytes, 6),
+        offset_m: file.vector(155, 8),
+        low_m: file.vector(187, 16),
+        high_m: file.vector(179, 16),
+        points_m: file.points().map(|point| point.position_m()).collect(),
+        wkt: file.wkt,
     }
 }
 

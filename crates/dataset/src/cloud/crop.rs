@@ -1,5 +1,7 @@
 //! A part of the world, as plots are.
 
+use std::f64::consts::PI;
+use std::fmt;
 use std::str::FromStr;
 
 use nemoral_scene::glam::DVec2;
@@ -34,6 +36,38 @@ impl Crop {
                 place_m.cmpge(low_m).all() && place_m.cmplt(high_m).all()
             }
             Self::Circle { centre_m, radius_m } => place_m.distance(centre_m) <= radius_m,
+        }
+    }
+
+    /// The lowest and the highest corner of the rectangle around it, metres.
+    #[must_use]
+    pub fn bounds_m(&self) -> [DVec2; 2] {
+        match *self {
+            Self::Rectangle { low_m, high_m } => [low_m, high_m],
+            Self::Circle { centre_m, radius_m } => [centre_m - radius_m, centre_m + radius_m],
+        }
+    }
+
+    /// Its area, m².
+    #[must_use]
+    pub fn area_m2(&self) -> f64 {
+        match *self {
+            Self::Rectangle { low_m, high_m } => (high_m - low_m).element_product(),
+            Self::Circle { radius_m, .. } => PI * radius_m * radius_m,
+        }
+    }
+}
+
+/// The form that is read.
+impl fmt::Display for Crop {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Rectangle { low_m, high_m } => {
+                write!(f, "{},{},{},{}", low_m.x, low_m.y, high_m.x, high_m.y)
+            }
+            Self::Circle { centre_m, radius_m } => {
+                write!(f, "{},{},{radius_m}", centre_m.x, centre_m.y)
+            }
         }
     }
 }
@@ -75,6 +109,16 @@ mod tests {
         assert!(!rectangle.contains(DVec2::new(20.0, 6.0)));
         let circle: Crop = "3,4,5".parse().expect("a circle");
         assert!(circle.contains(DVec2::ZERO) && !circle.contains(DVec2::new(3.0, 9.1)));
+        assert_eq!(
+            rectangle.to_string().parse::<Crop>().expect("its own"),
+            rectangle
+        );
+        assert_eq!(circle.to_string(), "3,4,5");
+        assert_eq!(
+            circle.bounds_m(),
+            [DVec2::new(-2.0, -1.0), DVec2::new(8.0, 9.0)]
+        );
+        assert_eq!((rectangle.area_m2(), circle.area_m2()), (75.0, 25.0 * PI));
         for bad in [
             "",
             "1,2",

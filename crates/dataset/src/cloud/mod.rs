@@ -196,6 +196,25 @@ impl Cloud {
         Ok(())
     }
 
+    /// Refuses to write the table of trees and the trajectory into one file, whatever the ways to it
+    /// are called.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`].
+    pub fn check_apart(trees: &Path, trajectory: &Path) -> Result<(), Error> {
+        let folder = |file: &Path| match file.parent() {
+            Some(folder) if !folder.as_os_str().is_empty() => folder.to_owned(),
+            _ => PathBuf::from("."),
+        };
+        let is_one = trees.file_name() == trajectory.file_name()
+            && nemoral_files::is_same(&folder(trees), &folder(trajectory));
+        if is_one {
+            let allowed = "another file than that of the trees";
+            return Err(Error::invalid("trajectory", trajectory.display(), allowed));
+        }
+        Ok(())
+    }
+
     /// Calls `put` with each point, in the order of frames and LiDARs. One scan is in memory at a
     /// time. Returns how many points there were.
     ///

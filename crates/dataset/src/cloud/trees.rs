@@ -227,8 +227,8 @@ mod tests {
         for (degrees, expected) in [
             (0..360, 16),
             (1..179, 8),
-            // A station sees half of a stem, and parts of two sectors more.
             (91..269, 8),
+            // A station sees half of a stem, and parts of two sectors more.
             (80..281, 10),
             (1..22, 1),
         ] {

@@ -255,19 +255,24 @@ impl Fields<'_> {
         T::try_from(value).map_err(|_| format!("{name} {value} is out of range"))
     }
 
-    fn float(&mut self) -> f32 {
-        f32::from_le_bytes(self.take())
+    fn float(&mut self, name: &str) -> Result<f32, String> {
+        let value = f32::from_le_bytes(self.take());
+        let number = value.is_finite().then_some(value);
+        number.ok_or_else(|| format!("{name} {value} is no finite number"))
     }
 
-    fn vector(&mut self) -> Vec3 {
-        Vec3::from_array(std::array::from_fn(|_| self.float()))
+    fn vector(&mut self, names: [&str; 3]) -> Result<Vec3, String> {
+        let [x, y, z] = names.map(|name| self.float(name));
+        Ok(Vec3::new(x?, y?, z?))
     }
 }
 
 fn point(bytes: &[u8; STRIDE]) -> Result<PlyPoint, String> {
     let mut f = Fields(bytes);
-    let position_m = f.vector();
-    let [range_m, true_range_m, intensity] = std::array::from_fn(|_| f.float());
+    let position_m = f.vector(["x", "y", "z"])?;
+    let range_m = f.float("range")?;
+    let true_range_m = f.float("range_true")?;
+    let intensity = f.float("intensity")?;
     let [reflectivity, class, semantic] = f.take();
     let semantic =
         Semantic::from_u8(semantic).ok_or_else(|| format!("semantic {semantic} is unknown"))?;
@@ -295,8 +300,8 @@ fn point(bytes: &[u8; STRIDE]) -> Result<PlyPoint, String> {
         returns,
         time_ns,
         pulse: f.whole("pulse")?,
-        incidence_cos: f.float(),
-        normal: f.vector(),
+        incidence_cos: f.float("incidence_cos")?,
+        normal: f.vector(["nx", "ny", "nz"])?,
         flags: PointFlags(f.byte()),
     };
     if !holds(&point) {
@@ -431,6 +436,30 @@ mod tests {
             let e = read(time_ns).expect_err("beyond the limit").to_string();
             let told = e.contains("vertex 0: t ") && e.contains("must be within 2^50 ns");
             assert!(told, "{e}");
+        }
+    }
+
+    #[test]
+    fn numbers_that_are_not_finite_are_not_read() {
+        let read = |change: fn(&mut LidarPoint)| {
+            let mut points = [sample(1), sample(2)];
+            change(&mut points[1].point);
+            decode(Path::new("x"), &encode(&points))
+        };
+        assert!(read(|_| {}).is_ok());
+        type Change = fn(&mut LidarPoint);
+        let changes: [(Change, &str); 4] = [
+            (|p| p.position_m.z = f32::NAN, "z NaN"),
+            (|p| p.intensity = f32::INFINITY, "intensity inf"),
+            (|p| p.normal.y = f32::NEG_INFINITY, "ny -inf"),
+            (|p| p.incidence_cos = f32::NAN, "incidence_cos NaN"),
+        ];
+        for (change, told) in changes {
+            let error = read(change).expect_err(told).to_string();
+            assert!(
+                error.contains(&format!("vertex 1: {told} is no finite")),
+                "{error}"
+            );
         }
     }
 

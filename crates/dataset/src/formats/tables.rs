@@ -65,9 +65,16 @@ pub(crate) fn insert(rows: &mut Rows, table: &str, row: StringRecord) -> Result<
     }
 }
 
-/// A number in whole steps, of which there are so many in one, and never -0.
+/// A number in whole steps, of which there are so many in one, and never -0. One that is too large
+/// for that has no finer part, and stays.
 pub(crate) fn rounded(value: f64, steps: f64) -> f64 {
-    (value * steps).round() / steps + 0.0
+    let whole = (value * steps).round();
+    let rounded = if whole.is_finite() {
+        whole / steps
+    } else {
+        value
+    };
+    rounded + 0.0
 }
 
 fn tree_row(t: &TreeRecord) -> StringRecord {
@@ -454,6 +461,13 @@ mod tests {
                 trees_in
             );
         }
+    }
+
+    #[test]
+    fn numbers_are_rounded_whatever_their_size() {
+        assert_eq!(rounded(1.23456, 1e3), 1.235);
+        assert_eq!(rounded(-0.0, 1e3).to_string(), "0");
+        assert_eq!(rounded(-1e306, 1e3), -1e306);
     }
 
     #[test]

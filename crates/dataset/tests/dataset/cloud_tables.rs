@@ -10,7 +10,9 @@ use nemoral_dataset::{
 use nemoral_scene::glam::{DVec2, DVec3};
 use nemoral_scene::{PointFlags, RigidTransform, Semantic, TreeRecord};
 
-use crate::common::{START, objects, see, small, track, trees as trees_of_world};
+use crate::common::{
+    START, cloud_points as points, objects, see, small, track, trees as trees_of_world,
+};
 
 const FRAMES: usize = 3;
 const SITE: SiteSpec = SiteSpec {
@@ -52,15 +54,6 @@ fn number(row: &HashMap<String, String>, column: &str) -> f64 {
 
 fn place(row: &HashMap<String, String>) -> DVec3 {
     DVec3::from_array(["x_m", "y_m", "z_m"].map(|column| number(row, column)))
-}
-
-fn points(dir: &Path, params: CloudParams) -> Result<Vec<CloudPoint>, Error> {
-    let mut points = Vec::new();
-    Cloud::open(dir, params)?.for_each(|point| {
-        points.push(*point);
-        Ok::<_, Error>(())
-    })?;
-    Ok(points)
 }
 
 #[test]

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use nemoral_dataset::{
-    CameraData, CameraSpec, Dataset, DatasetHeader, Error, FrameData, LidarData, LidarSpec,
-    Manifest, OpenMode, SequenceSpec, Track, WorldTables, Writer,
+    CameraData, CameraSpec, Cloud, CloudParams, CloudPoint, Dataset, DatasetHeader, Error,
+    FrameData, LidarData, LidarSpec, Manifest, OpenMode, SequenceSpec, Track, WorldTables, Writer,
 };
 use nemoral_scene::glam::{DVec2, DVec3, Vec3};
 use nemoral_scene::{
@@ -576,4 +576,14 @@ pub(crate) fn stamp(root: &Path, json: &mut serde_json::Value) {
     let digest = blake3::hash(text.as_bytes()).to_hex();
     let text = text.replacen(&blank, &digest, 1);
     std::fs::write(root.join("dataset.json"), text).expect("write");
+}
+
+/// The points of a data set's cloud.
+pub(crate) fn cloud_points(dir: &Path, params: CloudParams) -> Result<Vec<CloudPoint>, Error> {
+    let mut points = Vec::new();
+    Cloud::open(dir, params)?.for_each(|point| {
+        points.push(*point);
+        Ok::<_, Error>(())
+    })?;
+    Ok(points)
 }

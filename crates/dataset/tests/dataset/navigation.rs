@@ -5,13 +5,13 @@ use std::fs;
 use std::path::Path;
 
 use nemoral_dataset::{
-    Cloud, CloudParams, CloudPoint, CloudPoses, Dataset, DatasetHeader, Error, Manifest,
-    MergeParams, OpenMode, WorldTables, Writer, check, merge,
+    CloudParams, CloudPoint, CloudPoses, Dataset, DatasetHeader, Error, Manifest, MergeParams,
+    OpenMode, WorldTables, Writer, check, merge,
 };
 use nemoral_scene::RigidTransform;
 use nemoral_scene::glam::DVec3;
 
-use crate::common::{objects, reseal, see, small, track, trees};
+use crate::common::{cloud_points, objects, reseal, see, small, track, trees};
 
 const FILE: &str = "sequences/00/poses_estimated.txt";
 const FRAMES: usize = 3;
@@ -65,12 +65,7 @@ fn points(dir: &Path, poses: CloudPoses) -> Result<Vec<CloudPoint>, Error> {
         poses,
         ..CloudParams::default()
     };
-    let mut points = Vec::new();
-    Cloud::open(dir, params)?.for_each(|point| {
-        points.push(*point);
-        Ok::<_, Error>(())
-    })?;
-    Ok(points)
+    cloud_points(dir, params)
 }
 
 #[test]

@@ -13,9 +13,6 @@ const PLOT: Domain = Domain::new("pipeline.plot");
 /// The size of a copy relative to its shape, across and along, is within these.
 const STRETCH: [f64; 2] = [0.35, 2.8];
 
-/// The height at which diameters are measured, metres.
-const BREAST_M: f64 = 1.3;
-
 /// Of the height that a dead tree had, so much is left on average ([`nemoral_assets::grow_snag`]).
 const BROKEN: f64 = 0.65;
 
@@ -71,7 +68,7 @@ impl ModelStem {
             return Ok([along.unwrap_or(1.0); 2]);
         };
         // At breast height of the copy, that of a model of the copy's height and its own width.
-        let own_m = |along: f64| stem.diameter_m(BREAST_M / along);
+        let own_m = |along: f64| stem.breast_diameter_m(along);
         if let Some(along) = along {
             let own_m = own_m(along);
             check("dbh_m", dbh_m, [low * own_m, high * own_m])?;

@@ -1,7 +1,5 @@
 //! The plots of a survey.
 
-use std::f64::consts::PI;
-
 use nemoral_dataset::Crop;
 use nemoral_mensuration::{
     CanopyMaps, LyingDeadwood, MapGrid, Plot, PlotCanopy, StandMeasures, StandRow, stand_csv,
@@ -59,7 +57,7 @@ impl InventoryPlots {
         let Self::Given(plots) = self else {
             return Ok(None);
         };
-        let bounds = plots.iter().map(bounds_m);
+        let bounds = plots.iter().map(Crop::bounds_m);
         let around =
             bounds.reduce(|[low_m, high_m], [from_m, to_m]| [low_m.min(from_m), high_m.max(to_m)]);
         Ok(around.map(|[low_m, high_m]| {
@@ -140,7 +138,7 @@ impl Plots {
             Self::Squares(grid) => PlotCanopy::of_plots(maps, grid),
             Self::Given(plots) => {
                 let of_plot = |plot: &Crop| {
-                    PlotCanopy::of_part(maps, bounds_m(plot), |place_m| plot.contains(place_m))
+                    PlotCanopy::of_part(maps, plot.bounds_m(), |place_m| plot.contains(place_m))
                 };
                 plots.iter().map(of_plot).collect()
             }
@@ -148,43 +146,23 @@ impl Plots {
     }
 }
 
-/// Refuses a plot without an area, and one that is not wholly in a region.
+/// A plot is at least this wide, metres.
+const LEAST_M: f64 = 0.01;
+
+/// Refuses a plot that is smaller than that, and one that is not wholly in a region.
 fn check_inside(plot: &Crop, number: usize, [low_m, high_m]: [DVec2; 2]) -> Result<(), Error> {
-    let [from_m, to_m] = bounds_m(plot);
-    let is_inside = from_m.cmplt(to_m).all()
+    let [from_m, to_m] = plot.bounds_m();
+    let is_inside = (to_m - from_m).cmpge(DVec2::splat(LEAST_M)).all()
         && from_m.cmpge(low_m - SLACK_M).all()
         && to_m.cmple(high_m + SLACK_M).all();
     if is_inside {
         return Ok(());
     }
-    let text = |numbers: &[f64]| {
-        let numbers: Vec<String> = numbers.iter().map(f64::to_string).collect();
-        numbers.join(",")
-    };
-    let given = match *plot {
-        Crop::Rectangle { low_m, high_m } => text(&[low_m.x, low_m.y, high_m.x, high_m.y]),
-        Crop::Circle { centre_m, radius_m } => text(&[centre_m.x, centre_m.y, radius_m]),
-    };
+    let region = Crop::Rectangle { low_m, high_m };
     Err(Error::request(format!(
-        "plot {number} = {given}: must have an area and lie wholly in the region {}, metres in \
-         world coordinates",
-        text(&[low_m.x, low_m.y, high_m.x, high_m.y])
+        "plot {number} = {plot}: must be 1 cm wide or more and lie wholly in the region {region}, \
+         metres in world coordinates"
     )))
-}
-
-/// The lowest and the highest corner of the rectangle around a plot.
-fn bounds_m(plot: &Crop) -> [DVec2; 2] {
-    match *plot {
-        Crop::Rectangle { low_m, high_m } => [low_m, high_m],
-        Crop::Circle { centre_m, radius_m } => [centre_m - radius_m, centre_m + radius_m],
-    }
-}
-
-fn area_m2(plot: &Crop) -> f64 {
-    match *plot {
-        Crop::Rectangle { low_m, high_m } => (high_m - low_m).element_product(),
-        Crop::Circle { radius_m, .. } => PI * radius_m * radius_m,
-    }
 }
 
 /// Measures of each plot, with its place, to which `origin_m` is added, its lying dead wood and its
@@ -202,7 +180,7 @@ pub(super) fn plots_csv(
     let mut rows = Vec::with_capacity(inside.len());
     for ((shape, number), ((trees, pieces), canopy)) in plots.shapes().iter().zip(1..).zip(inside) {
         let plot = Plot {
-            area_m2: area_m2(shape),
+            area_m2: shape.area_m2(),
             ..*whole
         };
         let lying = LyingDeadwood::of(pieces, &plot).map_err(Error::of_stage)?;
@@ -219,7 +197,7 @@ pub(super) fn plots_csv(
 
 /// Which plot it is, in the order of [`KEY_COLUMNS`].
 fn key_fields(number: usize, shape: &Crop, origin_m: DVec2) -> Vec<String> {
-    let [low_m, high_m] = bounds_m(shape).map(|corner_m| corner_m + origin_m);
+    let [low_m, high_m] = shape.bounds_m().map(|corner_m| corner_m + origin_m);
     // The sum turns -0 into 0.
     let text = |number: f64| format!("{}", (number * 1e6).round() / 1e6 + 0.0);
     let (middle_m, radius) = match *shape {
@@ -234,7 +212,7 @@ fn key_fields(number: usize, shape: &Crop, origin_m: DVec2) -> Vec<String> {
         radius,
     ];
     fields.extend(borders.map(text));
-    fields.push(text(area_m2(shape)));
+    fields.push(text(shape.area_m2()));
     fields
 }
 

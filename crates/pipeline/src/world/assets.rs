@@ -618,7 +618,7 @@ fn objects_of(
         let tree = &standing[asset].tree;
         let along = stem.height_m / tree.size.height_m;
         // The shape's stem where the copy's breast height is.
-        let across = stem.dbh_m / tree.stem.diameter_m(BREAST_M / along);
+        let across = stem.dbh_m / tree.stem.breast_diameter_m(along);
         MeasuredObject {
             asset,
             size: MeasuredSize {
@@ -657,9 +657,6 @@ fn copy_of(
         radius_m: tree.radius_m * across,
     })
 }
-
-/// The height at which diameters are measured, metres.
-const BREAST_M: f64 = 1.3;
 
 /// The logs of a library in the order of [`WorldAssets::logs`].
 fn logs(library: &Library) -> impl Iterator<Item = &LogAsset> {

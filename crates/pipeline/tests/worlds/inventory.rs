@@ -549,9 +549,9 @@ fn what_cannot_be_surveyed_is_refused_before_anything_is_written() {
             told,
         );
     }
-    // Each reaches out of the square at one side, is in the coordinates of a site, or has no area.
+    // Each reaches out of the square at one side, is in the coordinates of a site, or is too small.
     for (x, y, radius_m, told) in [
-        (4.0, 10.0, 5.0, "plot 2 = 4,10,5: must have an area and lie"),
+        (4.0, 10.0, 5.0, "plot 2 = 4,10,5: must be 1 cm wide or more"),
         (
             10.0,
             4.0,
@@ -562,6 +562,7 @@ fn what_cannot_be_surveyed_is_refused_before_anything_is_written() {
         (10.0, 15.5, 5.0, "plot 2 = 10,15.5,5"),
         (553_220.0, 4_450_330.0, 5.0, "plot 2 = 553220,4450330,5"),
         (10.0, 10.0, 0.0, "plot 2 = 10,10,0"),
+        (10.0, 10.0, 1e-153, "plot 2 = 10,10,0.000"),
         (10.0, 10.0, -1.0, "plot 2 = 10,10,-1"),
         (10.0, f64::NAN, 5.0, "plot 2 = 10,NaN,5"),
         (10.0, 10.0, f64::INFINITY, "plot 2 = 10,10,inf"),

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 use std::ops::{Add, Mul};
 
 use glam::Vec3;
-use nemoral_scene::{Hit, Ray};
+use nemoral_scene::{Hit, Ray, SPECULAR_F0, gloss, specular_reflectance};
 use nemoral_seed::Draw;
 
 use crate::SceneView;
@@ -13,22 +13,19 @@ use crate::light::hex_tiling;
 use crate::light::lighting::{Ambient, Lighting};
 use crate::sky::sun_disc::DiscPoint;
 
-/// Reflectance of a dielectric at right angles (refractive index 1.5).
-const F0: f32 = 0.04;
-
 /// A surface with all properties that shading needs.
 #[derive(Clone, Copy)]
 pub(crate) struct Surface {
     /// The shading normal on the viewer's side.
     normal: Vec3,
-    /// The reflectance from below the skin and the transmittance; with the specular part they are
-    /// at most 1.
+    /// The reflectance from below the interface and the transmittance; with the specular part they
+    /// are at most 1.
     body: Vec3,
     transmittance: Vec3,
     roughness: f32,
-    /// The skin's reflectance at right angles.
+    /// The interface's reflectance at right angles.
     f0: f32,
-    /// The share of the light that the skin reflects and the albedo contains: that at right angles,
+    /// The share of the light that the interface reflects and the albedo contains: that at right angles,
     /// and of a liquid, whose albedo is light from below alone, none.
     in_albedo: f32,
     /// Whether the surface is smooth, and its triangles are only what it was cut into: the ground.
@@ -83,9 +80,9 @@ impl SurfaceView<'_> {
 /// Radiance towards the viewer of light from one direction, by where a surface sends it back.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Reflected {
-    /// Scattered below the skin, or transmitted.
+    /// Scattered below the interface, or transmitted.
     pub(crate) diffuse: Vec3,
-    /// Reflected by the skin.
+    /// Reflected by the interface.
     pub(crate) specular: Vec3,
 }
 
@@ -126,7 +123,7 @@ pub(crate) struct Shaded {
     pub(crate) indirect: Vec3,
     /// The part of it that is reflected specularly.
     pub(crate) sheen: Vec3,
-    /// The rest of it as if the skin let all of it in and out.
+    /// The rest of it as if the interface let all of it in and out.
     pub(crate) below: Vec3,
     /// Radiance from the sun without occlusion; zero if the sun shines on no side that matters.
     pub(crate) direct: Reflected,
@@ -224,7 +221,7 @@ pub(crate) fn leaving(seen: &SurfaceView<'_>, from: Leaving, direction: Vec3, t_
 
 impl Surface {
     /// A random ray to where light may come from, drawn by how much the surface scatters from there
-    /// below its skin, and the factor for the radiance along it; `None` if the surface scatters
+    /// below its interface, and the factor for the radiance along it; `None` if the surface scatters
     /// nothing.
     pub(crate) fn bounce(
         &self,
@@ -253,7 +250,7 @@ impl Surface {
         // lost.
         let under = flat.dot(direction).min(0.0);
         let direction = (direction - flat * (2.0 * under)).normalize_or(flat);
-        let (_, entering) = self.skin(seen.ray.direction);
+        let (_, entering) = self.interface(seen.ray.direction);
         let leaves = Leaving::from_side(flat);
         Some((leaving(seen, leaves, direction, reach_m), weight * entering))
     }
@@ -261,7 +258,7 @@ impl Surface {
     /// For light from all around: the share that is reflected specularly to a viewer along `view`,
     /// and the share that enters the surface, where the specular reflection at normal incidence may
     /// already be part of the albedo.
-    fn skin(&self, view: Vec3) -> (f32, f32) {
+    fn interface(&self, view: Vec3) -> (f32, f32) {
         let gloss = gloss(self.roughness);
         let cos = (-view.dot(self.normal)).max(0.0);
         let glancing = gloss * fresnel(self.f0, (1.0 - self.roughness).max(self.f0), cos);
@@ -310,8 +307,8 @@ struct Near {
 /// of all colours is 0.2. (lighting.wgsl has the same.)
 const NEAR_GROUND: Vec3 = Vec3::splat(0.2);
 
-/// Radiance from sky, leaves and ground: what is scattered below the skin as if the skin let all of
-/// it in and out, the share of it that the skin does, and the specular part.
+/// Radiance from sky, leaves and ground: what is scattered below the interface as if the interface let all of
+/// it in and out, the share of it that the interface does, and the specular part.
 fn indirect(
     surface: &Surface,
     ambient: &Ambient<'_>,
@@ -329,7 +326,7 @@ fn indirect(
     diffuse *= among_near(near.own, surface.body + surface.transmittance)
         * among_near(near.on_ground, NEAR_GROUND);
     let below = diffuse * PER_PI;
-    let (glancing, entering) = surface.skin(view);
+    let (glancing, entering) = surface.interface(view);
     if glancing == 0.0 {
         return (below, 1.0, Vec3::ZERO);
     }
@@ -358,13 +355,6 @@ fn indirect(
 /// comes from above. Near parts of the same shape are assumed to be of the surface's own material.
 fn among_near(ambient_occlusion: f32, kept: Vec3) -> Vec3 {
     ambient_occlusion / (Vec3::ONE - kept * (0.5 * (1.0 - ambient_occlusion)))
-}
-
-/// The visible share of the dielectric's specular reflection; that of a matt surface looks like its
-/// diffuse colour.
-fn gloss(roughness: f32) -> f32 {
-    let gloss = 1.0 - roughness * roughness;
-    if gloss < 0.05 { 0.0 } else { gloss }
 }
 
 /// Schlick's approximation, from `f0` at normal to `f90` at grazing incidence.
@@ -409,10 +399,10 @@ fn surface(scene: &SceneView<'_>, seen: &SurfaceView<'_>, normal: Vec3) -> Surfa
     let reflectance = reflectance.min(Vec3::ONE);
     let roughness = roughness.clamp(0.0, 1.0);
     // A measured albedo contains all reflected light, including the specular reflection of the
-    // skin, which is most of a leaf's blue; a liquid's is what it scatters from below.
+    // interface, which is most of a leaf's blue; a liquid's is what it scatters from below.
     let (f0, in_albedo) = match &material.liquid {
         Some(liquid) => (liquid.mirrored(1.0), 0.0),
-        None => (F0, gloss(roughness) * F0),
+        None => (SPECULAR_F0, specular_reflectance(roughness)),
     };
     Surface {
         normal,

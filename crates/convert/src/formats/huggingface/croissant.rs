@@ -15,7 +15,7 @@ pub(super) fn describe(source: &Source, parts: &[Part]) -> Value {
     let mut record_sets = Vec::new();
     for part in parts {
         record_sets.push(rows(part));
-        for column in std::iter::once("image").chain(MAPS) {
+        for column in kinds() {
             distribution.push(picture_files(part, column));
             record_sets.push(pictures(part, column));
         }
@@ -32,6 +32,11 @@ pub(super) fn describe(source: &Source, parts: &[Part]) -> Value {
         "distribution": distribution,
         "recordSet": record_sets,
     })
+}
+
+/// The kinds of pictures.
+fn kinds() -> impl Iterator<Item = &'static str> {
+    std::iter::once("image").chain(MAPS)
 }
 
 /// The name of a part's file of rows.
@@ -60,7 +65,7 @@ fn rows(part: &Part) -> Value {
         })
     };
     let mut fields = Vec::new();
-    for column in std::iter::once("image").chain(MAPS) {
+    for column in kinds() {
         fields.push(field(&path_column(column), "sc:Text"));
     }
     for (data_type, columns) in [

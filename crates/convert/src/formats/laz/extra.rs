@@ -39,7 +39,7 @@ const DIMENSIONS: [(&str, Kind, &str); 12] = [
     ("range", Kind::F32, "measured range, m"),
     ("range_true", Kind::F32, "true range, m, 0: false alarm"),
     ("incidence_cos", Kind::F32, "cosine of the incidence"),
-    ("flags", Kind::U8, "1 mix 2 false 4 mirror 8 16 ivy"),
+    ("flags", Kind::U8, "bits, as in files.md (scans)"),
 ];
 
 /// Bytes of a point's extra dimensions.

@@ -13,7 +13,7 @@ section! {
         enabled: bool = true, Flag, "pictures alone are a tenth smaller and quicker";
         /// A scanner by its data sheet. It sets the pattern, the pulses of 0.1 s (of a turn, for a
         /// terrestrial scanner), ranges, wavelength, most returns, beam, errors and noise below;
-        /// keys that you set yourself override it, but that it has no more returns.
+        /// keys that you set yourself override it, but `max_returns` is at most the device's.
         device: String = CUSTOM_DEVICE.into(), OneOf(&DEVICES),
             "the makers' data sheets, each named in the handbook";
         /// Pulses fired in a scan.
