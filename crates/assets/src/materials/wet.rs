@@ -28,8 +28,8 @@ pub(crate) fn wet_albedo(dry: Vec3) -> Vec3 {
 }
 
 /// What the interface adds to the albedo of a surface, a share of which is under a film: that of
-/// `wet_albedo` is light from below the film alone, and the dry part's albedo has its own gleam. The
-/// renderer takes the whole of it away again, where it adds what the interface reflects.
+/// `wet_albedo` is light from below the film alone, and the dry part's albedo has its own gleam.
+/// The renderer takes the whole of it away again, where it adds what the interface reflects.
 fn gleam_of_wet(share: f32, dry_roughness: f32, wet_roughness: f32) -> f32 {
     specular_reflectance(wet_roughness) - (1.0 - share) * specular_reflectance(dry_roughness)
 }

@@ -196,8 +196,8 @@ impl Cloud {
         Ok(())
     }
 
-    /// Refuses to write the table of trees and the trajectory into one file, whatever the ways to it
-    /// are called.
+    /// Refuses to write the table of trees and the trajectory into one file, whatever the ways to
+    /// it are called.
     ///
     /// # Errors
     /// [`Error::Invalid`].

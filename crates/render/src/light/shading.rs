@@ -25,8 +25,8 @@ pub(crate) struct Surface {
     roughness: f32,
     /// The interface's reflectance at right angles.
     f0: f32,
-    /// The share of the light that the interface reflects and the albedo contains: that at right angles,
-    /// and of a liquid, whose albedo is light from below alone, none.
+    /// The share of the light that the interface reflects and the albedo contains: that at right
+    /// angles, and of a liquid, whose albedo is light from below alone, none.
     in_albedo: f32,
     /// Whether the surface is smooth, and its triangles are only what it was cut into: the ground.
     smooth: bool,
@@ -220,9 +220,9 @@ pub(crate) fn leaving(seen: &SurfaceView<'_>, from: Leaving, direction: Vec3, t_
 }
 
 impl Surface {
-    /// A random ray to where light may come from, drawn by how much the surface scatters from there
-    /// below its interface, and the factor for the radiance along it; `None` if the surface scatters
-    /// nothing.
+    /// A random ray to where light may come from, drawn by how much the surface scatters from
+    /// there below its interface, and the factor for the radiance along it; `None` if the surface
+    /// scatters nothing.
     pub(crate) fn bounce(
         &self,
         seen: &SurfaceView<'_>,
@@ -307,8 +307,8 @@ struct Near {
 /// of all colours is 0.2. (lighting.wgsl has the same.)
 const NEAR_GROUND: Vec3 = Vec3::splat(0.2);
 
-/// Radiance from sky, leaves and ground: what is scattered below the interface as if the interface let all of
-/// it in and out, the share of it that the interface does, and the specular part.
+/// Radiance from sky, leaves and ground: what is scattered below the interface as if the interface
+/// let all of it in and out, the share of it that the interface does, and the specular part.
 fn indirect(
     surface: &Surface,
     ambient: &Ambient<'_>,
