@@ -61,6 +61,7 @@ mod csv_pattern;
 mod device;
 mod echo;
 mod echo_detection;
+mod exponential;
 mod horizon;
 mod label;
 mod lines;

@@ -6,8 +6,8 @@
 
 use std::ops::Range;
 
-use crate::air::exp;
 use crate::echo::SubRayHit;
+use crate::exponential::exp;
 
 /// A receiver tells two peaks apart if less than this share of the lower one comes back between
 /// them.

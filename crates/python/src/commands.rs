@@ -17,8 +17,8 @@ use serde_json::json;
 
 use crate::config;
 use crate::failure::Failure;
-use crate::forest::{Keeping, backend_of};
 use crate::work::{self, Event, Tell};
+use crate::worlds::{Keeping, backend_of};
 
 /// Runs the program with these arguments, the first of which is its name; the result is its exit
 /// code. `program` is the file of this module.

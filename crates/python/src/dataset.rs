@@ -9,8 +9,8 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arrays;
-use crate::forest::{object_columns, tree_columns};
 use crate::frame::Frame;
+use crate::record_columns::{object_columns, tree_columns};
 use crate::{imu, work};
 
 /// A finished data set on disk, read as far as it is asked for.

@@ -1,142 +1,25 @@
 //! Forests that are recorded in memory.
 
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 
-use etcetera::BaseStrategy;
-use nemoral_dataset::SequenceSpec;
-use nemoral_pipeline::config::{Config, Sequences};
-use nemoral_pipeline::plan::Cache;
-use nemoral_pipeline::{Backend, BackendChoice, Observation, Recorder, SurveyParams};
+use nemoral_pipeline::{Observation, SurveyParams};
 use nemoral_scene::glam::{DVec2, DVec3, Vec3};
-use nemoral_scene::{
-    ObjectRecord, Ontology, Ray, RigidTransform, Semantic, SurfaceHit, TreeRecord,
-};
+use nemoral_scene::{Ray, RigidTransform, Semantic, SurfaceHit};
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
 use crate::failure::Failure;
 use crate::frame::Frame;
+use crate::places::{mean_within, place, pose_of};
+use crate::record_columns::{object_columns, tree_columns};
+use crate::worlds::{Keeping, World, Worlds, backend_of};
 use crate::{arrays, config, imu, survey, work};
-
-/// The most worlds that are kept at a time: the current one and the next one.
-const WORLDS: usize = 2;
-
-/// The farthest place from the world's origin, metres.
-const FARTHEST_M: f64 = 1e7;
-
-/// The renderer of pictures.
-pub(crate) fn backend_of(name: &str, config: &Config) -> Result<Backend, Failure> {
-    let choice = match name {
-        "auto" => BackendChoice::Auto,
-        "cpu" => BackendChoice::Cpu,
-        "gpu" => BackendChoice::Gpu,
-        _ => {
-            let (name, allowed) = (format!("{name:?}"), "\"auto\", \"cpu\" or \"gpu\"");
-            return Err(Failure::argument("backend", name, allowed));
-        }
-    };
-    Ok(Backend::for_config(choice, config)?.0)
-}
-
-/// Where grown plants are kept between runs: a folder; the user's own if it is empty; nowhere if
-/// there is none.
-#[derive(Clone, Debug)]
-pub(crate) struct Keeping {
-    pub(crate) cache: Option<PathBuf>,
-    /// The file of this module, by whose content values are told from those of other versions.
-    pub(crate) program: PathBuf,
-}
-
-impl Keeping {
-    /// The cache. Without one, plants are grown again; so it is no error if it cannot be used.
-    pub(crate) fn cache(&self) -> Option<Arc<Cache>> {
-        let mut folder = self.cache.clone()?;
-        if folder.as_os_str().is_empty() {
-            folder = match std::env::var_os("NEMORAL_CACHE") {
-                Some(folder) => folder.into(),
-                None => {
-                    let base = etcetera::choose_base_strategy().ok()?;
-                    base.cache_dir().join("nemoral")
-                }
-            };
-        }
-        let cache = Cache::open_for(folder, &self.program).ok()?;
-        Some(Arc::new(cache))
-    }
-}
 
 /// The sequences of a request, recorded in memory.
 #[pyclass(frozen)]
 pub(crate) struct Forest(Arc<Worlds>);
-
-struct Worlds {
-    sequences: Sequences,
-    ontology: Arc<Ontology>,
-    backend: Backend,
-    cache: Option<Arc<Cache>>,
-    /// The latest last.
-    grown: Mutex<Vec<Arc<World>>>,
-}
-
-struct World {
-    number: u32,
-    recorder: Recorder,
-    spec: Arc<SequenceSpec>,
-}
-
-impl Worlds {
-    fn grown(&self) -> MutexGuard<'_, Vec<Arc<World>>> {
-        self.grown.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// What a data set's manifest says about a sequence. Its world is not grown for that, so that
-    /// none of the worlds that are kept goes.
-    fn spec(&self, number: u32) -> Result<Arc<SequenceSpec>, Failure> {
-        let grown = self.grown().iter().find(|w| w.number == number).cloned();
-        if let Some(world) = grown {
-            return Ok(Arc::clone(&world.spec));
-        }
-        let sequence = self.sequences.get(number)?;
-        let recorder = Recorder::new(sequence, self.backend.clone(), None, 1)?;
-        Ok(Arc::new(recorder.spec().clone()))
-    }
-
-    /// The world of a sequence.
-    fn get(&self, number: u32) -> Result<Arc<World>, Failure> {
-        let mut grown = self.grown();
-        if let Some(i) = grown.iter().position(|w| w.number == number) {
-            let world = grown.remove(i);
-            grown.push(Arc::clone(&world));
-            return Ok(world);
-        }
-        let last = grown.last().cloned();
-        drop(grown);
-        let sequence = self.sequences.get(number)?;
-        let (backend, cache) = (self.backend.clone(), self.cache.clone());
-        // Whoever uses it says by how many threads.
-        let mut recorder = Recorder::new(sequence, backend, cache, 1)?;
-        if let Some(last) = last {
-            recorder = recorder.with_plants_of(&last.recorder);
-        }
-        let world = Arc::new(World {
-            number,
-            spec: Arc::new(recorder.spec().clone()),
-            recorder,
-        });
-        let mut grown = self.grown();
-        if let Some(theirs) = grown.iter().find(|w| w.number == number) {
-            return Ok(Arc::clone(theirs));
-        }
-        grown.push(Arc::clone(&world));
-        let surplus = grown.len().saturating_sub(WORLDS);
-        let dropped: Vec<_> = grown.drain(..surplus).collect();
-        drop(grown);
-        drop(dropped);
-        Ok(world)
-    }
-}
 
 #[pymethods]
 impl Forest {
@@ -498,112 +381,4 @@ impl Forest {
             work(&worlds, &world)
         })
     }
-}
-
-/// The mean of the origins of rays, none of which may be farther from it than one sees: it would
-/// miss everything.
-fn mean_within(rays: &[(DVec3, DVec3)], visible_radius_m: f64) -> Result<DVec2, Failure> {
-    for (i, (origin, _)) in rays.iter().enumerate() {
-        place(&format!("rays[{i}]"), origin.x, origin.y)?;
-    }
-    let sum: DVec2 = rays.iter().map(|(origin, _)| origin.truncate()).sum();
-    let mean = sum / rays.len().max(1) as f64;
-    let mean_m = place("mean of the origins", mean.x, mean.y)?;
-    for (i, (origin, _)) in rays.iter().enumerate() {
-        let apart_m = origin.truncate().distance(mean_m);
-        if apart_m > visible_radius_m {
-            let found = format!("{origin}, {apart_m:.0} m from the mean of all origins");
-            let allowed = format!(
-                "within chunks.visible_radius_m = {visible_radius_m} of it, as there is nothing \
-                 beyond; cast the rays of each place alone, or give `around`"
-            );
-            return Err(Failure::argument(&format!("rays[{i}]"), found, allowed));
-        }
-    }
-    Ok(mean_m)
-}
-
-/// A place that is not beyond the world.
-fn place(name: &str, x_m: f64, y_m: f64) -> Result<DVec2, Failure> {
-    let place_m = DVec2::new(x_m, y_m);
-    // Not a number is not within.
-    if place_m.abs().cmple(DVec2::splat(FARTHEST_M)).all() {
-        return Ok(place_m);
-    }
-    let allowed = format!("finite, at most {FARTHEST_M:e} m from the origin");
-    Err(Failure::argument(name, format!("({x_m}, {y_m})"), allowed))
-}
-
-fn pose_of(numbers: &[f64; 16]) -> Result<RigidTransform, Failure> {
-    let pose = arrays::transform("pose", numbers)?;
-    place("pose", pose.translation_m.x, pose.translation_m.y)?;
-    Ok(pose)
-}
-
-/// Columns that trees and other objects share.
-fn columns<'py, R>(
-    py: Python<'py>,
-    records: &[&R],
-    object: impl Fn(&R) -> nemoral_scene::ObjectId,
-    species: impl Fn(&R) -> &str,
-    position_m: impl Fn(&R) -> DVec3,
-) -> PyResult<Bound<'py, PyDict>> {
-    let dict = PyDict::new(py);
-    let ids: Vec<u64> = records.iter().map(|r| object(r).to_u64()).collect();
-    dict.set_item("object", PyArray1::from_vec(py, ids))?;
-    let ids: Vec<u32> = records.iter().map(|r| object(r).to_image_id()).collect();
-    dict.set_item("instance", PyArray1::from_vec(py, ids))?;
-    let species: Vec<&str> = records.iter().map(|r| species(r)).collect();
-    dict.set_item("species", species)?;
-    let places: Vec<[f64; 3]> = records.iter().map(|r| position_m(r).to_array()).collect();
-    dict.set_item("position_m", arrays::rows(py, places)?)?;
-    Ok(dict)
-}
-
-/// The columns of `instances.csv`.
-pub(crate) fn object_columns<'py>(
-    py: Python<'py>,
-    objects: &[&ObjectRecord],
-) -> PyResult<Bound<'py, PyDict>> {
-    let dict = columns(py, objects, |o| o.object, |o| &o.species, |o| o.position_m)?;
-    let kinds: Vec<&str> = objects.iter().map(|o| o.kind.name()).collect();
-    dict.set_item("kind", kinds)?;
-    let radii: Vec<f64> = objects.iter().map(|o| o.radius_m).collect();
-    dict.set_item("radius_m", PyArray1::from_vec(py, radii))?;
-    let heights: Vec<f64> = objects.iter().map(|o| o.height_m).collect();
-    dict.set_item("height_m", PyArray1::from_vec(py, heights))?;
-    Ok(dict)
-}
-
-/// The columns of `trees.csv`.
-pub(crate) fn tree_columns<'py>(
-    py: Python<'py>,
-    trees: &[&TreeRecord],
-) -> PyResult<Bound<'py, PyDict>> {
-    let dict = columns(py, trees, |t| t.object, |t| &t.species, |t| t.position_m)?;
-    type Number = fn(&TreeRecord) -> f64;
-    let numbers: [(&str, Number); 9] = [
-        ("dbh_m", |t| t.dbh_m),
-        ("height_m", |t| t.height_m),
-        ("crown_base_m", |t| t.crown_base_m),
-        ("crown_radius_m", |t| t.crown_radius_m),
-        ("leaf_area_m2", |t| t.leaf_area_m2),
-        ("stem_volume_m3", |t| t.stem_volume_m3),
-        ("wood_volume_m3", |t| t.wood_volume_m3.unwrap_or(f64::NAN)),
-        ("merchantable_volume_m3", |t| {
-            t.merchantable_volume_m3.unwrap_or(f64::NAN)
-        }),
-        ("lean_rad", |t| t.lean_rad),
-    ];
-    for (name, number) in numbers {
-        let numbers: Vec<f64> = trees.iter().map(|t| number(t)).collect();
-        dict.set_item(name, PyArray1::from_vec(py, numbers))?;
-    }
-    let classes: Vec<&str> = trees.iter().map(|t| &*t.age_class).collect();
-    dict.set_item("age_class", classes)?;
-    let alive: Vec<bool> = trees.iter().map(|t| t.alive).collect();
-    dict.set_item("alive", PyArray1::from_vec(py, alive))?;
-    let names: Vec<&str> = trees.iter().map(|t| &*t.field_id).collect();
-    dict.set_item("field_id", names)?;
-    Ok(dict)
 }

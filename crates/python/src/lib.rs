@@ -16,12 +16,15 @@ mod frame;
 mod imu;
 mod parts;
 mod pictures;
+mod places;
 mod pool;
 mod ray_scene;
 mod rays;
+mod record_columns;
 mod scanner;
 mod survey;
 mod work;
+mod worlds;
 
 use pyo3::prelude::*;
 

@@ -1,23 +1,14 @@
 //! A ground from a grid of measured heights, which passes into another ground around it.
 
+mod posts;
+mod unmeasured;
+
 use glam::DVec2;
 use nemoral_scene::{ParamError, Surface, SurfaceSample};
 
-/// The most posts of a grid with its surroundings.
-const MAX_POSTS: usize = 1 << 25;
+pub use self::posts::HeightPosts;
 
-/// Measured heights on a grid, row by row from the north, each row from the west.
-#[derive(Clone, Debug, PartialEq)]
-pub struct HeightPosts {
-    /// Posts in a row, at least 2.
-    pub columns: usize,
-    /// World position of the first post, the north-west one, metres.
-    pub first_m: DVec2,
-    /// Distance between posts, metres, 0.01 to 1000.
-    pub spacing_m: f64,
-    /// Height of each post, metres; NaN where nothing was measured.
-    pub heights_m: Vec<f32>,
-}
+use self::unmeasured::{distances, fill, outside};
 
 /// A ground that passes through measured heights, with another ground around them.
 ///
@@ -55,50 +46,6 @@ pub struct HeightField<S> {
     heights_m: Vec<f32>,
     /// The distance from the nearest measured post, in blending distances; 0 in holes.
     distances: Vec<f32>,
-}
-
-impl HeightPosts {
-    /// What [`HeightField::new`] refuses; the result is the width of the surroundings in posts, and
-    /// the numbers of columns and rows with them.
-    fn check(&self, blend_m: f64) -> Result<(usize, [usize; 2]), ParamError> {
-        ParamError::check_within("spacing_m", self.spacing_m, 0.01, 1000.0)?;
-        ParamError::check_within("blend_m", blend_m, 0.1, 5000.0)?;
-        let (columns, count) = (self.columns, self.heights_m.len());
-        if columns < 2 || count < 2 * columns || count % columns != 0 {
-            let allowed = "at least two rows of columns >= 2 posts";
-            return Err(ParamError::new("heights_m.len()", count, allowed));
-        }
-        if !self.first_m.is_finite() {
-            return Err(ParamError::new("first_m", self.first_m, "finite"));
-        }
-        if let Some(h) = self.heights_m.iter().find(|h| h.is_infinite()) {
-            return Err(ParamError::new("heights_m", h, "finite, or NaN for none"));
-        }
-        if self.heights_m.iter().all(|h| h.is_nan()) {
-            return Err(ParamError::new("heights_m", "NaN", "measured somewhere"));
-        }
-        // The outermost posts, which the spline needs, are beyond the blending distance.
-        let margin = (blend_m / self.spacing_m).ceil() as usize + 2;
-        let size = [columns, count / columns].map(|n| n + 2 * margin);
-        if size[0].saturating_mul(size[1]) > MAX_POSTS {
-            let value = format!("{} x {}", size[0], size[1]);
-            let allowed = format!("at most {MAX_POSTS} posts; lower blend_m");
-            return Err(ParamError::new(
-                "posts with their surroundings",
-                value,
-                allowed,
-            ));
-        }
-        Ok((margin, size))
-    }
-
-    /// Checks what [`HeightField::new`] checks, without its work.
-    ///
-    /// # Errors
-    /// As [`HeightField::new`].
-    pub fn validate(&self, blend_m: f64) -> Result<(), ParamError> {
-        self.check(blend_m).map(drop)
-    }
 }
 
 impl<S: Surface> HeightField<S> {
@@ -216,121 +163,6 @@ fn share_at(distance: f64) -> (f64, f64) {
     (t * t * (3.0 - 2.0 * t), -6.0 * t * distance)
 }
 
-/// Which posts are outside of what was measured: those without a height from which a way along rows
-/// and columns leads to the first post over others without one. The first post has none.
-fn outside(heights_m: &[f32], columns: usize) -> Vec<bool> {
-    let count = heights_m.len();
-    let mut is_outside = vec![false; count];
-    is_outside[0] = true;
-    let mut open = vec![0];
-    while let Some(post) = open.pop() {
-        let column = post % columns;
-        for (is_there, beside) in [
-            (column > 0, post.wrapping_sub(1)),
-            (column + 1 < columns, post + 1),
-            (post >= columns, post.wrapping_sub(columns)),
-            (post + columns < count, post + columns),
-        ] {
-            if is_there && heights_m[beside].is_nan() && !is_outside[beside] {
-                is_outside[beside] = true;
-                open.push(beside);
-            }
-        }
-    }
-    is_outside
-}
-
-/// The distance from each post to the nearest one that is not outside, in posts, by lower envelopes
-/// of parabolas (Felzenszwalb and Huttenlocher 2012, "Distance transforms of sampled functions").
-fn distances(is_outside: &[bool], columns: usize) -> Vec<f32> {
-    let rows = is_outside.len() / columns;
-    // Large, but its squares are finite.
-    const FAR: f64 = 1e9;
-    let square = |outside: &bool| if *outside { FAR * FAR } else { 0.0 };
-    let mut squares: Vec<f64> = is_outside.iter().map(square).collect();
-    let mut line = Vec::new();
-    for row in squares.chunks_exact_mut(columns) {
-        line.clear();
-        line.extend_from_slice(row);
-        envelope(&line, |i, square| row[i] = square);
-    }
-    for column in 0..columns {
-        line.clear();
-        line.extend((0..rows).map(|row| squares[row * columns + column]));
-        envelope(&line, |row, square| {
-            squares[row * columns + column] = square
-        });
-    }
-    squares.into_iter().map(|s| s.sqrt() as f32).collect()
-}
-
-/// Of each place of a line, the least sum of a value and the square of the way to it.
-fn envelope(values: &[f64], mut put: impl FnMut(usize, f64)) {
-    // The parabolas of the envelope, each with the place from which on it is the lowest.
-    let mut lowest: Vec<(usize, f64)> = Vec::with_capacity(values.len());
-    for (i, &value) in values.iter().enumerate() {
-        let from = loop {
-            let Some(&(j, start)) = lowest.last() else {
-                break f64::NEG_INFINITY;
-            };
-            let (a, b) = (i as f64, j as f64);
-            let meet = ((value + a * a) - (values[j] + b * b)) / (2.0 * (a - b));
-            if meet > start {
-                break meet;
-            }
-            lowest.pop();
-        };
-        lowest.push((i, from));
-    }
-    let mut k = 0;
-    for i in 0..values.len() {
-        while lowest.get(k + 1).is_some_and(|&(_, from)| from < i as f64) {
-            k += 1;
-        }
-        let off = i as f64 - lowest[k].0 as f64;
-        put(i, values[lowest[k].0] + off * off);
-    }
-}
-
-/// Gives posts without a height that of the coarsest means around them, from a pyramid of means of
-/// 2 × 2 (Gortler et al. 1996, "The lumigraph": push and pull).
-fn fill(heights_m: &mut [f32], columns: usize) {
-    let rows = heights_m.len() / columns;
-    if !heights_m.iter().any(|h| h.is_nan()) || heights_m.len() == 1 {
-        return;
-    }
-    let half = [columns.div_ceil(2), rows.div_ceil(2)];
-    let mut coarse = vec![f32::NAN; half[0] * half[1]];
-    for (i, mean) in coarse.iter_mut().enumerate() {
-        let (x, y) = (2 * (i % half[0]), 2 * (i / half[0]));
-        let (mut sum, mut count) = (0.0, 0.0);
-        for (x, y) in [(x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1)] {
-            if x < columns && y < rows && !heights_m[y * columns + x].is_nan() {
-                sum += f64::from(heights_m[y * columns + x]);
-                count += 1.0;
-            }
-        }
-        if count > 0.0 {
-            *mean = (sum / count) as f32;
-        }
-    }
-    fill(&mut coarse, half[0]);
-    for (i, height) in heights_m.iter_mut().enumerate().filter(|(_, h)| h.is_nan()) {
-        // Linear between the middles of the coarse cells.
-        let place = |at: usize, count: usize| {
-            let at = (0.5 * at as f64 - 0.25).clamp(0.0, (count - 1) as f64);
-            let cell = (at as usize).min(count.saturating_sub(2));
-            (cell, (cell + 1).min(count - 1), at - cell as f64)
-        };
-        let (x0, x1, tx) = place(i % columns, half[0]);
-        let (y0, y1, ty) = place(i / columns, half[1]);
-        let at = |x: usize, y: usize| f64::from(coarse[y * half[0] + x]);
-        let upper = at(x0, y0) * (1.0 - tx) + at(x1, y0) * tx;
-        let lower = at(x0, y1) * (1.0 - tx) + at(x1, y1) * tx;
-        *height = (upper * (1.0 - ty) + lower * ty) as f32;
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -338,7 +170,7 @@ mod tests {
     use proptest::prelude::*;
 
     /// Hills with a hole, over a sloping plane.
-    fn hills(blend_m: f64) -> (HeightPosts, HeightField<FlatSurface>) {
+    pub(super) fn hills(blend_m: f64) -> (HeightPosts, HeightField<FlatSurface>) {
         let (columns, rows) = (23, 17);
         let height = |i: usize| {
             let (x, y) = ((i % columns) as f64, (i / columns) as f64);
@@ -502,48 +334,5 @@ mod tests {
             let expected = DVec2::new(slope(DVec2::X), slope(DVec2::Y));
             prop_assert!((found - expected).length() < 2e-3 * (1.0 + expected.length()));
         }
-
-        #[test]
-        fn distances_are_those_to_the_nearest(seed in any::<u64>(), columns in 2_usize..9) {
-            let mut state = seed | 1;
-            let mut measured = || {
-                state ^= state << 13;
-                state ^= state >> 7;
-                state ^= state << 17;
-                state % 5 == 0
-            };
-            let mut grid: Vec<f32> =
-                (0..columns * 7).map(|_| if measured() { 1.0 } else { f32::NAN }).collect();
-            grid[3] = 1.0;
-            let place = |i: usize| DVec2::new((i % columns) as f64, (i / columns) as f64);
-            let is_outside: Vec<bool> = grid.iter().map(|h| h.is_nan()).collect();
-            for (i, found) in distances(&is_outside, columns).into_iter().enumerate() {
-                let to = |j: usize| place(i).distance(place(j));
-                let nearest = (0..grid.len()).filter(|&j| !grid[j].is_nan()).map(to);
-                let nearest = nearest.fold(f64::INFINITY, f64::min);
-                prop_assert!((f64::from(found) - nearest).abs() < 1e-5);
-            }
-            fill(&mut grid, columns);
-            prop_assert!(grid.iter().all(|h| *h == 1.0));
-        }
-    }
-
-    #[test]
-    fn impossible_grids_are_refused() {
-        let (posts, _) = hills(6.0);
-        let refused = |change: &dyn Fn(&mut HeightPosts), blend_m: f64| {
-            let mut posts = posts.clone();
-            change(&mut posts);
-            let field = HeightField::new(&posts, blend_m, FlatSurface::default());
-            field.expect_err("it is refused").to_string()
-        };
-        assert!(refused(&|p| p.columns = 1, 6.0).contains("two rows"));
-        assert!(refused(&|p| p.columns = 22, 6.0).contains("two rows"));
-        assert!(refused(&|p| p.heights_m.fill(f32::NAN), 6.0).contains("measured somewhere"));
-        assert!(refused(&|p| p.heights_m[0] = f32::INFINITY, 6.0).contains("finite"));
-        assert!(refused(&|p| p.spacing_m = 0.0, 6.0).contains("spacing_m"));
-        assert!(refused(&|p| p.first_m.x = f64::NAN, 6.0).contains("first_m"));
-        assert!(refused(&|p| p.spacing_m = 0.01, 5000.0).contains("lower blend_m"));
-        assert!(refused(&|_| {}, 0.0).contains("blend_m"));
     }
 }

@@ -7,7 +7,8 @@ use glam::DVec2;
 use nemoral_scene::{ChunkCoord, Surface, SurfaceSample};
 use nemoral_seed::Key;
 
-use crate::layer::{Earthwork, Earthworks, Layer};
+use crate::earthwork::{Earthwork, Earthworks};
+use crate::layer::Layer;
 use crate::place::TrailPlace;
 use crate::ragged::Ragged;
 use crate::zone::TrailZone;

@@ -1,16 +1,17 @@
 //! The ways that are one piece of earthwork, near a chunk.
 
-use std::ops::Range;
+mod carving;
+
 use std::sync::Arc;
 
 use glam::DVec2;
 use nemoral_scene::{ChunkCoord, Dual};
 
 use crate::bends::{Firmness, View};
+use crate::earthwork::{Earthwork, REACH_M, reach_m};
 use crate::index::{Index, Stretch};
 use crate::path::{Foot, Knot};
-use crate::profile::smoothstep;
-use crate::{Section, TrailPath, Way};
+use crate::{Section, TrailPath};
 
 /// Inner corners between the edges of two trails that meet have this radius, metres, or the width
 /// of the wider one if that is less.
@@ -23,20 +24,8 @@ const SHOULDER_M: f64 = 1.5;
 /// metres.
 const DITCH_REACH_M: f64 = 5.0;
 
-/// The distance from edges within which the ground has shapes as small as ruts, metres.
-const FINE_M: f64 = 1.0;
-
-/// Slopes start with a round foot of about this size, metres.
-const FOOT_M: f64 = 0.3;
-
-/// The corner between a slope and the untouched ground is rounded by this, metres of height.
-const ROUND_M: f64 = 0.2;
-
 /// A knot is at most this much farther than the point of its trail that is nearest, metres.
 const KNOT_M: f64 = 0.8;
-
-/// Beyond this distance from its edge a trail does not change the ground, metres.
-pub(crate) const REACH_M: f64 = 12.0;
 
 /// Ways of the same levelling, reach and slopes, which join at grade.
 pub(crate) struct Layer {
@@ -78,69 +67,6 @@ struct Valley<'a> {
     knot: usize,
     /// Its distance less half the greatest width, metres.
     edge_m: f64,
-}
-
-/// A run of ways that are one piece of earthwork.
-#[derive(Debug)]
-pub(crate) struct Earthwork {
-    /// The numbers of the ways.
-    pub(crate) numbers: Range<usize>,
-    section: Section,
-    width_m: f64,
-    has_ditch: bool,
-}
-
-/// The pieces of earthwork of a world, and what they have in common.
-#[derive(Debug)]
-pub(crate) struct Earthworks {
-    pub(crate) all: Vec<Earthwork>,
-    /// The distance from a chunk within which trails must be known to carve its ground.
-    pub(crate) reach_m: f64,
-    /// The distance from edges within which the ground has shapes as small as ruts or ditches.
-    pub(crate) fine_m: f64,
-    /// Whether materials end raggedly, where they change and where kinds of way meet.
-    pub(crate) ragged: bool,
-}
-
-impl Earthworks {
-    /// The earthworks of ways, as far as they are used.
-    pub(crate) fn new(ways: &[Arc<Way>], used: &[bool]) -> Self {
-        let mut all: Vec<Earthwork> = Vec::new();
-        let (mut width_m, mut ditch_m, mut ragged) = (0.0_f64, 0.0_f64, false);
-        let ways_in_use = (ways.iter().enumerate()).filter(|(number, _)| used[*number]);
-        for (number, way) in ways_in_use {
-            let ditch = way.section.ditch;
-            match all.last_mut() {
-                Some(last) if ways[last.numbers.start].joins(way) => {
-                    last.numbers.end = number + 1;
-                    last.width_m = last.width_m.max(way.widest_m());
-                    last.has_ditch |= ditch.is_some();
-                }
-                _ => all.push(Earthwork {
-                    numbers: number..number + 1,
-                    section: way.section.clone(),
-                    width_m: way.widest_m(),
-                    has_ditch: ditch.is_some(),
-                }),
-            }
-            width_m = width_m.max(way.widest_m());
-            ditch_m = ditch_m.max(ditch.map_or(0.0, |d| d.width_m));
-            ragged |= way.change > 0.0;
-        }
-        Self {
-            all,
-            reach_m: reach_m(width_m),
-            fine_m: FINE_M.max(ditch_m + 0.3),
-            ragged,
-        }
-    }
-}
-
-/// The distance from its middle within which a way of this width is looked for.
-fn reach_m(width_m: f64) -> f64 {
-    // There is a knot at every metre, so the nearest one is less than a metre farther than the
-    // trail.
-    REACH_M + 0.5 * width_m + 1.0
 }
 
 impl Layer {
@@ -306,138 +232,6 @@ impl Layer {
         }
         best
     }
-
-    /// Height of the formation; `None` beyond reach. Each knot continues its height along its
-    /// direction with its grade (Shepard's interpolation, with slopes).
-    fn formation(&self, p: DVec2) -> Option<Dual> {
-        let reach = self.section.reach_m + 0.5 * self.width_m + 1.0;
-        let scale = 1.0 / (reach * reach);
-        let (mut total, mut d_total) = (0.0, DVec2::ZERO);
-        let (mut sum, mut d_sum) = (0.0, DVec2::ZERO);
-        for &Stretch { path, first, end } in self.index.at(p) {
-            for knot in &self.paths[path as usize].knots()[first as usize..end as usize] {
-                let away = p - knot.position;
-                let inside = 1.0 - away.length_squared() * scale;
-                if inside <= 0.0 {
-                    continue;
-                }
-                let weight = inside * inside * inside;
-                let d_weight = (-6.0 * scale * inside * inside) * away;
-                let height = knot.height + knot.grade * knot.tangent.dot(away);
-                total += weight;
-                d_total += d_weight;
-                sum += weight * height;
-                d_sum += height * d_weight + (weight * knot.grade) * knot.tangent;
-            }
-        }
-        if total <= 0.0 {
-            return None;
-        }
-        let height = sum / total;
-        Some(Dual::new(height, (d_sum - height * d_total) / total))
-    }
-
-    /// The section's height above the formation, by all trails that are close.
-    fn profile(&self, around: &Around<'_>) -> Dual {
-        let edge = around.edge;
-        if edge.value >= SHOULDER_M {
-            return Dual::constant(0.0);
-        }
-        let mut close = (around.strands.iter()).filter(|s| s.edge.value < SHOULDER_M);
-        let height = match (close.next(), close.clone().next()) {
-            (Some(only), None) if only.is_firm() => only.path.way().profile(&only.foot),
-            (first, _) => {
-                let all = first.into_iter().chain(close);
-                around.mean(all, SHOULDER_M, |s, weight| {
-                    weight * s.path.way().profile(&s.foot)
-                })
-            }
-        };
-        let t = (edge.value / SHOULDER_M).clamp(0.0, 1.0);
-        height * edge.chain((1.0 - smoothstep(t), -6.0 * t * (1.0 - t) / SHOULDER_M))
-    }
-
-    /// The depth of the ditch, and how far it moves the foot of the slope, at a distance from the
-    /// edge; `None` where there is no ditch.
-    fn ditch(&self, around: &Around<'_>) -> Option<(Dual, Dual)> {
-        let edge = around.edge;
-        if !self.has_ditch || edge.value >= DITCH_REACH_M {
-            return None;
-        }
-        let close = || (around.strands.iter()).filter(|s| s.edge.value < DITCH_REACH_M);
-        close().next()?;
-        let depth = around.mean(close(), DITCH_REACH_M, |strand, weight| {
-            let Some((ditch, share)) = strand.path.way().ditch(&strand.foot) else {
-                return Dual::constant(0.0);
-            };
-            let x = (edge.value / ditch.width_m).clamp(0.0, 1.0);
-            let bell = x * (1.0 - x);
-            let d_bell = (1.0 - 2.0 * x) / ditch.width_m;
-            let form = edge.chain((16.0 * bell * bell, 32.0 * bell * d_bell));
-            weight * share * form.scale(ditch.depth_m)
-        });
-        let width = around.mean(close(), DITCH_REACH_M, |strand, weight| {
-            match strand.path.way().ditch(&strand.foot) {
-                Some((ditch, share)) => weight * share.scale(ditch.width_m),
-                None => Dual::constant(0.0),
-            }
-        });
-        let span = DITCH_REACH_M - SHOULDER_M;
-        let t = ((edge.value - SHOULDER_M) / span).clamp(0.0, 1.0);
-        let near = edge.chain((1.0 - smoothstep(t), -6.0 * t * (1.0 - t) / span));
-        Some((depth, width * near))
-    }
-
-    /// The carved ground; `None` where it is the natural one.
-    pub(crate) fn carved(
-        &self,
-        p: DVec2,
-        around: &Around<'_>,
-        natural: &dyn Fn() -> Dual,
-    ) -> Option<Dual> {
-        let edge = around.edge;
-        if edge.value >= self.section.reach_m {
-            return None;
-        }
-        let mut formation = self.formation(p)?;
-        let levelling = self.section.levelling;
-        if levelling < 1.0 {
-            formation = formation.scale(levelling) + natural().scale(1.0 - levelling);
-        }
-        let surface = formation + self.profile(around);
-        if edge.value <= 0.0 {
-            return Some(surface);
-        }
-        let ground = natural();
-        let reach_m = self.section.reach_m;
-        let rise = edge.chain(slope(edge.value, reach_m));
-        let (cut, fill) = (
-            rise.scale(1.0 / self.section.cut_ratio),
-            rise.scale(1.0 / self.section.fill_ratio),
-        );
-        // The rounding is limited, so that the two corners do not meet.
-        let gap = cut + fill;
-        let whole = gap.value + 2.0 * ROUND_M;
-        let k = gap.chain((
-            ROUND_M * gap.value / whole,
-            2.0 * ROUND_M * ROUND_M / (whole * whole),
-        ));
-        if k.value <= 0.0 {
-            return Some(surface);
-        }
-        let cut = match self.ditch(around) {
-            None => cut,
-            Some((depth, moved)) => {
-                let rise = moved_slope(edge, moved, reach_m);
-                rise.scale(1.0 / self.section.cut_ratio) - depth
-            }
-        };
-        Some(
-            ground
-                .smooth_max(surface - fill, k)
-                .smooth_min(surface + cut, k),
-        )
-    }
 }
 
 /// The distance within which a knot may belong to a trail that shapes the ground here.
@@ -468,42 +262,6 @@ fn valleys(knots: &[Knot], p: DVec2, mut found: impl FnMut(usize, f64)) {
     }
     if falls && !knots.is_empty() {
         found(knots.len() - 1, last);
-    }
-}
-
-impl<'a> Around<'a> {
-    /// The mean of a value over strands, which count less towards a distance from their edges and
-    /// where their feet may leap. It falls to 0 where all may.
-    fn mean<'s>(
-        &self,
-        strands: impl Iterator<Item = &'s Strand<'a>>,
-        reach_m: f64,
-        weighted: impl Fn(&Strand<'a>, Dual) -> Dual,
-    ) -> Dual
-    where
-        'a: 's,
-    {
-        let weight_at = |edge: Dual| {
-            let left = reach_m - edge.value;
-            edge.chain((left * left * left, -3.0 * left * left))
-        };
-        let (mut total, mut sum) = (Dual::constant(0.0), Dual::constant(0.0));
-        for strand in strands {
-            let mut weight = weight_at(strand.edge);
-            if !strand.is_firm() {
-                weight = weight * strand.firmness.shape;
-            }
-            total = total + weight;
-            sum = sum + weighted(strand, weight);
-        }
-        let least = weight_at(self.nearest);
-        if total.value < least.value {
-            total = least;
-        }
-        if total.value <= 0.0 {
-            return Dual::constant(0.0);
-        }
-        sum * total.chain((1.0 / total.value, -1.0 / (total.value * total.value)))
     }
 }
 
@@ -567,37 +325,4 @@ pub(crate) fn union(a: Dual, b: Dual, share: Dual, fillet_m: f64) -> Dual {
     let gradient = near_depth * near.gradient + part * far.gradient
         - (0.5 * far_depth * far_depth) * share.gradient;
     Dual::new(fillet_m - root, gradient / root)
-}
-
-/// The height of a slope of 1:1 at a distance from the edge, and its derivative: a round foot, then
-/// a straight slope, then steeper and steeper without bounds towards the reach.
-fn slope(d: f64, reach_m: f64) -> (f64, f64) {
-    let (foot, d_foot) = foot(d);
-    let (bound, d_bound) = bound(d, reach_m);
-    (foot * bound, d_foot * bound + foot * d_bound)
-}
-
-/// The height of a slope whose foot is moved away from the edge.
-fn moved_slope(edge: Dual, moved: Dual, reach_m: f64) -> Dual {
-    let from = edge - moved;
-    if from.value <= 0.0 {
-        return Dual::constant(0.0);
-    }
-    from.chain(foot(from.value)) * edge.chain(bound(edge.value, reach_m))
-}
-
-/// The round foot of a slope and its straight part.
-fn foot(d: f64) -> (f64, f64) {
-    let foot = d * d / (d + FOOT_M);
-    let d_foot = (d * d + 2.0 * d * FOOT_M) / ((d + FOOT_M) * (d + FOOT_M));
-    (foot, d_foot)
-}
-
-/// The factor by which a slope gets steeper towards the reach.
-fn bound(d: f64, reach_m: f64) -> (f64, f64) {
-    let x = d / reach_m;
-    let x5 = x * x * x * x * x;
-    let bound = 1.0 / (1.0 - x5 * x);
-    let d_bound = 6.0 * x5 / reach_m * bound * bound;
-    (bound, d_bound)
 }

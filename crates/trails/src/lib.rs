@@ -45,6 +45,7 @@ mod bends;
 mod curve;
 mod dressing;
 mod dressing_placement;
+mod earthwork;
 mod given;
 mod ground;
 mod index;

@@ -7,7 +7,8 @@ use glam::DVec2;
 use nemoral_scene::{Dual, Surface, SurfaceSample};
 
 use crate::TrailSurfaceKind;
-use crate::layer::{Around, Layer, REACH_M, Strand, nearest, union};
+use crate::earthwork::REACH_M;
+use crate::layer::{Around, Layer, Strand, nearest, union};
 use crate::profile::smoothstep;
 use crate::ragged::Ragged;
 use crate::section::Part;

@@ -1,16 +1,19 @@
 //! Drops and flakes that fall in front of a camera.
 
-use std::f32::consts::FRAC_1_PI;
+mod size_bin;
+mod streak;
 
-use glam::{DVec2, DVec3, Vec2, Vec3};
-use nemoral_scene::{Hydrometeor, SizeDistribution};
-use nemoral_seed::{Domain, Draw, Key, PhiloxRng};
+use glam::{DVec2, DVec3, Vec3};
+use nemoral_scene::Hydrometeor;
+use nemoral_seed::{Domain, Draw, Key};
 use rayon::prelude::*;
 
+use self::size_bin::SizeBin;
+use self::streak::Streak;
 use super::picture::Surroundings;
 use super::view::View;
 use crate::error::{ParamError, check};
-use crate::light::lamp::{LampInAir, droplet_phase};
+use crate::light::lamp::LampInAir;
 
 /// Rain and snowfall around a camera. They are in the picture alone, in front of what is there:
 /// truth is that of the surfaces behind.
@@ -42,45 +45,11 @@ const SNOW: Domain = Domain::new("render.snow");
 /// Diameters between which particles fall equally fast, metres.
 const RAIN_M: [f64; 8] = [0.5e-3, 1e-3, 1.5e-3, 2e-3, 2.5e-3, 3e-3, 4e-3, 5e-3];
 const SNOW_M: [f64; 7] = [1e-3, 2e-3, 3e-3, 4e-3, 6e-3, 8e-3, 12e-3];
-/// The light of its surroundings that a drop lets through (Garg and Nayar 2007), and that a flake
-/// scatters.
-const DROP_ALBEDO: f32 = 0.94;
-const FLAKE_ALBEDO: f32 = 0.9;
 /// The narrowest particle that is drawn, pixels, and the farthest, metres.
 const NARROWEST_PX: f64 = 0.33;
 const FARTHEST_M: f64 = 12.0;
-/// The nearest particle, metres: nearer ones meet the lens and its hood.
-const NEAREST_M: f64 = 0.2;
-/// The width of the aperture of a camera that is focused far away, metres.
-const APERTURE_M: f64 = 0.002;
-/// The exposure of a picture of an instant, seconds.
-const INSTANT_S: f64 = 0.005;
 /// From the middle of a cubic metre to its corners, metres.
 const HALF_DIAGONAL_M: f64 = 0.867;
-
-/// The way of a particle in the picture.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Streak {
-    from_px: Vec2,
-    to_px: Vec2,
-    /// From its middle line to where it ends, pixels.
-    reach_px: f32,
-    /// The area of the particle, which its streak covers on average, square pixels.
-    area_px2: f32,
-    depth_m: f32,
-    of: Hydrometeor,
-    /// Where it is in the scene.
-    place_m: Vec3,
-}
-
-/// Particles that fall equally fast.
-struct SizeBin {
-    of: Hydrometeor,
-    sizes: SizeDistribution,
-    from_m: f64,
-    to_m: f64,
-    key: Key,
-}
 
 impl Precipitation {
     pub(crate) fn check(&self) -> Result<(), ParamError> {
@@ -209,151 +178,13 @@ impl Precipitation {
     }
 }
 
-impl SizeBin {
-    fn rng(&self, cube: [i64; 3]) -> PhiloxRng {
-        let key = |key: Key, place: i64| key.item(place as u64);
-        cube.into_iter().fold(self.key, key).rng()
-    }
-
-    /// How many there are in a cubic metre: the mean, rounded up or down.
-    fn count(&self, rng: &mut PhiloxRng) -> u32 {
-        let mean =
-            self.sizes.per_m3_wider_than(self.from_m) - self.sizes.per_m3_wider_than(self.to_m);
-        (mean + rng.unit_f64()).floor() as u32
-    }
-
-    /// The diameter below which this share of them is.
-    fn diameter_m(&self, share: f64) -> f64 {
-        let slope = self.sizes.slope_per_m;
-        let (least, most) = (
-            libm::exp(-slope * self.from_m),
-            libm::exp(-slope * self.to_m),
-        );
-        -libm::log(least + share * (most - least)) / slope
-    }
-
-    /// The streak of a particle that is at a place in the scene at the picture's time.
-    fn streak(
-        &self,
-        view: &View,
-        at: DVec3,
-        fall: DVec3,
-        diameter_m: f64,
-        reach_m: f64,
-    ) -> Option<Streak> {
-        let k = &view.intrinsics;
-        let in_camera = view.scene_from_camera.inverse().transform_point(at);
-        if !(NEAREST_M..reach_m).contains(&in_camera.length()) {
-            return None;
-        }
-        let middle_px = k.project(in_camera)?;
-        let exposure_s = match view.shutter.exposure_s {
-            0.0 => INSTANT_S,
-            exposure_s => exposure_s,
-        };
-        let row_s = view.shutter.row_time_s(middle_px.y, k.height);
-        let pixel_at = |offset_s: f64| {
-            let then = at - fall * (row_s + offset_s);
-            let pose = view.pose_at(middle_px.y, offset_s);
-            k.project(pose.inverse().transform_point(then))
-        };
-        let from_px = pixel_at(-0.5 * exposure_s)?.as_vec2();
-        let to_px = pixel_at(0.5 * exposure_s)?.as_vec2();
-        // The square around it in the picture, through whatever lens.
-        let across = in_camera.cross(DVec3::Y).normalize_or(DVec3::X);
-        let upwards = in_camera.cross(across).normalize_or(DVec3::Y);
-        let side_px = |side: DVec3| Some(k.project(in_camera + side * diameter_m)? - middle_px);
-        let diameter_px = side_px(across)?.perp_dot(side_px(upwards)?).abs().sqrt();
-        let blur_px = diameter_px * APERTURE_M / diameter_m;
-        let reach_px = (0.25 * (diameter_px * diameter_px + blur_px * blur_px) + 1.0).sqrt() as f32;
-        let margin = Vec2::splat(reach_px);
-        let (low, high) = (from_px.min(to_px) - margin, from_px.max(to_px) + margin);
-        let inside = high.cmpgt(Vec2::ZERO).all()
-            && low.cmplt(Vec2::new(k.width as f32, k.height as f32)).all();
-        inside.then_some(Streak {
-            from_px,
-            to_px,
-            reach_px,
-            area_px2: (std::f64::consts::FRAC_PI_4 * diameter_px * diameter_px) as f32,
-            depth_m: in_camera.z as f32,
-            of: self.of,
-            place_m: at.as_vec3(),
-        })
-    }
-}
-
-impl Streak {
-    /// Its radiance over the mean radiance of its surroundings.
-    fn albedo(&self) -> f32 {
-        match self.of {
-            Hydrometeor::Raindrop => DROP_ALBEDO,
-            Hydrometeor::Snowflake => FLAKE_ALBEDO,
-        }
-    }
-
-    /// Its radiance over a lamp's irradiance, 1/sr, where the light turns by an angle of this
-    /// cosine. Drops scatter by the phase function of droplets, and flakes as matt balls
-    /// (Lambert's law over the part of a ball that is lit and seen). Nothing shades them.
-    fn glow(&self, cos: f32) -> f32 {
-        match self.of {
-            Hydrometeor::Raindrop => droplet_phase(cos),
-            Hydrometeor::Snowflake => {
-                let cos = cos.clamp(-1.0, 1.0);
-                let (turn, sin) = (libm::acosf(cos), (1.0 - cos * cos).max(0.0).sqrt());
-                FLAKE_ALBEDO * (2.0 / 3.0) * (sin - turn * cos) * (FRAC_1_PI * FRAC_1_PI)
-            }
-        }
-    }
-
-    /// The share of a pixel that it covers on average, by the distance from its middle line: a tent
-    /// whose volume over the picture is what it covers.
-    fn coverage(&self, at: Vec2) -> f32 {
-        let way = self.to_px - self.from_px;
-        let along = (at - self.from_px).dot(way) / way.length_squared().max(1e-12);
-        let nearest = self.from_px + way * along.clamp(0.0, 1.0);
-        let height = (1.0 - at.distance(nearest) / self.reach_px).max(0.0);
-        let r = self.reach_px;
-        let volume = r * way.length() + std::f32::consts::FRAC_PI_3 * r * r;
-        (self.area_px2 * height / volume).min(1.0)
-    }
-
-    fn draw(&self, pixels: &mut [Vec3], depth_m: &[f32], width: usize, radiance: Vec3) {
-        let height = pixels.len() / width;
-        let low = self.from_px.min(self.to_px) - self.reach_px;
-        let high = self.from_px.max(self.to_px) + self.reach_px;
-        let range = |low: f32, high: f32, n: usize| {
-            (low.floor().max(0.0) as usize)..(high.ceil().max(0.0) as usize).min(n)
-        };
-        let way = self.to_px - self.from_px;
-        for y in range(low.y, high.y, height) {
-            // Only the part of the way that is near this row, as a long slanting one would visit
-            // all pixels of its rectangle.
-            let shares = if way.y.abs() > 1.0 {
-                [-self.reach_px, self.reach_px].map(|reach_px| {
-                    let share = (y as f32 + 0.5 + reach_px - self.from_px.y) / way.y;
-                    share.clamp(0.0, 1.0)
-                })
-            } else {
-                [0.0, 1.0]
-            };
-            let [a, b] = shares.map(|share| self.from_px.x + share * way.x);
-            let (low, high) = (a.min(b) - self.reach_px, a.max(b) + self.reach_px);
-            for x in range(low, high, width) {
-                let i = y * width + x;
-                if depth_m[i] > 0.0 && depth_m[i] < self.depth_m {
-                    continue;
-                }
-                let share = self.coverage(Vec2::new(x as f32 + 0.5, y as f32 + 0.5));
-                pixels[i] = pixels[i].lerp(radiance, share);
-            }
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use glam::Vec2;
     use nemoral_scene::{Distortion, Intrinsics, RigidTransform, Shutter};
 
+    use super::size_bin::NEAREST_M;
+    use super::streak::{DROP_ALBEDO, FLAKE_ALBEDO};
     use super::*;
 
     fn falling(rain_mm_per_h: f64, snowfall_mm_per_h: f64) -> Precipitation {
@@ -387,31 +218,6 @@ mod tests {
         };
         p.apply(&mut pixels, &vec![depth_m; n], view, &around);
         pixels
-    }
-
-    #[test]
-    fn a_streak_covers_as_much_as_its_particle() {
-        for (to, reach_px) in [
-            ((60.0, 60.0), 3.0),
-            ((71.5, 90.25), 2.0),
-            ((60.0, 110.0), 8.0),
-            ((140.0, 20.0), 1.5),
-            ((20.0, 60.5), 2.0),
-        ] {
-            let streak = Streak {
-                from_px: Vec2::new(60.0, 60.0),
-                to_px: Vec2::from(to),
-                reach_px,
-                area_px2: 2.5,
-                depth_m: 1.0,
-                of: Hydrometeor::Snowflake,
-                place_m: Vec3::ZERO,
-            };
-            let mut pixels = vec![Vec3::ZERO; 160 * 160];
-            streak.draw(&mut pixels, &vec![0.0; 160 * 160], 160, Vec3::ONE);
-            let sum: f32 = pixels.iter().map(|p| p.x).sum();
-            assert!((sum / 2.5 - 1.0).abs() < 0.03, "{sum}");
-        }
     }
 
     /// A way through the air is covered by half its extinction, as that counts twice the particles'
@@ -516,30 +322,5 @@ mod tests {
             (streaks.len(), sum.round().as_ivec2().to_array()),
             (234, [38_318, 20_400])
         );
-    }
-
-    /// A matt ball reflects all that falls on it, its albedo, over all directions.
-    #[test]
-    fn what_a_lamp_shines_on_scatters_its_light() {
-        for (of, share) in [
-            (Hydrometeor::Raindrop, 1.0),
-            (Hydrometeor::Snowflake, FLAKE_ALBEDO),
-        ] {
-            let streak = Streak {
-                from_px: Vec2::ZERO,
-                to_px: Vec2::ONE,
-                reach_px: 1.0,
-                area_px2: 1.0,
-                depth_m: 1.0,
-                of,
-                place_m: Vec3::ZERO,
-            };
-            let n = 100_000;
-            let cos = |i: i32| (i as f32 + 0.5) / n as f32 * 2.0 - 1.0;
-            let sum: f64 = (0..n).map(|i| f64::from(streak.glow(cos(i)))).sum();
-            // Radiance times the area that is seen, over all directions.
-            let whole = sum * 2.0 / f64::from(n) * std::f64::consts::TAU;
-            assert!((whole - f64::from(share)).abs() < 2e-3, "{of:?}: {whole}");
-        }
     }
 }

@@ -3,7 +3,7 @@
 use glam::{DVec2, Vec3};
 use nemoral_scene::Image;
 
-use super::lighting::Backdrop;
+use super::backdrop::Backdrop;
 use super::params::GpuParams;
 use super::readback::Readback;
 use super::{Gpu, GpuError};

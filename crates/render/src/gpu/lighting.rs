@@ -1,12 +1,12 @@
 //! The colour pass: shadow maps, tables of light, and one or four samples per pixel.
 
-use bytemuck::{Pod, Zeroable};
-use glam::{DVec2, DVec3, Vec2, Vec3};
-use rayon::prelude::*;
+use glam::{DVec3, Vec3};
 
+use super::backdrop::Backdrop;
 use super::cascade::Cascade;
 use super::cull::{Culled, ViewBindings};
 use super::instance_buffer::InstanceBuffer;
+use super::light_tables::{CASCADES, ground_corners, ground_occlusion, tables};
 use super::materials::Materials;
 use super::params::GpuParams;
 use super::pipeline::{
@@ -17,42 +17,14 @@ use super::readback::Readback;
 use super::shapes::Shapes;
 use super::{Gpu, GpuError};
 use crate::colour::LUMINANCE;
-use crate::sky::haze::Haze;
 use crate::{Lighting, SceneView, View};
 
 /// The target's format. It needs floats, because the light of two pixels may differ by a factor of
 /// 10⁸.
 const COLOUR_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
-// These must equal the constants of `lighting.wgsl`.
-const CASCADES: usize = 4;
-const SKY_SIDE: usize = 128;
-const AMBIENT_SIDE: usize = 16;
-const OPENNESS_STEPS: usize = 32;
-const GRID_SIDE: usize = 64;
-const GRID_UP: usize = 32;
-/// Nodes along a side of the near and the wide grid of ground occlusion, and their distances,
-/// metres.
-const GROUND_SIDE: usize = 512;
-const GROUND_STEPS_M: [f32; 2] = [1.0 / 6.0, 0.8];
 
 /// A white surface in the sun gets this value in the target: 1/16 of the largest half float.
 const WHITE: f32 = 4096.0;
-
-/// `Light` in `lighting.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Pod, Zeroable)]
-struct LightRecord {
-    sun: [f32; 4],
-    irradiance: [f32; 4],
-    air: [f32; 4],
-    cascades: [[[f32; 4]; 4]; CASCADES],
-    ends: [f32; 4],
-    texels: [f32; 4],
-    near_grid: [f32; 4],
-    far_grid: [f32; 4],
-    up_and_fog: [f32; 4],
-    ground_grids: [f32; 4],
-}
 
 /// The colour pass of a camera.
 #[derive(Debug)]
@@ -68,14 +40,6 @@ pub(crate) struct LightingPass {
     /// Samples of a pixel.
     samples: u32,
     pub(crate) backdrop: Backdrop,
-}
-
-/// The scale of the target's colours, and the sky behind them.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Backdrop {
-    range_m: f32,
-    /// The factor from radiance to the target's colours.
-    scale: f32,
 }
 
 #[derive(Debug)]
@@ -331,142 +295,6 @@ impl LightingPass {
         gpu.check()?;
         Ok((readback, submission))
     }
-
-    fn light(
-        &self,
-        haze: &Haze,
-        inputs: &LightingInputs<'_>,
-        ground_corners: [Vec2; 2],
-    ) -> (LightRecord, Vec<f32>) {
-        let lighting = inputs.lighting;
-        let camera = inputs.view.scene_from_camera.translation_m.as_vec3();
-        let visibility = inputs.scene.sky_visibility;
-        let range_m = haze.range_m;
-        // Node steps across and up, and how many layers lie below the camera.
-        let far = 2.0 * range_m / (GRID_SIDE - 1) as f32;
-        let grids = [(1.5, 1.5, 10.0), (far, 4.0, 14.0)];
-        let corner = |(step, up, below): (f32, f32, f32)| {
-            let half = 0.5 * step * (GRID_SIDE - 1) as f32;
-            Vec3::new(-half, -half, -up * below)
-        };
-        let nodes = GRID_SIDE * GRID_SIDE * GRID_UP;
-        let sky_view_factor = (0..2 * nodes)
-            .into_par_iter()
-            .map(|i| {
-                let grid = grids[i / nodes];
-                let (x, y, z) = (
-                    i % GRID_SIDE,
-                    i / GRID_SIDE % GRID_SIDE,
-                    i % nodes / (GRID_SIDE * GRID_SIDE),
-                );
-                let at = Vec3::new(x as f32 * grid.0, y as f32 * grid.0, z as f32 * grid.1);
-                visibility.sky_view_factor(camera + corner(grid) + at)
-            })
-            .collect();
-        let of = |f: fn(&Cascade) -> f64| std::array::from_fn(|k| f(&inputs.cascades[k]) as f32);
-        let focal_px = 0.5 * (inputs.view.intrinsics.fx + inputs.view.intrinsics.fy);
-        let [near, far] = grids.map(|g| corner(g).extend(g.0).to_array());
-        let record = LightRecord {
-            sun: lighting
-                .sun_direction()
-                .extend((1.0 / focal_px) as f32)
-                .to_array(),
-            irradiance: lighting
-                .sun_irradiance()
-                .extend(self.backdrop.scale)
-                .to_array(),
-            air: [
-                haze.air.extinction,
-                haze.air.height_m,
-                range_m,
-                visibility.sky_view_factor(camera),
-            ],
-            cascades: std::array::from_fn(|k| inputs.cascades[k].clip().to_cols_array_2d()),
-            ends: of(|c| c.end_m),
-            texels: of(Cascade::texel_m),
-            near_grid: near,
-            far_grid: far,
-            up_and_fog: [
-                grids[0].1,
-                grids[1].1,
-                haze.fog.extinction,
-                haze.fog.height_m,
-            ],
-            ground_grids: {
-                let [near, wide] = ground_corners.map(|corner| corner - camera.truncate());
-                [near.x, near.y, wide.x, wide.y]
-            },
-        };
-        (record, sky_view_factor)
-    }
-}
-
-/// The corners of the grids of ground occlusion around the camera, in the scene. They are halves of
-/// steps from whole ones, as the middles of the cells of maps are, so that the near grid has the
-/// maps' own values wherever the camera is.
-fn ground_corners(inputs: &LightingInputs<'_>) -> [Vec2; 2] {
-    let camera = inputs.view.scene_from_camera.translation_m.as_vec3();
-    GROUND_STEPS_M.map(|step_m| {
-        let middle = (camera.truncate() / step_m).floor();
-        (middle - (GROUND_SIDE / 2) as f32 + 0.5) * step_m
-    })
-}
-
-/// The ground occlusion around the camera: rows from the south of the near grid, then of the wide
-/// one.
-fn ground_occlusion(inputs: &LightingInputs<'_>, corners: [Vec2; 2]) -> Vec<f32> {
-    let visibility = inputs.scene.sky_visibility;
-    let height_m = inputs.view.scene_from_camera.translation_m.z as f32;
-    let nodes = GROUND_SIDE * GROUND_SIDE;
-    (0..2 * nodes)
-        .into_par_iter()
-        .map(|i| {
-            let (grid, node) = (i / nodes, i % nodes);
-            let node = Vec2::new((node % GROUND_SIDE) as f32, (node / GROUND_SIDE) as f32);
-            let at = corners[grid] + node * GROUND_STEPS_M[grid];
-            visibility.ground_occlusion(at.extend(height_m))
-        })
-        .collect()
-}
-
-impl Backdrop {
-    /// Adds the radiance from the target's rows, with the sky behind.
-    pub(crate) fn compose(
-        &self,
-        rows: &mut dyn Iterator<Item = &[u8]>,
-        view: &View,
-        lighting: &Lighting,
-        linear: &mut [Vec3],
-    ) {
-        let width = view.intrinsics.width as usize;
-        let haze = self.haze(lighting, view);
-        let rows: Vec<&[u8]> = rows.collect();
-        linear
-            .par_chunks_mut(width)
-            .zip(rows)
-            .enumerate()
-            .for_each(|(y, (out, row))| {
-                for (x, (out, texel)) in out.iter_mut().zip(row.chunks_exact(8)).enumerate() {
-                    let half =
-                        |i: usize| from_half(u16::from_le_bytes([texel[2 * i], texel[2 * i + 1]]));
-                    let covered = half(3).clamp(0.0, 1.0);
-                    *out += Vec3::new(half(0), half(1), half(2)) / self.scale;
-                    if covered < 1.0 {
-                        let centre = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
-                        let d = view.ray(centre, 1.0).direction;
-                        let sky = lighting.background(&haze, d)
-                            + lighting.sun_in_pixel(&haze, view, centre, d);
-                        *out += sky * (1.0 - covered);
-                    }
-                }
-            });
-    }
-
-    /// The air around the camera.
-    fn haze(&self, lighting: &Lighting, view: &View) -> Haze {
-        let height = view.scene_from_camera.translation_m.z as f32;
-        lighting.haze(height, self.range_m)
-    }
 }
 
 /// The colour pass's pipelines.
@@ -493,67 +321,4 @@ fn colour(
         distorted,
     };
     Pipelines::new(gpu, layouts, &stage)
-}
-
-/// The light in tables over octahedral maps: background radiance, then irradiance by sky view
-/// factor.
-fn tables(lighting: &Lighting, haze: &Haze) -> Vec<[f32; 4]> {
-    let direction = |i: usize, side: usize| -> Vec3 {
-        let at = Vec2::new((i % side) as f32, (i / side) as f32) / (side - 1) as f32;
-        unfold(at * 2.0 - Vec2::ONE)
-    };
-    let sky = (0..SKY_SIDE * SKY_SIDE).map(|i| lighting.background(haze, direction(i, SKY_SIDE)));
-    let ambient = (0..=OPENNESS_STEPS).flat_map(|step| {
-        let ambient = lighting.ambient(step as f32 / OPENNESS_STEPS as f32);
-        (0..AMBIENT_SIDE * AMBIENT_SIDE)
-            .map(move |i| ambient.irradiance(direction(i, AMBIENT_SIDE)))
-    });
-    sky.chain(ambient)
-        .map(|c| c.extend(0.0).to_array())
-        .collect()
-}
-
-/// The unit vector of a point of the octahedral square, −1..=1.
-fn unfold(p: Vec2) -> Vec3 {
-    let z = 1.0 - p.x.abs() - p.y.abs();
-    let sign = |x: f32| if x >= 0.0 { 1.0 } else { -1.0 };
-    let p = if z >= 0.0 {
-        p
-    } else {
-        Vec2::new((1.0 - p.y.abs()) * sign(p.x), (1.0 - p.x.abs()) * sign(p.y))
-    };
-    // Its length is at least 1 / sqrt 3.
-    let n = p.extend(z);
-    n / n.length()
-}
-
-/// The value of an IEEE 754 binary16 number.
-fn from_half(bits: u16) -> f32 {
-    let sign = if bits >> 15 == 1 { -1.0 } else { 1.0 };
-    let (exponent, fraction) = (i32::from(bits >> 10 & 31), f32::from(bits & 1023) / 1024.0);
-    let size = match exponent {
-        0 => fraction * 2.0_f32.powi(-14),
-        31 => f32::INFINITY,
-        e => (1.0 + fraction) * 2.0_f32.powi(e - 15),
-    };
-    sign * size
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn halves() {
-        for (bits, value) in [
-            (0x0000, 0.0),
-            (0x3C00, 1.0),
-            (0xC000, -2.0),
-            (0x7BFF, 65504.0),
-            (0x0001, 5.960_464_5e-8),
-            (0x3555, 0.333_251_95),
-        ] {
-            assert_eq!(from_half(bits), value, "{bits:#x}");
-        }
-    }
 }

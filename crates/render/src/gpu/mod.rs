@@ -11,6 +11,7 @@
 //! and writes the indirect draws. While one picture is read back, the next can be drawn.
 
 mod accumulation;
+mod backdrop;
 mod buffer_pool;
 mod camera;
 mod cascade;
@@ -21,6 +22,7 @@ mod error;
 mod frame;
 mod frustum;
 mod instance_buffer;
+mod light_tables;
 mod lighting;
 mod materials;
 mod memory;

@@ -1,0 +1,97 @@
+//! Particles of about one size: how many there are in the air, and their streaks.
+
+use glam::{DVec3, Vec2};
+use nemoral_scene::{Hydrometeor, SizeDistribution};
+use nemoral_seed::{Draw, Key, PhiloxRng};
+
+use super::streak::Streak;
+use crate::camera::view::View;
+
+/// The nearest particle, metres: nearer ones meet the lens and its hood.
+pub(super) const NEAREST_M: f64 = 0.2;
+/// The width of the aperture of a camera that is focused far away, metres.
+const APERTURE_M: f64 = 0.002;
+/// The exposure of a picture of an instant, seconds.
+const INSTANT_S: f64 = 0.005;
+
+/// Particles that fall equally fast.
+pub(super) struct SizeBin {
+    pub(super) of: Hydrometeor,
+    pub(super) sizes: SizeDistribution,
+    pub(super) from_m: f64,
+    pub(super) to_m: f64,
+    pub(super) key: Key,
+}
+
+impl SizeBin {
+    pub(super) fn rng(&self, cube: [i64; 3]) -> PhiloxRng {
+        let key = |key: Key, place: i64| key.item(place as u64);
+        cube.into_iter().fold(self.key, key).rng()
+    }
+
+    /// How many there are in a cubic metre: the mean, rounded up or down.
+    pub(super) fn count(&self, rng: &mut PhiloxRng) -> u32 {
+        let mean =
+            self.sizes.per_m3_wider_than(self.from_m) - self.sizes.per_m3_wider_than(self.to_m);
+        (mean + rng.unit_f64()).floor() as u32
+    }
+
+    /// The diameter below which this share of them is.
+    pub(super) fn diameter_m(&self, share: f64) -> f64 {
+        let slope = self.sizes.slope_per_m;
+        let (least, most) = (
+            libm::exp(-slope * self.from_m),
+            libm::exp(-slope * self.to_m),
+        );
+        -libm::log(least + share * (most - least)) / slope
+    }
+
+    /// The streak of a particle that is at a place in the scene at the picture's time.
+    pub(super) fn streak(
+        &self,
+        view: &View,
+        at: DVec3,
+        fall: DVec3,
+        diameter_m: f64,
+        reach_m: f64,
+    ) -> Option<Streak> {
+        let k = &view.intrinsics;
+        let in_camera = view.scene_from_camera.inverse().transform_point(at);
+        if !(NEAREST_M..reach_m).contains(&in_camera.length()) {
+            return None;
+        }
+        let middle_px = k.project(in_camera)?;
+        let exposure_s = match view.shutter.exposure_s {
+            0.0 => INSTANT_S,
+            exposure_s => exposure_s,
+        };
+        let row_s = view.shutter.row_time_s(middle_px.y, k.height);
+        let pixel_at = |offset_s: f64| {
+            let then = at - fall * (row_s + offset_s);
+            let pose = view.pose_at(middle_px.y, offset_s);
+            k.project(pose.inverse().transform_point(then))
+        };
+        let from_px = pixel_at(-0.5 * exposure_s)?.as_vec2();
+        let to_px = pixel_at(0.5 * exposure_s)?.as_vec2();
+        // The square around it in the picture, through whatever lens.
+        let across = in_camera.cross(DVec3::Y).normalize_or(DVec3::X);
+        let upwards = in_camera.cross(across).normalize_or(DVec3::Y);
+        let side_px = |side: DVec3| Some(k.project(in_camera + side * diameter_m)? - middle_px);
+        let diameter_px = side_px(across)?.perp_dot(side_px(upwards)?).abs().sqrt();
+        let blur_px = diameter_px * APERTURE_M / diameter_m;
+        let reach_px = (0.25 * (diameter_px * diameter_px + blur_px * blur_px) + 1.0).sqrt() as f32;
+        let margin = Vec2::splat(reach_px);
+        let (low, high) = (from_px.min(to_px) - margin, from_px.max(to_px) + margin);
+        let inside = high.cmpgt(Vec2::ZERO).all()
+            && low.cmplt(Vec2::new(k.width as f32, k.height as f32)).all();
+        inside.then_some(Streak {
+            from_px,
+            to_px,
+            reach_px,
+            area_px2: (std::f64::consts::FRAC_PI_4 * diameter_px * diameter_px) as f32,
+            depth_m: in_camera.z as f32,
+            of: self.of,
+            place_m: at.as_vec3(),
+        })
+    }
+}
