@@ -209,7 +209,7 @@ pub struct Library {
     pub snags: Vec<TreeAsset>,
     /// Gorse, heather and bramble.
     pub shrubs: Vec<PlantAsset>,
-    /// Stumps.
+    /// Stumps, equally many of each species, species by species, thin ones first.
     pub stumps: Vec<PlantAsset>,
     /// Rocks, smallest first.
     pub rocks: Vec<PlantAsset>,
@@ -407,7 +407,9 @@ impl Library {
         params.check()?;
         let species: Vec<Species> = params.species.iter().map(|s| s.species.clone()).collect();
         let season = params.season.filter(|of| !of.is_high_summer(&species));
+        let trees_per_ha: Vec<f64> = params.species.iter().map(|s| s.trees_per_ha).collect();
         let wanted = Wanted {
+            trees_per_ha: &trees_per_ha,
             communities: &params.communities,
             trail_surfaces: &params.trail_surfaces,
             wayside: params.wayside,
@@ -462,7 +464,7 @@ impl Library {
             saplings,
             snags,
             shrubs: plants.shrubs(),
-            stumps: plants.stumps(),
+            stumps: plants.stumps(&params.species, &params.stand),
             rocks: plants.rocks(),
             grass: plants.grass(),
             herbs: plants.herbs(),

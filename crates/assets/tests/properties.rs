@@ -436,7 +436,7 @@ fn things_stand_in_the_ground_and_keep_their_radius() {
         let b = p.prototype.bounds();
         let wide = b.max.truncate().max(-b.min.truncate()).max_element();
         assert!(b.min.z < -wide, "{} of {wide}", b.min.z);
-        assert!((0.10..0.75).contains(&p.radius_m), "{}", p.radius_m);
+        assert!((0.06..0.75).contains(&p.radius_m), "{}", p.radius_m);
     }
     for p in &l.shrubs {
         assert!(
@@ -456,6 +456,50 @@ fn things_stand_in_the_ground_and_keep_their_radius() {
             t.species
         );
     }
+}
+
+/// Stumps are left by trees such as stand.
+#[test]
+fn stumps_are_of_the_stands_species_and_sizes() {
+    let species = params().species;
+    let each = LIBRARY.stumps.len() / species.len();
+    assert!(each >= 3 && LIBRARY.stumps.len() == each * species.len());
+    for (of, stumps) in species.iter().zip(LIBRARY.stumps.chunks(each)) {
+        for stump in stumps {
+            let mesh = stump.prototype.mesh();
+            let own = format!("{}.stump_", of.species.name);
+            for t in &mesh.triangles {
+                let name = &LIBRARY.materials.get(t.material).name;
+                assert!(name.starts_with(&own), "{name} in a stump of {own}");
+            }
+        }
+        assert!(stumps[0].radius_m < stumps[each - 1].radius_m);
+    }
+    // A plantation of thin trees has no thick stumps.
+    let thin = AssetParams {
+        species: vec![StandSpecies {
+            species: Species::eucalyptus(),
+            dbh_mean_m: 0.16,
+            trees_per_ha: 900.0,
+        }],
+        stand: StandParams {
+            shape: 4.0,
+            dbh_min_m: 0.08,
+            dbh_max_m: 0.30,
+        },
+        textures: false,
+        ..params()
+    };
+    let stumps = Library::grow(&thin, KEY).expect("valid").stumps;
+    // Roots make the foot up to twice as wide as the cut, which is up to 1.3 times as wide as the
+    // tree.
+    let radii_m: Vec<f64> = stumps.iter().map(|s| s.radius_m).collect();
+    assert!(
+        radii_m.iter().all(|r| *r < 0.65 * 0.30 * 2.0),
+        "{radii_m:?}"
+    );
+    let mean_m = radii_m.iter().sum::<f64>() / radii_m.len() as f64;
+    assert!((0.09..0.19).contains(&mean_m), "{mean_m}");
 }
 
 #[test]

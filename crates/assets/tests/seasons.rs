@@ -93,6 +93,21 @@ fn shapes_are_the_same_all_year() {
 }
 
 #[test]
+fn heather_and_gorse_flower_in_their_time() {
+    let [winter, spring, autumn] = [20.0, 90.0, 240.0].map(|day| library(Some(day)));
+    // The greatest share of a colour in the means of a plant's images.
+    let most =
+        |library: &Library, start: &str, share: fn(nemoral_scene::glam::Vec3) -> f32| -> f32 {
+            let means = named(library, start).map(|m| share(m.albedo.mean()));
+            means.fold(0.0, f32::max)
+        };
+    let pink = |library: &Library| most(library, "heather.foliage.", |c| c.z / c.y);
+    assert!(pink(&autumn) > 1.1 * pink(&winter));
+    let yellow = |library: &Library| most(library, "gorse.foliage.", |c| c.x / c.y);
+    assert!(yellow(&spring) > 1.05 * yellow(&winter));
+}
+
+#[test]
 fn trees_are_bare_in_winter_and_their_twigs_stay() {
     let winter = library(Some(20.0));
     for tree in &winter.trees {

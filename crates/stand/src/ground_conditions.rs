@@ -24,14 +24,45 @@ const CRITICAL_SLOPE: f64 = 1.25;
 /// The deepest soil that roots tell from deeper, metres.
 const DEEPEST_M: f64 = 1.6;
 
+/// The side of the equator, which says where the sun stands at noon.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Hemisphere {
+    /// It stands in the south.
+    #[default]
+    Northern,
+    /// It stands in the north.
+    Southern,
+}
+
+impl Hemisphere {
+    /// That of a latitude, degrees north; the equator counts to the north.
+    #[must_use]
+    pub fn of_latitude(latitude_deg: f64) -> Self {
+        if latitude_deg < 0.0 {
+            Self::Southern
+        } else {
+            Self::Northern
+        }
+    }
+
+    /// Where the slopes fall to that the sun warms most, those that it shines on in the afternoon;
+    /// √2 long.
+    const fn warmest(self) -> DVec2 {
+        match self {
+            Self::Northern => DVec2::NEG_ONE,
+            Self::Southern => DVec2::new(-1.0, 1.0),
+        }
+    }
+}
+
 /// The ground of a place, as plants find it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GroundConditions {
     /// From −1, a dry crest, over 0, as most of the ground, to 1, a soaked hollow.
     pub wetness: f64,
-    /// Heat load by the sun, as in the northern hemisphere, −1..=1: the sine of the slope's
-    /// steepness, times the cosine of its direction to the south-west. 0 on level ground and on
-    /// slopes to the south-east and north-west.
+    /// Heat load by the sun, −1..=1: the sine of the slope's steepness, times the cosine of its
+    /// direction to the south-west, or south of the equator to the north-west. 0 on level ground
+    /// and on slopes across that.
     pub heat_load: f64,
     /// Depth of the soil over rock, metres, 0..=1.6.
     pub soil_m: f64,
@@ -51,9 +82,10 @@ impl GroundConditions {
     /// Kirkby 1979), without a catchment, which reaches any distance: water gathers where the
     /// ground around is higher, at two scales, and runs off slopes. Heat load is the term of a
     /// slope's direction in the heat load of McCune and Keon (2002), which is greatest to the
-    /// south-west. Soil is as deep as where its production, which falls with depth, equals what
-    /// creeps away: h = h₀ ln(P₀ / (−K ∇²z)), with a K that grows towards a critical slope.
-    pub fn at(ground: &dyn Surface, world_m: DVec2) -> Self {
+    /// south-west; south of the equator it is mirrored to the north-west. Soil is as deep as where
+    /// its production, which falls with depth, equals what creeps away: h = h₀ ln(P₀ / (−K ∇²z)),
+    /// with a K that grows towards a critical slope.
+    pub fn at(ground: &dyn Surface, world_m: DVec2, hemisphere: Hemisphere) -> Self {
         let here = ground.sample(world_m).height_m;
         let [near, far] = RINGS_M.map(|radius_m| ring(ground, world_m, here, radius_m));
         let (rises_m, slope) = ([near.0, far.0], near.1);
@@ -63,12 +95,12 @@ impl GroundConditions {
             .sum::<f64>()
             / 2.0;
         let wet = gathers - steepness * steepness / (RUN_OFF * RUN_OFF);
-        let to_south_west = -slope.dot(DVec2::NEG_ONE) * std::f64::consts::FRAC_1_SQRT_2;
+        let to_the_sun = -slope.dot(hemisphere.warmest()) * std::f64::consts::FRAC_1_SQRT_2;
         // On a ring, the mean rise is a quarter of the Laplacian times the radius squared.
         let convexity = -4.0 * rises_m[0] / (RINGS_M[0] * RINGS_M[0]);
         Self {
             wetness: wet / libm::sqrt(1.0 + wet * wet),
-            heat_load: to_south_west / libm::sqrt(1.0 + steepness * steepness),
+            heat_load: to_the_sun / libm::sqrt(1.0 + steepness * steepness),
             soil_m: soil_m(convexity, steepness),
         }
     }
@@ -150,16 +182,24 @@ mod tests {
     }
 
     fn plane(x: f64, y: f64) -> GroundConditions {
+        plane_in(Hemisphere::Northern, x, y)
+    }
+
+    fn plane_in(hemisphere: Hemisphere, x: f64, y: f64) -> GroundConditions {
         let ground = FlatSurface {
             height_m: 3.0,
             gradient: DVec2::new(x, y),
         };
-        GroundConditions::at(&ground, DVec2::new(40.0, -7.0))
+        GroundConditions::at(&ground, DVec2::new(40.0, -7.0), hemisphere)
+    }
+
+    fn in_bowl(bend: f64) -> GroundConditions {
+        GroundConditions::at(&Bowl(bend), DVec2::ZERO, Hemisphere::Northern)
     }
 
     #[test]
     fn hollows_are_wet_and_crests_are_dry() {
-        let at = |bend| GroundConditions::at(&Bowl(bend), DVec2::ZERO).wetness;
+        let at = |bend| in_bowl(bend).wetness;
         assert!(at(0.01) > 0.7, "{}", at(0.01));
         assert!(at(-0.01) < -0.7);
         assert!((-1e-9..1e-9).contains(&at(0.0)));
@@ -185,8 +225,23 @@ mod tests {
     }
 
     #[test]
+    fn south_of_the_equator_it_is_in_the_north_west() {
+        let southern = Hemisphere::of_latitude(-38.0);
+        assert_eq!(southern, Hemisphere::Southern);
+        assert_eq!(Hemisphere::of_latitude(0.0), Hemisphere::Northern);
+        // Slopes that fall to the north-west, south-east and south-west.
+        let north_west = plane_in(southern, 0.4, -0.4).heat_load;
+        assert!((north_west - plane(0.4, 0.4).heat_load).abs() < 1e-12 && north_west > 0.3);
+        assert!((plane_in(southern, -0.4, 0.4).heat_load + north_west).abs() < 1e-12);
+        assert!(plane_in(southern, 0.4, 0.4).heat_load.abs() < 1e-12);
+        // Nothing else knows of it.
+        let [here, there] = [plane(0.3, 0.1), plane_in(southern, 0.3, 0.1)];
+        assert_eq!((here.wetness, here.soil_m), (there.wetness, there.soil_m));
+    }
+
+    #[test]
     fn soil_is_what_the_balance_leaves() {
-        let soil = |bend| GroundConditions::at(&Bowl(bend), DVec2::ZERO).soil_m;
+        let soil = |bend| in_bowl(bend).soil_m;
         // A bowl of curvature c has a Laplacian of 2c.
         for convexity in [0.002_f64, 0.006, 0.012] {
             let expected = PRODUCTION_M * (BARE_CONVEXITY / convexity).ln();

@@ -75,7 +75,7 @@ pub use error::Error;
 pub use fallen_stems::{FallenStem, StemKind, StemScale, fallen_stems, mean_volume_m3, settle};
 pub use field::{Field, FieldParams};
 pub use floor_composition::{FLOOR_FIELD, FloorComposition, FloorCover};
-pub use ground_conditions::GroundConditions;
+pub use ground_conditions::{GroundConditions, Hemisphere};
 pub use ground_occlusion::{GroundOcclusion, OCCLUSION_MARGIN_M};
 pub use ground_plane::GroundPlane;
 pub use history::{BROWSING_FIELD, SUCCESSION_FIELD, SiteHistory, VegetationHistory};

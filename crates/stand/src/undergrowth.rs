@@ -111,10 +111,10 @@ impl PatchSite {
 }
 
 impl<F: Field> Undergrowth<F> {
-    /// The probability that a cell holds a patch at a world position, metres. Little grows in deep
-    /// shade.
+    /// The probability that a cell holds a patch at a world position, metres. Plants are fewer
+    /// below a sky view factor of 0.3, and none grows below 0.05.
     pub fn chance(&self, world_m: DVec2, site: &PatchSite) -> f64 {
-        let light = (f64::from(site.sky_view) / 0.3).clamp(0.2, 1.0);
+        let light = ((f64::from(site.sky_view) - 0.05) / 0.25).clamp(0.0, 1.0);
         let clump = contrast(self.clumps.value(world_m));
         let plants = self.params.cover * light * (0.4 + 0.6 * clump) * site.rooting();
         (plants + self.params.litter * site.litter).min(1.0)
@@ -172,11 +172,14 @@ mod tests {
     }
 
     #[test]
-    fn little_grows_in_deep_shade() {
+    fn nothing_grows_in_deep_shade() {
         let dense = undergrowth(|_| 1.0);
         let chance = |sky_view| dense.chance(DVec2::ZERO, &PatchSite::neutral(sky_view));
         assert!((chance(1.0) - 0.9).abs() < 1e-12);
-        assert!((chance(0.0) - 0.26).abs() < 1e-12);
+        // Twigs lie there, too.
+        assert!((chance(0.0) - 0.1).abs() < 1e-12);
+        assert!((chance(0.05) - 0.1).abs() < 1e-6 && (chance(0.3) - 0.9).abs() < 1e-6);
+        assert!((chance(0.175) - 0.5).abs() < 1e-6);
         let site = PatchSite::neutral(1.0);
         assert!((undergrowth(|_| 0.0).chance(DVec2::ZERO, &site) - 0.42).abs() < 1e-12);
     }

@@ -328,9 +328,15 @@ fn configs_of_the_guide_are_requests() {
             };
             let sequences = layers.sequences().unwrap_or_else(|e| panic!("{page}: {e}"));
             for number in 0..sequences.len() {
-                sequences
+                let of = sequences
                     .get(number)
                     .unwrap_or_else(|e| panic!("{page}: {e}"));
+                // Without a day it is high summer.
+                let (weather, day) = (&of.config.weather, of.config.season.day(&of.config.sun));
+                if weather.snow_depth_m > 0.0 || weather.snowfall_mm_per_h > 0.0 {
+                    let is_winter = day.is_some_and(|day| !(90..320).contains(&day));
+                    assert!(is_winter, "{page}: snow on green leaves: {config}");
+                }
             }
             blocks += 1;
         }

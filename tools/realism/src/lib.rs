@@ -18,6 +18,7 @@ mod leaf_area;
 mod picture;
 mod plot;
 mod profile;
+mod published;
 pub mod ranges;
 mod relations;
 mod stems;
@@ -42,6 +43,7 @@ pub use picture::{
 };
 pub use plot::{Plot, Series};
 pub use profile::{Layers, layers, plant_area_density};
+pub use published::published_height_m;
 pub use relations::Relations;
 pub use stems::{
     clark_evans, distribution_distance, mark_correlation, pair_correlation, row_power, weibull_fit,

@@ -57,6 +57,8 @@ pub const ALIKE: Range = (0.0, 0.0);
 
 /// A mean of grown trees over the published relation's.
 pub const RELATIONS: Range = (0.97, 1.03);
+/// A mean height of grown trees over that of the formula which the species' curve stands for.
+pub const HEIGHT_SOURCES: Range = (0.9, 1.1);
 
 /// A diameter at breast height from a scan, root mean square error, metres.
 pub const DBH_RMSE_M: Range = (0.0, 0.02);

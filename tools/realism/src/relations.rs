@@ -4,13 +4,15 @@ use nemoral_assets::{FoliageCard, GrowthParams, Species, TreeMaterials, TreeSize
 use nemoral_scene::MaterialId;
 use nemoral_seed::{Domain, Key};
 
+use crate::published_height_m;
+
 /// Grown trees of a species and their measured sizes.
 #[derive(Clone, Debug)]
 pub struct Relations {
     /// Sizes measured on the grown trees.
     pub sizes: Vec<TreeSize>,
-    /// Means of height, crown width and leaf area over those of the published curves, of the
-    /// thinner and of the thicker half of the trees.
+    /// Means of height, crown width and leaf area over those of the species' curves, of the thinner
+    /// and of the thicker half of the trees.
     pub ratios: [[f64; 3]; 2],
 }
 
@@ -89,6 +91,22 @@ impl Relations {
             sums
         });
         Self { sizes, ratios }
+    }
+
+    /// Means of height over that of the [published formula](published_height_m) which the species'
+    /// curve stands for, of the thinner and of the thicker half of the trees; `None` without one.
+    #[must_use]
+    pub fn over_source(&self, species: &Species) -> Option<[f64; 2]> {
+        let (thin, thick) = self.sizes.split_at(self.sizes.len() / 2);
+        let mean = |half: &[TreeSize]| -> Option<f64> {
+            let ratio = |size: &TreeSize| {
+                let published_m = published_height_m(&species.name, size.dbh_m)?;
+                Some(size.height_m / published_m)
+            };
+            let ratios: Vec<f64> = half.iter().map(ratio).collect::<Option<_>>()?;
+            Some(ratios.iter().sum::<f64>() / ratios.len() as f64)
+        };
+        Some([mean(thin)?, mean(thick)?])
     }
 
     /// The mean ratios over all trees.

@@ -73,20 +73,11 @@ pub(super) struct Painter<'a> {
 
 impl<'a> Painter<'a> {
     pub(super) fn new(look: &'a LeafLook) -> Self {
-        let [a, b] = look.outline;
-        let mut outline = if look.lobes > 0.0 {
-            Outline::lobed(look.lobes, look.lobe_depth)
-        } else {
-            Outline::ovate(a, b)
-        };
-        if look.teeth > 0.0 {
-            outline = outline.toothed(look.teeth, look.tooth_depth);
-        }
         Self {
             look,
             green: look.reflectance(),
             wood: linear(look.twig_albedo),
-            outline: Arc::new(outline),
+            outline: Arc::new(Outline::of(look)),
         }
     }
 

@@ -10,6 +10,7 @@ use super::card_raster::CardDrawing;
 use super::foliage::{heading, stalk, varied};
 use crate::materials::optics::{BRAMBLE, CURED, EVERGREEN, HERB};
 use crate::textures::canvas::{Leaf, Outline, Stroke};
+use crate::textures::fallen::FallenLeaf;
 
 /// A leaf with the usual habits; change what differs.
 pub(super) fn plain_leaf(
@@ -98,7 +99,11 @@ pub(crate) fn gorse(rng: &mut impl Rng, flowers: bool) -> CardDrawing {
     drawing
 }
 
-/// A bundle of heather: upright shoots with scale leaves, some with faded bells.
+/// The shoots of heather, and its bells.
+pub(crate) const HEATHER_SHOOT: Vec3 = Vec3::new(0.068, 0.092, 0.040);
+pub(crate) const HEATHER_BELL: Vec3 = Vec3::new(0.25, 0.11, 0.165);
+
+/// A bundle of heather: upright shoots with scale leaves, some with bells.
 pub(crate) fn heather(rng: &mut impl Rng, flowers: bool) -> CardDrawing {
     let mut drawing = CardDrawing::default();
     // All shoots rise from one woody foot.
@@ -109,7 +114,7 @@ pub(crate) fn heather(rng: &mut impl Rng, flowers: bool) -> CardDrawing {
         let base = Vec2::new(rng.range_f32(-0.006, 0.006), 0.0);
         let length = rng.range_f32(0.14, 0.27);
         let shade = 0.55 + 0.45 * i as f32 / 17.0;
-        let colour = varied(Vec3::new(0.068, 0.092, 0.040), rng) * shade;
+        let colour = varied(HEATHER_SHOOT, rng) * shade;
         let shoot = Stroke {
             points: [
                 base,
@@ -129,7 +134,7 @@ pub(crate) fn heather(rng: &mut impl Rng, flowers: bool) -> CardDrawing {
             let from = shoot.at(t);
             let bell = flowers && t > 0.55 && rng.chance(0.42);
             let colour = if bell {
-                Vec3::new(0.25, 0.11, 0.165) * shade * rng.range_f32(0.7, 1.2)
+                HEATHER_BELL * shade * rng.range_f32(0.7, 1.2)
             } else {
                 colour * rng.range_f32(0.75, 1.2)
             };
@@ -419,17 +424,14 @@ pub(crate) fn trefoil(rng: &mut impl Rng) -> CardDrawing {
     drawing
 }
 
-/// A fallen leaf: 0 oak, 1 eucalypt, 2 ovate.
-pub(crate) fn fallen_leaf(rng: &mut impl Rng, kind: u32) -> CardDrawing {
+/// A fallen leaf of a kind.
+pub(crate) fn fallen_leaf(rng: &mut impl Rng, of: &FallenLeaf) -> CardDrawing {
     let mut drawing = CardDrawing::default();
-    let (outline, length, aspect) = match kind % 3 {
-        0 => (Outline::lobed(4.5, 0.45), 0.10, 0.55),
-        1 => (Outline::ovate(0.6, 1.1), 0.16, 0.20),
-        _ => (Outline::ovate(0.9, 0.8), 0.07, 0.58),
-    };
+    let length = rng.range_f32(of.length_m[0], of.length_m[1]);
+    let aspect = rng.range_f32(of.width_ratio[0], of.width_ratio[1]);
     let petiole = stalk(0.012, 0.002, Vec3::new(0.10, 0.07, 0.045), rng);
     drawing.stroke(petiole);
-    let mut leaf = plain_leaf(&Arc::new(outline), petiole.at(0.9), 0.0, length, aspect);
+    let mut leaf = plain_leaf(&of.outline, petiole.at(0.9), 0.0, length, aspect);
     let tones = [
         Vec3::new(0.19, 0.115, 0.068),
         Vec3::new(0.149, 0.089, 0.060),

@@ -6,7 +6,10 @@ use nemoral_scene::{MaterialId, Prototype};
 use nemoral_seed::{Domain, Draw, Key};
 use rayon::prelude::*;
 
-use super::{Library, PlantAsset, StreamStones, prototype, with_occluders, with_occlusion};
+use super::{
+    Library, PlantAsset, StandParams, StandSpecies, StreamStones, prototype, with_occluders,
+    with_occlusion,
+};
 use crate::ambient_occlusion::{MaskCoverage, OcclusionParams, Thickness};
 use crate::materials::WorldMaterials;
 use crate::plant::bank::{BankMaterials, bank};
@@ -38,7 +41,11 @@ const STONE_BEDS: Domain = Domain::new("assets.stone_beds");
 const BANKS: Domain = Domain::new("assets.banks");
 
 const SHRUBS_PER_KIND: u32 = 4;
+/// Stumps of a stand, and the fewest of each of its species.
 const STUMP_COUNT: u32 = 9;
+const STUMPS_OF_SPECIES: u32 = 3;
+/// The diameter of a stump's cut over the tree's at breast height (our choice).
+const CUT_OVER_DBH: [f64; 2] = [1.15, 1.3];
 const ROCK_COUNT: u32 = 12;
 /// Variants of each kind of patch.
 const PATCHES: u32 = 16;
@@ -136,20 +143,31 @@ impl PlantGrower<'_> {
         })
     }
 
-    /// Stumps.
-    pub(super) fn stumps(&self) -> Vec<PlantAsset> {
-        self.collect(STUMPS, STUMP_COUNT, &|i, key| {
+    /// Stumps of trees as thick as those that stand: as many of each species, one species after
+    /// the other, and of each thin ones first. They stand for equal parts of its diameters.
+    pub(super) fn stumps(&self, stand: &[StandSpecies], of: &StandParams) -> Vec<PlantAsset> {
+        let species = stand.len() as u32;
+        let each = STUMP_COUNT.div_ceil(species).max(STUMPS_OF_SPECIES);
+        let limits_m = [of.dbh_min_m, of.dbh_max_m];
+        self.collect(STUMPS, species * each, &|i, key| {
             let mut rng = key.rng();
-            let species = i as usize % self.materials.stumps.len();
-            // Diameters of 0.2 to 0.6 m, in even steps so that a library has them all.
-            let radius_m = 0.10 + 0.20 * (i as f32 + rng.unit_f32()) / STUMP_COUNT as f32;
+            let (index, number) = ((i / each) as usize, [i % each, each]);
+            let StandSpecies {
+                species,
+                dbh_mean_m,
+                ..
+            } = &stand[index];
+            let of_all = self.key.domain(STUMPS).domain(Domain::new(&species.name));
+            let dbh_m = species.dbh_of_individual(*dbh_mean_m, of.shape, limits_m, number, of_all);
+            let [thin, thick] = CUT_OVER_DBH;
+            let radius_m = (0.5 * rng.range_f64(thin, thick) * dbh_m) as f32;
             let height_m = rng.range_f32(0.14, 0.38);
             let old = rng.chance(0.6);
             let shape = stump(
                 radius_m,
                 height_m,
                 old,
-                &self.materials.stumps[species],
+                &self.materials.stumps[index],
                 key.item(0),
             );
             let foot = foot_radius_m(&shape);

@@ -39,6 +39,7 @@ impl SingleTree {
         let [least, most] = species.allometry.dbh_range_m;
         ParamError::check_within("dbh_m", dbh_m, least, most)?;
         let wanted = Wanted {
+            trees_per_ha: &[1.0],
             seedlings: false,
             deadwood: false,
             climbers: false,

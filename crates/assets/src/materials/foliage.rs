@@ -13,6 +13,7 @@ use super::seasons::FullLeafMasks;
 use super::solid::{laser, solid};
 use crate::cards::card_raster::{CardDrawing, CardImage, TWIG_TEXELS};
 use crate::cards::{foliage, understory};
+use crate::textures::fallen::{FallenFoliage, FallenLeaf};
 use crate::tree::{FoliageCard, LeafLook, Season, SeasonalLeaves, linear};
 
 /// A kind of card: what to draw, how often, and what it is.
@@ -62,12 +63,22 @@ impl CardKind {
 
     /// The variants' images, each in its slices; those of high summer without a season.
     pub(super) fn images(&self, key: Key, season: Option<&Season>) -> KindImages {
+        self.images_of(&self.draw, key, season)
+    }
+
+    /// The same of other drawings.
+    fn images_of(
+        &self,
+        draw: &(dyn Fn(&mut PhiloxRng, u32) -> CardDrawing + Sync),
+        key: Key,
+        season: Option<&Season>,
+    ) -> KindImages {
         let mean = self.optics.albedo * LEAVES_IN_SHADE;
         let now =
             (self.year.zip(season)).and_then(|(year, season)| Some((year, year.phase(season)?)));
         let image = |variant: u32| {
             let key = key.domain(Domain::new(self.name)).item(u64::from(variant));
-            let drawing = (self.draw)(&mut key.rng(), variant);
+            let drawing = draw(&mut key.rng(), variant);
             let Some((year, phase)) = now else {
                 return drawing.slices(self.slices, TWIG_TEXELS, mean);
             };
@@ -114,7 +125,8 @@ fn of_spray(leaf: f32) -> f32 {
     fourth.sqrt().sqrt().min(1.0)
 }
 
-/// Leaves in an image shade each other, which the mean colour of single leaves does not include.
+/// Leaves in an image shade each other, which the colour and the transmittance of single leaves do
+/// not include.
 pub(super) const LEAVES_IN_SHADE: f32 = 0.92;
 
 /// Dead fronds of bracken.
@@ -131,21 +143,23 @@ const GRASS: LeafOptics = LeafOptics {
     laser: optics::HERB.laser,
 };
 
-pub(super) const KINDS: [CardKind; 11] = [
+pub(super) const KINDS: [CardKind; 10] = [
     CardKind::new(
         "gorse.foliage",
         4,
         Semantic::Shrub,
         optics::EVERGREEN,
         |r, v| understory::gorse(r, v == 3),
-    ),
+    )
+    .through(plant_year::GORSE),
     CardKind::new(
         "heather.foliage",
         4,
         Semantic::Shrub,
         optics::EVERGREEN,
         |r, v| understory::heather(r, v >= 2),
-    ),
+    )
+    .through(plant_year::HEATHER),
     CardKind::new(
         "bramble.foliage",
         6,
@@ -204,14 +218,27 @@ pub(super) const KINDS: [CardKind; 11] = [
         understory::trefoil(r)
     })
     .through(plant_year::TREFOIL),
-    CardKind::new(
-        "fallen.leaf",
-        6,
-        Semantic::FallenTwig,
-        optics::LITTER_LEAF,
-        understory::fallen_leaf,
-    ),
 ];
+
+/// Leaves on the ground, single and in relief. They are the undergrowth's here, and a stand's by
+/// [`fallen_leaf_images`].
+pub(super) const FALLEN_LEAF: CardKind = CardKind::new(
+    "fallen.leaf",
+    6,
+    Semantic::FallenTwig,
+    optics::LITTER_LEAF,
+    |r, _| understory::fallen_leaf(r, &FallenLeaf::of_undergrowth()),
+);
+
+/// The images of [`FALLEN_LEAF`] of a stand's own leaves: of each species as many as it has a share
+/// in the stand.
+pub(super) fn fallen_leaf_images(fallen: &FallenFoliage, key: Key) -> KindImages {
+    let draw = |rng: &mut PhiloxRng, variant: u32| {
+        let rank = (f64::from(variant) + 0.5) / f64::from(FALLEN_LEAF.variants);
+        understory::fallen_leaf(rng, fallen.leaf_at_rank(rank))
+    };
+    FALLEN_LEAF.images_of(&draw, key, None)
+}
 
 /// Variants of each species' leafy twig.
 const LEAF_VARIANTS: u64 = 5;
@@ -331,7 +358,7 @@ pub(super) fn register_cards(
                         semantic: kind.semantic,
                         support: kind.support,
                         albedo: Arc::new(picture.texture),
-                        transmittance: optics.transmittance,
+                        transmittance: optics.transmittance * LEAVES_IN_SHADE,
                         roughness: of_spray(HERB_ROUGHNESS),
                         mask: Some(Arc::new(picture.mask)),
                         ground: false,

@@ -11,7 +11,8 @@ use rayon::prelude::*;
 
 use super::TextureBaker;
 use super::solid::solid;
-use crate::textures::ground::{self, FallenNeedles};
+use crate::textures::fallen::FallenFoliage;
+use crate::textures::ground;
 use crate::textures::tile::Tile;
 use crate::textures::trail::{self, TRAIL_M};
 
@@ -54,7 +55,7 @@ pub struct TrailMaterials {
 pub(super) fn bake_trails(
     baker: &TextureBaker,
     wanted: &[TrailSurfaceKind],
-    fallen: &FallenNeedles,
+    fallen: &FallenFoliage,
     key: Key,
 ) -> Vec<[Arc<Texture>; 3]> {
     let bake = |kind: TrailSurfaceKind| {
@@ -79,10 +80,10 @@ pub(super) fn bake_trails(
 /// Leaf litter, needle litter, moss and soil, bare soil.
 pub(super) fn bake_floors(
     baker: &TextureBaker,
-    fallen: &FallenNeedles,
+    fallen: &FallenFoliage,
     key: Key,
 ) -> Vec<Arc<Texture>> {
-    let recipes: [fn(&FallenNeedles, Key) -> Tile; 4] = [
+    let recipes: [fn(&FallenFoliage, Key) -> Tile; 4] = [
         ground::leaf_litter,
         ground::needle_litter,
         ground::moss_and_soil,

@@ -24,14 +24,16 @@ use nemoral_seed::{Domain, Key};
 use rayon::prelude::*;
 
 use self::deadwood::DeadwoodTextures;
-use self::foliage::{KINDS, KindImages, LeafImage, leaf_images, register_cards};
+use self::foliage::{
+    FALLEN_LEAF, KINDS, KindImages, LeafImage, fallen_leaf_images, leaf_images, register_cards,
+};
 use self::ground::{bake_floors, bake_trails, register_ground};
 use self::seasons::SpeciesLeaves;
 use self::solid::{SolidTextures, register_stump, solid};
 use self::trees::{register_foliage, register_tree};
 use crate::plant::rock::StoneMaterials;
 use crate::plant::wayside::StepMaterials;
-use crate::textures::ground::FallenNeedles;
+use crate::textures::fallen::FallenFoliage;
 use crate::textures::mineral;
 use crate::textures::tile::Tile;
 use crate::tree::{FoliageCard, Season, SeasonalLeaves, Species, TreeMaterials};
@@ -145,9 +147,11 @@ pub(crate) struct WorldMaterials {
     pub(crate) fallen_leaf: Vec<FoliageCard>,
 }
 
-/// The materials that only some worlds have.
+/// The materials that only some worlds have, and what the others depend on.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Wanted<'a> {
+    /// How many trees of each species there are, relative to each other.
+    pub(crate) trees_per_ha: &'a [f64],
     pub(crate) seedlings: bool,
     pub(crate) deadwood: bool,
     pub(crate) climbers: bool,
@@ -179,6 +183,7 @@ impl WorldMaterials {
     /// What `wanted` leaves out is not made.
     pub(crate) fn bake(species: &[Species], wanted: Wanted<'_>, key: Key) -> Self {
         let Wanted {
+            trees_per_ha,
             seedlings,
             deadwood,
             climbers,
@@ -197,7 +202,7 @@ impl WorldMaterials {
         let baker = &TextureBaker::new(is_textured);
         let textures = key.domain(TEXTURES);
         let cards = key.domain(CARDS);
-        let fallen = &FallenNeedles::of(species);
+        let fallen = &FallenFoliage::of(species, trees_per_ha);
         let ground = || {
             rayon::join(
                 || bake_trails(baker, trail_surfaces, fallen, textures.item(100)),
@@ -222,7 +227,12 @@ impl WorldMaterials {
                     false => leaves.seasonal.iter().map(|of| images(Some(of))).collect(),
                 }
             });
-            rayon::join(|| kinds.collect(), || trees.collect())
+            let kinds = || {
+                let mut images: Vec<_> = kinds.collect();
+                images.push(fallen_leaf_images(fallen, cards));
+                images
+            };
+            rayon::join(kinds, || trees.collect())
         };
         let rare = || {
             let young = species.par_iter().zip(&of_species).filter(|_| seedlings);
@@ -375,6 +385,7 @@ impl WorldMaterials {
         let ground = register_ground(&mut library, floors, trails);
         let mut foliage: Vec<Vec<Vec<FoliageCard>>> = KINDS
             .iter()
+            .chain([&FALLEN_LEAF])
             .zip(images)
             .map(|(kind, images)| register_cards(&mut library, kind, images, &mut full_leaf))
             .collect();

@@ -7,15 +7,19 @@ use nemoral_seed::{Draw, Key};
 use super::optics::{self, LeafOptics};
 use crate::cards::card_raster::{CardDrawing, Mark};
 use crate::cards::sward::STRAW;
+use crate::cards::understory::{HEATHER_BELL, HEATHER_SHOOT};
 use crate::textures::tile::luminance;
 use crate::tree::Season;
 
 /// What is left of a plant on a day: of its leaves the share that is there, and of these the share
-/// that is dead.
+/// that is dead; of its flowers the share that is open, and what the others are.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct PlantPhase {
     dead: f32,
     there: f32,
+    flowers: f32,
+    /// Whether flowers that are not open have withered, and do not come yet.
+    is_faded: bool,
 }
 
 /// The year of a kind of plant.
@@ -26,6 +30,8 @@ pub(crate) struct PlantYear {
     days: &'static [(f64, f32, f32)],
     dead: LeafOptics,
     strokes: Strokes,
+    /// Days, and the share of flowers that are open; without any, flowers come and go with leaves.
+    flowers: &'static [(f64, f32)],
 }
 
 /// What the strokes of a drawing are.
@@ -41,6 +47,12 @@ enum Strokes {
 
 /// How many days later it is spring for each degree north, and how many days earlier autumn.
 const DAYS_PER_DEGREE: [f64; 2] = [2.0, 1.5];
+
+/// From the first of these days to the second, withered flowers are gone from last year's shoots,
+/// and those of the year are still to come.
+const BEFORE_FLOWERS: [f64; 2] = [90.0, 260.0];
+/// Withered bells of heather, which stay on their shoots until spring.
+const RUST: Vec3 = Vec3::new(0.16, 0.095, 0.055);
 
 const DEAD_LEAF: LeafOptics = LeafOptics {
     albedo: Vec3::new(0.170, 0.102, 0.074),
@@ -70,6 +82,7 @@ const fn of_twigs(dead: LeafOptics, days: &'static [(f64, f32, f32)]) -> PlantYe
         days,
         dead,
         strokes: Strokes::Twigs,
+        flowers: &[],
     }
 }
 
@@ -78,6 +91,7 @@ const fn of_stems(dead: LeafOptics, days: &'static [(f64, f32, f32)]) -> PlantYe
         days,
         dead,
         strokes: Strokes::Stems,
+        flowers: &[],
     }
 }
 
@@ -86,6 +100,15 @@ const fn of_blades(days: &'static [(f64, f32, f32)]) -> PlantYear {
         days,
         dead: DEAD_BLADE,
         strokes: Strokes::Blades,
+        flowers: &[],
+    }
+}
+
+/// Evergreen shrubs, of which flowers alone come and go.
+const fn in_flower(flowers: &'static [(f64, f32)]) -> PlantYear {
+    PlantYear {
+        flowers,
+        ..of_twigs(DEAD_LEAF, &[(0.0, 0.0, 1.0), (366.0, 0.0, 1.0)])
     }
 }
 
@@ -216,7 +239,26 @@ pub(super) const LIANA: PlantYear = of_twigs(
     ],
 );
 
-/// The years of all kinds of plants.
+/// Gorse, yellow from February to May; some of it flowers later.
+pub(super) const GORSE: PlantYear = in_flower(&[
+    (0.0, 0.0),
+    (35.0, 0.0),
+    (55.0, 1.0),
+    (125.0, 1.0),
+    (150.0, 0.1),
+    (366.0, 0.0),
+]);
+/// Heather, which flowers in August and September and is rusty until spring.
+pub(super) const HEATHER: PlantYear = in_flower(&[
+    (0.0, 0.0),
+    (200.0, 0.0),
+    (220.0, 1.0),
+    (260.0, 1.0),
+    (280.0, 0.0),
+    (366.0, 0.0),
+]);
+
+/// The years of all plants that die down or lose leaves.
 const ALL: [PlantYear; 10] = [
     BRACKEN, MALE_FERN, ROSETTE, TALL_HERB, TREFOIL, GRASS, REED, BRAMBLE, BILBERRY, LIANA,
 ];
@@ -242,6 +284,11 @@ fn is_green(colour: Vec3) -> bool {
     colour.y > 1.05 * colour.x && colour.y > 1.3 * colour.z
 }
 
+/// Whether a colour is that of a bell of heather.
+fn is_bell(colour: Vec3) -> bool {
+    colour.z > colour.y
+}
+
 /// The day of the year that is at 50 degrees north what this day is at its latitude.
 fn day_at_50(season: &Season) -> f64 {
     let day = season.northern_day();
@@ -265,20 +312,30 @@ fn on<const N: usize>(day: f64, of: &[(f64, [f32; N])]) -> Option<[f32; N]> {
 }
 
 impl PlantYear {
-    /// What is left in a season; `None` if all of it is green.
+    /// What is left in a season; `None` if all of it is green and in flower.
     pub(super) fn phase(&self, season: &Season) -> Option<PlantPhase> {
+        let day = day_at_50(season);
         let days: Vec<_> = self
             .days
             .iter()
             .map(|&(d, dead, there)| (d, [dead, there]))
             .collect();
-        let [dead, there] = on(day_at_50(season), &days)?;
-        (dead > 0.0 || there < 1.0).then_some(PlantPhase { dead, there })
+        let [dead, there] = on(day, &days)?;
+        let flowers: Vec<_> = self.flowers.iter().map(|&(d, open)| (d, [open])).collect();
+        let flowers = on(day, &flowers).map_or(1.0, |[open]| open);
+        let [from, to] = BEFORE_FLOWERS;
+        (dead > 0.0 || there < 1.0 || flowers < 1.0).then_some(PlantPhase {
+            dead,
+            there,
+            flowers,
+            is_faded: !(from..to).contains(&day),
+        })
     }
 
     /// A drawing of leaves with these optics in its phase. Each leaf has a draw of its own from
     /// the key, so that leaves go one after the other. Flowers are marks that are not green; they
-    /// go with what dies.
+    /// go with what dies, and petals that are not open are not there. Bells of heather are strokes,
+    /// more blue than green, which are part of their shoot before and after.
     pub(super) fn drawing(
         &self,
         drawing: &CardDrawing,
@@ -296,6 +353,7 @@ impl PlantYear {
                 rng.chance(f64::from(phase.there)),
                 rng.chance(f64::from(phase.dead)),
             );
+            let is_open = rng.chance(f64::from(phase.flowers));
             let mut mark = mark.clone();
             match &mut mark {
                 Mark::Leaf(leaf) | Mark::Stalked(_, leaf) => {
@@ -303,9 +361,14 @@ impl PlantYear {
                     if is_dead {
                         leaf.colour = withered(leaf.colour);
                     }
-                    (is_there && !(is_flower && is_dead)).then_some(mark)
+                    (is_there && !(is_flower && (is_dead || !is_open))).then_some(mark)
                 }
                 Mark::Stroke(stroke) => {
+                    if !is_open && is_bell(stroke.colour[1]) {
+                        let closed = if phase.is_faded { RUST } else { HEATHER_SHOOT };
+                        let shade = |c| luminance(c) / luminance(HEATHER_BELL);
+                        stroke.colour = stroke.colour.map(|c| closed * shade(c));
+                    }
                     let dies = is_dead && self.strokes != Strokes::Twigs;
                     if dies && is_green(stroke.colour[1]) {
                         stroke.colour = stroke.colour.map(withered);
@@ -346,7 +409,9 @@ impl PlantYear {
     }
 }
 
-/// Whether all low plants are as they are in high summer.
+/// Whether all low plants are as they are in high summer, but for their flowers: gorse and heather
+/// are in flower then as they are without a season, so that all days of high summer share what is
+/// grown.
 pub(super) fn is_high_summer(season: &Season) -> bool {
     ALL.iter().all(|year| year.phase(season).is_none()) && frond_height(Some(season)) == 1.0
 }
@@ -386,6 +451,8 @@ mod tests {
         let dead = PlantPhase {
             dead: 1.0,
             there: 1.0,
+            flowers: 1.0,
+            is_faded: false,
         };
         let key = nemoral_seed::Key::world(4);
         let withered = TALL_HERB.drawing(&drawing, dead, &optics::HERB, key);
@@ -398,15 +465,60 @@ mod tests {
             assert!(c.x > c.y && c.y > c.z && c.x < 0.3, "{c}");
         }
         // Something of every plant is left.
-        let gone = PlantPhase {
-            dead: 1.0,
-            there: 0.0,
-        };
+        let gone = PlantPhase { there: 0.0, ..dead };
         assert!(
             !REED
                 .drawing(&drawing, gone, &optics::HERB, key)
                 .marks
                 .is_empty()
+        );
+    }
+
+    #[test]
+    fn gorse_flowers_in_spring_and_heather_in_august() {
+        for year in [GORSE, HEATHER] {
+            let ends = [year.flowers[0], year.flowers[year.flowers.len() - 1]];
+            assert_eq!(ends, [(0.0, 0.0), (366.0, 0.0)]);
+            assert!(year.flowers.windows(2).all(|d| d[0].0 < d[1].0));
+        }
+        let key = nemoral_seed::Key::world(4);
+        let on_day = |year: &PlantYear, drawing: &CardDrawing, day| {
+            year.phase(&at(day, 50.0)).map_or_else(
+                || drawing.clone(),
+                |phase| year.drawing(drawing, phase, &optics::EVERGREEN, key),
+            )
+        };
+        let gorse = crate::cards::understory::gorse(&mut key.rng(), true);
+        let petals = |day| {
+            let now = on_day(&GORSE, &gorse, day);
+            let petals = now.marks.iter().filter(|m| matches!(m, Mark::Leaf(_)));
+            (petals.count(), now.marks.len())
+        };
+        let (all, marks) = petals(90.0);
+        assert!(all > 5, "{all}");
+        assert_eq!(petals(20.0), (0, marks - all));
+        assert!(petals(170.0).0 <= all / 2);
+        let heather = crate::cards::understory::heather(&mut key.rng(), true);
+        // Bells, rust, and all marks.
+        let found = |day| {
+            let now = on_day(&HEATHER, &heather, day);
+            let colours = now.marks.iter().filter_map(|mark| match mark {
+                Mark::Stroke(stroke) => Some(stroke.colour[1]),
+                _ => None,
+            });
+            let colours: Vec<Vec3> = colours.collect();
+            let rust = colours.iter().filter(|c| c.x > c.y && c.y > c.z).count();
+            let bells = colours.iter().filter(|c| is_bell(**c)).count();
+            [bells, rust, now.marks.len()]
+        };
+        let [bells, wood, marks] = found(240.0);
+        assert!(bells > 100, "{bells}");
+        assert_eq!(found(20.0), [0, wood + bells, marks]);
+        assert_eq!(found(150.0), [0, wood, marks]);
+        let [some, rusty, _] = found(270.0);
+        assert!(
+            some > bells / 4 && rusty - wood > bells / 4,
+            "{some} {rusty}"
         );
     }
 

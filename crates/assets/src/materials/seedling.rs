@@ -38,7 +38,12 @@ pub(super) fn register(
     let (name, bark) = (&species.name, &species.bark);
     let leaves = images.into_iter().enumerate().map(|(number, of)| {
         let name = format!("{name}.seedling.{number}");
-        let look = of.leaves.unwrap_or_else(|| species.leaves.clone());
+        let single = of.leaves.unwrap_or_else(|| species.leaves.clone());
+        let shade = f64::from(LEAVES_IN_SHADE);
+        let look = LeafLook {
+            transmittance: single.transmittance.map(|t| shade * t),
+            ..single
+        };
         register_leaves(library, &name, Semantic::Seedling, &look, of.image)
     });
     SeedlingMaterials {

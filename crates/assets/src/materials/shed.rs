@@ -26,6 +26,10 @@ pub(crate) struct ShedMaterials {
     pub(crate) barks: [MaterialId; 2],
 }
 
+/// The most that is left of the colour of an autumn leaf once it has lain for some days, linear
+/// RGB: its yellow goes within weeks, and brown pigments form (PROSPECT-D).
+const LAIN: Vec3 = Vec3::new(0.238, 0.145, 0.096);
+
 /// How much of its own colour a leaf that has just fallen keeps, and how much of the images of
 /// each tint are such leaves right after the fall (our choice).
 const FRESH_COLOUR: f32 = 0.7;
@@ -38,7 +42,8 @@ fn colours(species: &Species, season: Option<&Season>) -> [Vec3; shed::VARIANTS]
     let Some((season, phenology)) = season.zip(species.phenology) else {
         return usual;
     };
-    let fresh = albedo.lerp(linear(phenology.withered.albedo), FRESH_COLOUR);
+    let fallen = linear(phenology.withered.albedo).min(LAIN);
+    let fresh = albedo.lerp(fallen, FRESH_COLOUR);
     let share = phenology.fresh_litter(season) as f32;
     std::array::from_fn(|i| usual[i].lerp(fresh, share * FRESH[i]))
 }
@@ -113,5 +118,38 @@ impl ShedMaterials {
                 of_wood("bark.lower", tree.stem, Semantic::FallenBark),
             ],
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The lightest image of a species' litter on a day at 60 degrees north.
+    fn lightest(species: &Species, day_of_year: f64) -> Vec3 {
+        let season = Season {
+            day_of_year,
+            latitude_deg: 60.0,
+        };
+        let all = colours(species, Some(&season)).into_iter();
+        all.max_by(|a, b| a.x.total_cmp(&b.x)).expect("five images")
+    }
+
+    #[test]
+    fn fallen_birch_leaves_do_not_stay_yellow() {
+        // Half of the leaves have fallen on day 275.
+        for day in [275.0, 300.0, 354.0] {
+            let birch = lightest(&Species::silver_birch(), day);
+            assert!(birch.x < 0.26 && birch.x < 2.2 * birch.y, "{day}: {birch}");
+            assert!(birch.x < 6.0 * birch.z, "{day}: {birch}");
+        }
+    }
+
+    /// Leaves that are brown when they fall keep their colour.
+    #[test]
+    fn fresh_oak_litter_is_russet() {
+        let oak = Species::english_oak();
+        let withered = linear(oak.phenology.expect("it is deciduous").withered.albedo);
+        assert_eq!(withered.min(LAIN), withered);
     }
 }

@@ -13,9 +13,10 @@ const SIDES: u32 = 28;
 /// Rings of the cut face.
 const RINGS: u32 = 5;
 /// How far a stump reaches into the ground: as far as on a slope of 45 degrees none of its foot
-/// hangs in the air. Metres, and for each metre of its radius, of which a root's lobe is two.
+/// hangs in the air. Metres, and for each metre of its radius, of which two lobes that run into
+/// each other are nearly three.
 const ROOT_M: f32 = 0.15;
-const ROOT_PER_RADIUS: f32 = 2.2;
+const ROOT_PER_RADIUS: f32 = 2.8;
 
 /// A stump of a felled tree: `radius_m` at its cut, `height_m` above the ground.
 pub(crate) fn stump(

@@ -6,6 +6,7 @@ use glam::{IVec2, Vec2, Vec3};
 
 use super::noise::at::{scramble, unit};
 use super::tile::{Texel, Tile};
+use crate::tree::LeafLook;
 
 /// Painted texels over a rectangle of the plane, in metres. Row 0 is at the smallest y.
 #[derive(Clone, Debug)]
@@ -20,7 +21,7 @@ pub(crate) struct Canvas {
 }
 
 /// Half the width of a leaf along its midrib, as a share of its largest half-width.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Outline([f32; Self::STEPS + 1]);
 
 /// A leaf, needle pair or petal, seen flat.
@@ -66,6 +67,21 @@ impl Outline {
             std::array::from_fn(|i| f(i as f64 / Self::STEPS as f64).max(0.0));
         let largest = raw.iter().fold(1e-9_f64, |a, &b| a.max(b));
         Self(raw.map(|w| (w / largest) as f32))
+    }
+
+    /// That of a species' leaves.
+    pub(crate) fn of(look: &LeafLook) -> Self {
+        let [a, b] = look.outline;
+        let whole = if look.lobes > 0.0 {
+            Self::lobed(look.lobes, look.lobe_depth)
+        } else {
+            Self::ovate(a, b)
+        };
+        if look.teeth > 0.0 {
+            whole.toothed(look.teeth, look.tooth_depth)
+        } else {
+            whole
+        }
     }
 
     /// t^a (1 - t)^b: ovate, lanceolate, rhombic.

@@ -1,37 +1,21 @@
 //! The forest floor, on tiles of 4 m, and the faces of cuttings.
 
-use std::sync::Arc;
-
 use glam::{IVec2, Vec2, Vec3};
-use nemoral_seed::{Draw, Key, Rng};
+use nemoral_seed::{Draw, Key};
 
-use super::canvas::{Canvas, Leaf, Outline, Stroke};
+use super::canvas::{Canvas, Stroke};
+use super::fallen::{FallenFoliage, anywhere, direction};
 use super::noise::{fbm, gradient, ridged, smoothstep, unit, value, warp, worley};
 use super::tile::{Texels, Tile};
 use crate::lanes::{Vec2x16, rgb};
-use crate::tree::Species;
 
 /// Texels along a side of the floor's tiles.
 pub(crate) const FLOOR_TEXELS: usize = 1024;
 /// Metres along a side of the floor's tiles.
 pub(crate) const FLOOR_M: f32 = 4.0;
 
-/// A unit vector in a uniform direction, by rejection: no trigonometry.
-pub(crate) fn direction(rng: &mut impl Rng) -> Vec2 {
-    loop {
-        let p = Vec2::new(rng.range_f32(-1.0, 1.0), rng.range_f32(-1.0, 1.0));
-        let l = p.length_squared();
-        if (1e-4..=1.0).contains(&l) {
-            return p / l.sqrt();
-        }
-    }
-}
-
-fn anywhere(rng: &mut impl Rng, size_m: f32) -> Vec2 {
-    Vec2::new(rng.range_f32(0.0, size_m), rng.range_f32(0.0, size_m))
-}
-
-/// What lies on a tile, and how much of it, pieces per m².
+/// What lies on a tile, and how much of it, pieces per m²: so many leaves as large as a beech's or
+/// an oak's, and needles as long as a maritime pine's, and more of smaller ones.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Debris {
     pub(crate) leaves: f32,
@@ -42,121 +26,23 @@ pub(crate) struct Debris {
     pub(crate) grass: f32,
 }
 
-/// The fallen needles of a stand's conifers.
-#[derive(Clone, Debug)]
-pub(crate) struct FallenNeedles {
-    /// The least and the greatest length of each species' needles, and their width, metres.
-    kinds: Vec<([f32; 2], f32)>,
-}
-
-impl FallenNeedles {
-    /// Those of the species that have any; bits of twigs and stalks of leaves if none has.
-    pub(crate) fn of(species: &[Species]) -> Self {
-        let conifers = species.iter().filter(|s| s.leaves.kind.is_needle());
-        let mut kinds: Vec<_> = conifers
-            .map(|s| {
-                let length_m = s.leaves.length_m.map(|m| m as f32);
-                let ratio = s.leaves.width_ratio.map(|r| r as f32);
-                (
-                    length_m,
-                    0.25 * (length_m[0] + length_m[1]) * (ratio[0] + ratio[1]),
-                )
-            })
-            .collect();
-        if kinds.is_empty() {
-            kinds.push(([0.015, 0.05], 0.0015));
-        }
-        Self { kinds }
-    }
-
-    /// How many more of them cover the ground than of the long needles of maritime pine.
-    fn density(&self) -> f32 {
-        const LONG_M: f32 = 0.12;
-        let means = self.kinds.iter().map(|(m, _)| 0.5 * (m[0] + m[1]));
-        let mean_m = means.sum::<f32>() / self.kinds.len() as f32;
-        (LONG_M / mean_m).clamp(1.0, 6.0)
-    }
-
-    fn scatter(&self, canvas: &mut Canvas, size_m: f32, count: u32, rng: &mut impl Rng) {
-        for i in 0..count {
-            let (lengths_m, width_m) = *rng.choose(&self.kinds);
-            let from = anywhere(rng, size_m);
-            let along = direction(rng);
-            let length = rng.range_f32(lengths_m[0], lengths_m[1]);
-            let side = along.perp() * length * rng.range_f32(-0.1, 0.1);
-            let age = 1.0 - i as f32 / count as f32;
-            let fresh =
-                Vec3::new(0.225, 0.120, 0.062).lerp(Vec3::new(0.24, 0.165, 0.105), rng.unit_f32());
-            let colour =
-                fresh.lerp(Vec3::new(0.085, 0.055, 0.037), 0.75 * age) * rng.range_f32(0.7, 1.2);
-            let width_m = width_m.clamp(0.0012, 0.0025);
-            canvas.stroke(&Stroke {
-                points: Stroke::bowed(from, length * along, side),
-                width_m: [width_m, 0.6 * width_m],
-                colour: [colour; 2],
-                level: 0.012 * (1.0 - age),
-            });
-        }
-    }
-}
-
-/// Fallen leaf colours, from just fallen to rotten.
-const LEAVES: [Vec3; 6] = [
-    Vec3::new(0.235, 0.150, 0.090),
-    Vec3::new(0.190, 0.105, 0.058),
-    Vec3::new(0.150, 0.089, 0.060),
-    Vec3::new(0.215, 0.165, 0.115),
-    Vec3::new(0.120, 0.072, 0.045),
-    Vec3::new(0.085, 0.058, 0.040),
-];
-
 /// Strews a tile with leaves, needles, twigs and grass.
 pub(crate) fn strew(
     tile: Tile,
     size_m: f32,
     debris: Debris,
-    fallen: &FallenNeedles,
+    fallen: &FallenFoliage,
     key: Key,
 ) -> Tile {
     let mut rng = key.rng();
     let count = |per_m2: f32| (per_m2 * size_m * size_m) as u32;
-    let outlines = [
-        Outline::lobed(4.5, 0.42),
-        Outline::ovate(0.9, 0.8),
-        Outline::ovate(0.6, 1.1),
-        Outline::lobed(4.0, 0.5),
-    ]
-    .map(Arc::new);
     let mut canvas = Canvas::over(tile, Vec2::splat(size_m));
     // Needles lie under, between and over the leaves.
-    let needles = count(debris.needles * fallen.density());
-    fallen.scatter(&mut canvas, size_m, needles / 2, &mut rng);
-    let leaves = count(debris.leaves);
-    for i in 0..leaves {
-        let kind = rng.below(4) as usize;
-        let age = 1.0 - i as f32 / leaves as f32;
-        let pick = LEAVES[rng.below(6) as usize];
-        let colour = pick.lerp(LEAVES[5], 0.7 * age) * rng.range_f32(0.75, 1.25);
-        let (length, aspect) = match kind {
-            2 => (rng.range_f32(0.09, 0.17), 0.19),
-            1 => (rng.range_f32(0.04, 0.08), 0.58),
-            _ => (rng.range_f32(0.06, 0.12), 0.56),
-        };
-        // Curled leaves are narrower.
-        let aspect = aspect * rng.range_f32(0.55, 1.0);
-        canvas.leaf(&Leaf {
-            outline: outlines[kind].clone(),
-            base: anywhere(&mut rng, size_m),
-            direction: direction(&mut rng),
-            length_m: length * debris.leaf_scale,
-            width_m: length * debris.leaf_scale * aspect,
-            bend: rng.range_f32(-0.35, 0.35),
-            colour,
-            veins: 0.16,
-            browning: rng.range_f32(0.0, 0.4),
-            level: 0.02 * (1.0 - age),
-        });
-    }
+    let needles = count(debris.needles * fallen.needle_density());
+    fallen.strew_needles(&mut canvas, size_m, needles / 2, &mut rng);
+    let leaves = count(debris.leaves * fallen.leaf_density());
+    let of_leaves = (size_m, debris.leaf_scale);
+    fallen.strew_leaves(&mut canvas, of_leaves, leaves, &mut rng);
     for _ in 0..count(debris.twigs) {
         let from = anywhere(&mut rng, size_m);
         let length = 0.05 + 0.45 * rng.unit_f32() * rng.unit_f32();
@@ -171,7 +57,7 @@ pub(crate) fn strew(
             level: 0.02,
         });
     }
-    fallen.scatter(&mut canvas, size_m, needles - needles / 2, &mut rng);
+    fallen.strew_needles(&mut canvas, size_m, needles - needles / 2, &mut rng);
     for _ in 0..count(debris.grass) {
         let from = anywhere(&mut rng, size_m);
         let along = direction(&mut rng);
@@ -203,8 +89,8 @@ fn humus(p: Vec2x16, seed: u32) -> Texels {
     }
 }
 
-/// Leaf litter of a mixed forest.
-pub(crate) fn leaf_litter(fallen: &FallenNeedles, key: Key) -> Tile {
+/// Leaf litter, of the stand's own leaves.
+pub(crate) fn leaf_litter(fallen: &FallenFoliage, key: Key) -> Tile {
     let seed = key.to_u64() as u32;
     let soil = Tile::bake(FLOOR_TEXELS, FLOOR_TEXELS, |p| humus(p, seed));
     let debris = Debris {
@@ -220,7 +106,7 @@ pub(crate) fn leaf_litter(fallen: &FallenNeedles, key: Key) -> Tile {
 }
 
 /// Needle litter under conifers.
-pub(crate) fn needle_litter(fallen: &FallenNeedles, key: Key) -> Tile {
+pub(crate) fn needle_litter(fallen: &FallenFoliage, key: Key) -> Tile {
     let seed = key.to_u64() as u32;
     let soil = Tile::bake(FLOOR_TEXELS, FLOOR_TEXELS, |p| humus(p, seed));
     let debris = Debris {
@@ -241,7 +127,7 @@ pub(crate) fn needle_litter(fallen: &FallenNeedles, key: Key) -> Tile {
 }
 
 /// Moss cushions, bare humus and scattered litter.
-pub(crate) fn moss_and_soil(fallen: &FallenNeedles, key: Key) -> Tile {
+pub(crate) fn moss_and_soil(fallen: &FallenFoliage, key: Key) -> Tile {
     let seed = key.to_u64() as u32;
     let ground = Tile::bake(FLOOR_TEXELS, FLOOR_TEXELS, |p| {
         let soil = humus(p, seed);
@@ -261,7 +147,7 @@ pub(crate) fn moss_and_soil(fallen: &FallenNeedles, key: Key) -> Tile {
         }
     });
     let debris = Debris {
-        leaves: 110.0,
+        leaves: fallen.scattered(110.0),
         leaf_scale: 0.95,
         needles: 420.0,
         twigs: 18.0,
@@ -273,7 +159,7 @@ pub(crate) fn moss_and_soil(fallen: &FallenNeedles, key: Key) -> Tile {
 }
 
 /// A freshly cut or filled slope: mineral soil, stones, root ends, wash lines.
-pub(crate) fn bare_soil(fallen: &FallenNeedles, key: Key) -> Tile {
+pub(crate) fn bare_soil(fallen: &FallenFoliage, key: Key) -> Tile {
     let seed = key.to_u64() as u32;
     let mut tile = Tile::bake(FLOOR_TEXELS, FLOOR_TEXELS, |p| {
         let q = warp(p, IVec2::splat(7), (0.03, 0.03), seed);
@@ -311,16 +197,45 @@ pub(crate) fn bare_soil(fallen: &FallenNeedles, key: Key) -> Tile {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::tree::Species;
+
+    /// The red of a grey square metre that is strewn with leaves of a species, by texel.
+    fn strewn(name: &str) -> Vec<f32> {
+        let grey = Tile::bake(256, 256, |_| Texels {
+            albedo: Vec3::splat(GREY).into(),
+            height: 0.0.into(),
+        });
+        let debris = Debris {
+            leaves: 300.0,
+            leaf_scale: 1.0,
+            ..Debris::default()
+        };
+        let species = [Species::built_in(name).expect("is built in")];
+        let fallen = FallenFoliage::of(&species, &[1.0]);
+        let tile = strew(grey, 1.0, debris, &fallen, Key::world(1));
+        tile.texels.iter().map(|texel| texel.albedo.x).collect()
+    }
+
+    const GREY: f32 = 0.01;
 
     #[test]
-    fn needles_are_as_long_as_the_stands() {
-        let named = |name: &str| Species::built_in(name).expect("is built in");
-        let spruce = FallenNeedles::of(&[named("norway_spruce"), named("beech")]);
-        assert_eq!(spruce.kinds.len(), 1);
-        assert!(spruce.kinds[0].0[1] < 0.03 && spruce.density() > 5.0);
-        let pine = FallenNeedles::of(&[named("maritime_pine")]);
-        assert!(pine.kinds[0].0[0] > 0.1 && pine.density() < 1.2);
-        let none = FallenNeedles::of(&[named("beech")]);
-        assert!(none.kinds[0].0[1] <= 0.05);
+    fn litter_is_painted_with_the_stands_own_leaves() {
+        let beech = strewn("beech");
+        assert_eq!(beech, strewn("beech"));
+        assert_ne!(beech, strewn("english_oak"));
+    }
+
+    #[test]
+    fn small_leaves_cover_as_much_ground_as_large_ones() {
+        let cover = |name: &str| {
+            let texels = strewn(name);
+            let covered = texels.iter().filter(|red| **red != GREY).count();
+            covered as f64 / texels.len() as f64
+        };
+        let [beech, birch, oak] = ["beech", "silver_birch", "english_oak"].map(cover);
+        assert!((0.2..0.7).contains(&beech), "{beech}");
+        for other in [birch, oak] {
+            assert!((0.7..1.4).contains(&(other / beech)), "{other} {beech}");
+        }
     }
 }

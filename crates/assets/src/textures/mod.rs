@@ -2,6 +2,7 @@
 
 pub(crate) mod bark;
 pub(crate) mod canvas;
+pub(crate) mod fallen;
 pub(crate) mod ground;
 pub(crate) mod mineral;
 pub(crate) mod noise;

@@ -5,7 +5,8 @@ use nemoral_scene::{Optics, TrailSurfaceKind as Kind};
 use nemoral_seed::{Draw, Key};
 
 use super::canvas::{Canvas, Stroke};
-use super::ground::{Debris, FallenNeedles, direction, strew};
+use super::fallen::{FallenFoliage, direction};
+use super::ground::{Debris, strew};
 use super::noise::{fbm, gradient, ridged, scramble, smoothstep, unit, value, warp, worley};
 use super::tile::{Texels, Tile};
 use crate::lanes::{F32x16, U32x16, Vec2x16, Vec3x16, rgb};
@@ -109,7 +110,7 @@ fn base(kind: Kind, p: Vec2x16, seed: u32) -> Texels {
 }
 
 /// Bakes surface, rut and strip.
-pub(crate) fn bake(kind: Kind, fallen: &FallenNeedles, key: Key) -> TrailTiles {
+pub(crate) fn bake(kind: Kind, fallen: &FallenFoliage, key: Key) -> TrailTiles {
     let seed = key.to_u64() as u32;
     let base = Tile::bake(TRAIL_TEXELS, TRAIL_TEXELS, |p| base(kind, p, seed));
     let mut surface = strew(base.clone(), TRAIL_M, debris(kind), fallen, key.item(0));
@@ -137,7 +138,7 @@ pub(crate) fn bake(kind: Kind, fallen: &FallenNeedles, key: Key) -> TrailTiles {
 
 /// The strip between ruts: nobody drives there, so fallen leaves rot to humus, and seedlings of
 /// grass stand between the mats that are plants in relief.
-fn strip(kind: Kind, surface: &Tile, fallen: &FallenNeedles, (seed, key): (u32, Key)) -> Tile {
+fn strip(kind: Kind, surface: &Tile, fallen: &FallenFoliage, (seed, key): (u32, Key)) -> Tile {
     let green = match kind {
         Kind::Grassy => 1.0,
         Kind::Gravel | Kind::DryEarth | Kind::Mud => 0.8,

@@ -130,8 +130,9 @@ impl Species {
     }
 
     /// Mean height of trees of this diameter, metres: the generalised Schnute curve H = (1.3^b +
-    /// (H0^b − 1.3^b)(1 − e^(−a d)) / (1 − e^(−a D0)))^(1/b), kept a tenth inside the limits of
-    /// slenderness, so that the residual is not cut off on one side.
+    /// (H0^b − 1.3^b)(1 − e^(−a d)) / (1 − e^(−a D0)))^(1/b), kept a tenth inside the bounds of
+    /// slenderness, so that the residual is not cut off on one side. The built-in species' bounds
+    /// are so wide that this is the curve itself, but for maritime pines under 12 cm.
     #[must_use]
     pub fn mean_height_m(&self, dbh_m: f64) -> f64 {
         let al = &self.allometry;

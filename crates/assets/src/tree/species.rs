@@ -60,7 +60,8 @@ pub struct Allometry {
     pub dominant: [f64; 2],
     /// Standard deviation of height about the curve, as a share of height.
     pub height_sd: f64,
-    /// Least and greatest height / diameter (m/m); the least is at most 0.8 times the greatest.
+    /// Least and greatest height / diameter (m/m), where the scatter of heights ends; the curve ends
+    /// a tenth inside. The least is at most 0.8 times the greatest.
     pub slenderness: [f64; 2],
     /// Crown width = `[0]` + `[1]` · d^`[2]`, metres.
     pub crown_width: [f64; 3],

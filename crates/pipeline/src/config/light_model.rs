@@ -3,6 +3,7 @@
 use nemoral_render::{LampParams, SkyParams, UtcTime};
 use nemoral_scene::glam::{DVec3, Vec3};
 use nemoral_scene::{Hydrometeor, RigidTransform, extinction_per_m, visibility_m};
+use nemoral_stand::Hemisphere;
 
 use super::mount::mount;
 use super::{Lamp, Moon, Season, Sky, Sun, SunDate, SunPosition, Weather};
@@ -103,6 +104,15 @@ impl Season {
                 latitude_deg: place.latitude_deg,
             },
         )
+    }
+
+    /// The side of the equator that the world is on, by the latitude of the sun's date or, if the
+    /// sun has angles, by that of the season.
+    pub(crate) fn hemisphere(&self, sun: &Sun) -> Hemisphere {
+        Hemisphere::of_latitude(match &sun.position {
+            SunPosition::Date(date) => date.latitude_deg,
+            SunPosition::Angles(_) => self.latitude_deg,
+        })
     }
 
     /// The day and the latitude by which leaves unfold and fall; `None` in high summer.
@@ -290,6 +300,30 @@ mod tests {
             place.map(|s| (s.day_of_year, s.latitude_deg)),
             Some((20.0, 60.0))
         );
+    }
+
+    #[test]
+    fn the_hemisphere_is_that_of_the_suns_date_or_of_the_season() {
+        let date = |latitude_deg| Sun {
+            position: SunPosition::Date(SunDate {
+                latitude_deg,
+                ..SunDate::default()
+            }),
+            ..Sun::default()
+        };
+        let season = |latitude_deg| Season {
+            latitude_deg,
+            ..Season::default()
+        };
+        let of = |season: &Season, sun: &Sun| season.hemisphere(sun);
+        let (north, south) = (Hemisphere::Northern, Hemisphere::Southern);
+        assert_eq!(of(&Season::default(), &Sun::default()), north);
+        assert_eq!(of(&season(-38.0), &Sun::default()), south);
+        assert_eq!(of(&season(50.0), &date(-38.0)), south);
+        assert_eq!(of(&season(-38.0), &date(50.0)), north);
+        // Who moves the sun by hand stays on that side.
+        let said = Season::default().said(&date(-38.0));
+        assert_eq!(of(&said, &Sun::default()), south);
     }
 
     #[test]

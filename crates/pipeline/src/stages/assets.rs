@@ -51,7 +51,7 @@ impl Stage<Forest> for LibraryStage {
     type Inputs = ();
     type Output = Library;
     const ID: &'static str = "world.library";
-    const VERSION: u32 = 32;
+    const VERSION: u32 = 33;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         self.0.fingerprint(hasher);
@@ -81,7 +81,7 @@ impl Stage<Forest> for AssetStage {
     type Inputs = (OfWorld<Library>,);
     type Output = WorldAssets;
     const ID: &'static str = "world.assets";
-    const VERSION: u32 = 21;
+    const VERSION: u32 = 22;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         self.recipe.fingerprint(hasher);

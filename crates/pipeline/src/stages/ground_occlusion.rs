@@ -29,7 +29,7 @@ impl Stage<Forest> for GroundOcclusionStage {
     );
     type Output = Option<GroundOcclusion>;
     const ID: &'static str = "chunk.ground_occlusion";
-    const VERSION: u32 = 1;
+    const VERSION: u32 = 2;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         let Self { chunk_size_m } = self;
@@ -44,10 +44,11 @@ impl Stage<Forest> for GroundOcclusionStage {
     ) -> Result<Option<GroundOcclusion>, Error> {
         let origin_m = at.origin_m(self.chunk_size_m);
         let snow = assets.snow.as_ref();
-        let snow = snow.map(|LyingSnow { depth_m, .. }| SnowCover {
+        let snow = snow.map(|of: &LyingSnow| SnowCover {
             ground: &ground,
             below: &*ground,
-            depth_m: *depth_m,
+            depth_m: of.depth_m,
+            under_crowns: of.under_crowns,
         });
         let buried_m = |plant: &Instance| {
             let place_m = origin_m + plant.position_m.truncate().as_dvec2();

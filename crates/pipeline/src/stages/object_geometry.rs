@@ -29,7 +29,7 @@ impl Stage<Forest> for ObjectGeometryStage {
     );
     type Output = ObjectGeometry;
     const ID: &'static str = "chunk.object_geometry";
-    const VERSION: u32 = 10;
+    const VERSION: u32 = 11;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         InputFiles::default().encode(hasher, &self.ground);

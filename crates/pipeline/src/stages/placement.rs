@@ -22,7 +22,7 @@ impl Stage<Forest> for PlacementStage {
     type Inputs = (OfWorld<WorldAssets>, OfWorld<GroundModel>);
     type Output = Placement;
     const ID: &'static str = "world.placement";
-    const VERSION: u32 = 3;
+    const VERSION: u32 = 4;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         InputFiles::default().encode(hasher, &self.0);

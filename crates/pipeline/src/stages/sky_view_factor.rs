@@ -104,7 +104,7 @@ impl Stage<Forest> for SkyViewStage {
     );
     type Output = SkyViewFactor;
     const ID: &'static str = "chunk.sky_view_factor";
-    const VERSION: u32 = 3;
+    const VERSION: u32 = 4;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         let Self { chunk_size_m } = self;
@@ -120,11 +120,16 @@ impl Stage<Forest> for SkyViewStage {
         let crowns = crowns(at, self.chunk_size_m, &objects, |objects| &objects.group)?;
         let area = area(at, self.chunk_size_m, &assets);
         Ok(in_pool(|| match &assets.snow {
-            Some(LyingSnow { depth_m, .. }) => {
+            Some(LyingSnow {
+                depth_m,
+                under_crowns,
+                ..
+            }) => {
                 let snow = SnowCover {
                     ground: &ground,
                     below: &*ground,
                     depth_m: *depth_m,
+                    under_crowns: *under_crowns,
                 };
                 SkyViewFactor::measure(&area, &snow, &crowns)
             }

@@ -44,7 +44,7 @@ impl Stage<Forest> for UndergrowthStage {
     );
     type Output = Vec<Patch>;
     const ID: &'static str = "chunk.undergrowth";
-    const VERSION: u32 = 9;
+    const VERSION: u32 = 10;
 
     fn fingerprint(&self, _: &mut Hasher) {}
 

@@ -56,7 +56,7 @@ impl Stage<Forest> for UndergrowthGeometryStage {
     );
     type Output = UndergrowthGeometry;
     const ID: &'static str = "chunk.undergrowth_geometry";
-    const VERSION: u32 = 12;
+    const VERSION: u32 = 13;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         InputFiles::default().encode(hasher, self);

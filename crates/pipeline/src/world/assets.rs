@@ -29,6 +29,8 @@ pub struct LyingSnow {
     pub(crate) materials: SnowMaterials,
     /// Its depth on level ground in the open, metres.
     pub(crate) depth_m: f64,
+    /// The share of that depth that lies under crowns.
+    pub(crate) under_crowns: f64,
 }
 
 /// The library and, in the same order, each shape's acceleration structure.
@@ -184,6 +186,7 @@ impl WorldAssets {
             .map(|tree| Arc::clone(&tree.prototype))
             .collect();
         let [depth_m, on_crowns] = recipe.snow();
+        let under_crowns = recipe.snow_under_crowns()?;
         let snow = (depth_m > 0.0).then(|| {
             let params = SnowParams {
                 depth_m,
@@ -194,6 +197,7 @@ impl WorldAssets {
             LyingSnow {
                 materials: Arc::make_mut(&mut library).add_snow(&params, key.domain(SNOW)),
                 depth_m,
+                under_crowns,
             }
         });
         let species = recipe.species()?;

@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 
 use nemoral_scene::Surface;
 use nemoral_scene::glam::DVec2;
-use nemoral_stand::GroundConditions;
+use nemoral_stand::{GroundConditions, Hemisphere};
 
 use crate::config;
 
@@ -19,17 +19,21 @@ const SUN_DRIES: f64 = 0.7;
 
 /// How strongly the conditions of a place steer what covers it.
 #[derive(Clone, Debug)]
-pub(crate) struct ConditionEffects(pub(crate) config::GroundEffects);
+pub(crate) struct ConditionEffects {
+    pub(crate) of: config::GroundEffects,
+    /// By which the sun stands in the south or in the north.
+    pub(crate) hemisphere: Hemisphere,
+}
 
 impl ConditionEffects {
     fn is_any(&self) -> bool {
-        self.0.wetness > 0.0 || self.0.heat_load > 0.0 || self.0.soil > 0.0
+        self.of.wetness > 0.0 || self.of.heat_load > 0.0 || self.of.soil > 0.0
     }
 
     /// The conditions at a place whose ground has these, `bank_m` from water, as far as they
     /// matter.
-    fn of(&self, here: GroundConditions, bank_m: f64) -> GroundConditions {
-        let of = &self.0;
+    fn applied(&self, here: GroundConditions, bank_m: f64) -> GroundConditions {
+        let of = &self.of;
         let heat_load = (of.heat_load * here.heat_load).clamp(-1.0, 1.0);
         let is_wetted = of.wetness.min(1.0);
         let wetness = of.wetness * here.wetness - SUN_DRIES * is_wetted * heat_load;
@@ -88,14 +92,14 @@ impl Conditions {
         let around = [(x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1)];
         let around = around.map(|corner| self.corner(base, corner));
         self.effects
-            .of(GroundConditions::mean(around, weights), bank_m)
+            .applied(GroundConditions::mean(around, weights), bank_m)
     }
 
     /// Whether the ground there is bare mud, if it is this wet: `wave`, −1..=1, makes its border
     /// ragged. It is asked for near that border alone.
     pub(crate) fn is_mud(&self, wetness: f64, wave: impl FnOnce() -> f64) -> bool {
         const RAGGED: f64 = 0.12;
-        let mud = self.effects.0.mud;
+        let mud = self.effects.of.mud;
         let border = 1.0 - 0.35 * mud;
         // A little more than the wave can bring, so that rounding does not matter.
         let is_near = wetness + 1.01 * RAGGED > border;
@@ -107,13 +111,15 @@ impl Conditions {
         if !effects.is_any() {
             return 1.0;
         }
-        let here = effects.of(GroundConditions::at(base, world_m), f64::INFINITY);
-        1.0 + 0.8 * here.wetness
+        let here = GroundConditions::at(base, world_m, effects.hemisphere);
+        1.0 + 0.8 * effects.applied(here, f64::INFINITY).wetness
     }
 
     fn corner(&self, base: &dyn Surface, (x, y): (i64, i64)) -> GroundConditions {
-        let of =
-            |x: i64, y: i64| GroundConditions::at(base, DVec2::new(x as f64, y as f64) * CELL_M);
+        let of = |x: i64, y: i64| {
+            let place_m = DVec2::new(x as f64, y as f64) * CELL_M;
+            GroundConditions::at(base, place_m, self.effects.hemisphere)
+        };
         let [i, j] = [x - self.first[0], y - self.first[1]];
         let side = self.side as i64;
         if !(0..side).contains(&i) || !(0..side).contains(&j) {
@@ -137,7 +143,14 @@ mod tests {
     fn effects(change: impl Fn(&mut config::GroundEffects)) -> ConditionEffects {
         let mut of = config::GroundEffects::default();
         change(&mut of);
-        ConditionEffects(of)
+        in_the_north(of)
+    }
+
+    fn in_the_north(of: config::GroundEffects) -> ConditionEffects {
+        ConditionEffects {
+            of,
+            hemisphere: Hemisphere::Northern,
+        }
     }
 
     fn square(x: f64, y: f64) -> (DVec2, DVec2) {
@@ -186,10 +199,30 @@ mod tests {
         assert!(median.abs() < 0.35, "{median}");
     }
 
+    /// On a slope to the south-west, as it is north and south of the equator.
+    #[test]
+    fn the_sun_of_the_hemisphere_dries_slopes() {
+        let slope = nemoral_scene::FlatSurface {
+            height_m: 0.0,
+            gradient: DVec2::splat(0.3),
+        };
+        let at = |hemisphere| {
+            let effects = ConditionEffects {
+                hemisphere,
+                ..effects(|_| {})
+            };
+            let p = DVec2::new(7.0, 9.0);
+            Conditions::new(&effects, square(0.0, 0.0)).at(&slope, p, f64::INFINITY)
+        };
+        let [north, south] = [Hemisphere::Northern, Hemisphere::Southern].map(at);
+        assert!(north.heat_load > 0.3 && south.heat_load.abs() < 1e-9);
+        assert!(north.wetness < south.wetness - 0.1);
+    }
+
     #[test]
     fn nothing_steers_without_being_asked_for() {
         let base = Terrain::new(TerrainParams::default(), Key::world(4)).expect("valid");
-        let none = ConditionEffects(config::GroundEffects::none());
+        let none = in_the_north(config::GroundEffects::none());
         let here = Conditions::new(&none, square(0.0, 0.0));
         let found = here.at(&base, DVec2::new(3.0, 4.0), 0.1);
         assert_eq!(found, GroundConditions::NEUTRAL);

@@ -6,7 +6,9 @@ use nemoral_placement::OpenLand;
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, Surface};
 use nemoral_seed::{Domain, Key};
-use nemoral_stand::{FallenStem, Field, FieldParams, VegetationHistory, fallen_stems, settle};
+use nemoral_stand::{
+    FallenStem, Field, FieldParams, Hemisphere, VegetationHistory, fallen_stems, settle,
+};
 use nemoral_terrain::{
     Eroded, ErosionParams, HeightField, HeightPosts, PerlinTerrain, ReliefParams, Terrain,
     TerrainParams,
@@ -64,6 +66,7 @@ pub(crate) struct GroundTables<'a> {
     pub(crate) deadwood: &'a config::Deadwood,
     pub(crate) meadows: &'a config::Meadows,
     pub(crate) effects: &'a config::GroundEffects,
+    pub(crate) hemisphere: Hemisphere,
     pub(crate) dbh_mean_m: f64,
 }
 
@@ -110,6 +113,7 @@ impl GroundModel {
             deadwood,
             meadows,
             effects,
+            hemisphere,
             dbh_mean_m,
         } = tables;
         let SiteGround {
@@ -174,7 +178,10 @@ impl GroundModel {
         } else {
             None
         };
-        let effects = ConditionEffects(effects.clone());
+        let effects = ConditionEffects {
+            of: effects.clone(),
+            hemisphere,
+        };
         Ok(Self {
             base,
             trails,

@@ -73,11 +73,16 @@ impl GroundMeshRecipe {
         };
         let mesh = match snow {
             None => self.mesher.mesh(at, &memoized, &memoized, &material),
-            Some(LyingSnow { materials, depth_m }) => {
+            Some(LyingSnow {
+                materials,
+                depth_m,
+                under_crowns,
+            }) => {
                 let snow = SnowCover {
                     ground,
                     below: &memoized,
                     depth_m: *depth_m,
+                    under_crowns: *under_crowns,
                 };
                 let material = |p: DVec2, inside: bool| match material(p, inside) {
                     below if !snow.hides(p) => below,

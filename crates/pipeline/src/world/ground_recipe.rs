@@ -1,6 +1,7 @@
 //! The ground that a config asks for.
 
 use nemoral_seed::Key;
+use nemoral_stand::Hemisphere;
 
 use super::ground::{GroundModel, GroundTables, SiteGround};
 use crate::config::{self, Config, height_map, lines_m, posts};
@@ -17,6 +18,7 @@ pub(crate) struct GroundRecipe {
     deadwood: config::Deadwood,
     meadows: config::Meadows,
     effects: config::GroundEffects,
+    hemisphere: Hemisphere,
     dbh_mean_m: f64,
     chunk_size_m: f64,
     site: config::Site,
@@ -32,6 +34,7 @@ impl GroundRecipe {
             deadwood: config.deadwood.clone(),
             meadows: config.placement.meadows.clone(),
             effects: config.undergrowth.ground.clone(),
+            hemisphere: config.season.hemisphere(&config.sun),
             dbh_mean_m: config.assets.dbh_mean_m,
             chunk_size_m: config.chunks.size_m,
             site: config.site.clone(),
@@ -59,6 +62,7 @@ impl GroundRecipe {
             deadwood: &self.deadwood,
             meadows: &self.meadows,
             effects: &self.effects,
+            hemisphere: self.hemisphere,
             dbh_mean_m: self.dbh_mean_m,
         };
         GroundModel::new(tables, of_site, self.chunk_size_m, world)
@@ -74,6 +78,7 @@ impl Encode for GroundRecipe {
             deadwood,
             meadows,
             effects,
+            hemisphere,
             dbh_mean_m,
             chunk_size_m,
             site,
@@ -90,6 +95,10 @@ impl Encode for GroundRecipe {
         encoder.field("meadows_mantle_m", &meadows.mantle_m);
         encoder.field("meadows_kept", &meadows.kept);
         encoder.field("effects", effects);
+        // Only there the sun stands elsewhere.
+        if *hemisphere == Hemisphere::Southern {
+            encoder.field("southern", &true);
+        }
         encoder.field("dbh_mean_m", dbh_mean_m);
         encoder.field("chunk_size_m", chunk_size_m);
         encoder.field("origin_x_m", &site.origin_x_m);

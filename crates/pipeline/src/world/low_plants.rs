@@ -20,6 +20,10 @@ use super::stream_stones::StreamStones;
 use crate::Error;
 
 const STRIP: Domain = Domain::new("pipeline.strip");
+const TUFTS: Domain = Domain::new("pipeline.tufts");
+
+/// The height at which the light of plants on trails is known, metres.
+const EYE_M: f64 = 0.3;
 
 /// How far the variants of neighbouring tiles differ, as a share of all.
 const VARIANT_SPREAD: f64 = 0.16;
@@ -95,7 +99,11 @@ impl LowPlants<'_> {
         });
         let of_kind: Vec<_> = assets.trail_steps.chunks(Library::TRAIL_STEPS).collect();
         for (i, d) in tufts.enumerate() {
-            let key = world.domain(LOW_PLANT_VARIATION).chunk(at).item(i as u64);
+            let item = |domain: Domain| world.domain(domain).chunk(at).item(i as u64);
+            if !grows(d.kind, self.light_at(d, ground), item(TUFTS)) {
+                continue;
+            }
+            let key = item(LOW_PLANT_VARIATION);
             let tuft = LowPlant {
                 position_m: d.position_m,
                 yaw_rad: d.yaw_rad,
@@ -121,9 +129,7 @@ impl LowPlants<'_> {
             .filter(|d| d.kind == DressingKind::Strip);
         for (i, d) in mats.enumerate() {
             let key = world.domain(STRIP).chunk(at).item(i as u64);
-            let eye_m = d.position_m.extend(ground.height_m(d.position_m) + 0.3);
-            let light = trodden_chance(f64::from(self.sky.at(eye_m)));
-            if is_dry(d) && key.rng().chance(light) {
+            if is_dry(d) && key.rng().chance(trodden_chance(self.light_at(d, ground))) {
                 let mat = LowPlant {
                     position_m: d.position_m,
                     yaw_rad: d.yaw_rad,
@@ -156,6 +162,21 @@ impl LowPlants<'_> {
         }
         Ok(instances)
     }
+
+    /// The sky view factor at a plant of a trail, 0..1.
+    fn light_at(&self, of: &TrailDressing, ground: &ChunkGround) -> f64 {
+        let height_m = ground.height_m(of.position_m) + EYE_M;
+        f64::from(self.sky.at(of.position_m.extend(height_m)))
+    }
+}
+
+/// Whether what belongs to a trail is there with this sky view factor: grass, clover and plantain
+/// need light, on the trail and along it; nothing else lives.
+fn grows(kind: DressingKind, sky_view: f64, key: Key) -> bool {
+    match kind {
+        DressingKind::Grass | DressingKind::Verge => key.rng().chance(trodden_chance(sky_view)),
+        _ => true,
+    }
 }
 
 /// Weights of `count` variants of which those near `variant`, 0..1, are frequent.
@@ -173,5 +194,26 @@ fn of_point(point: &CoverPoint) -> LowPlant {
         yaw_rad: point.yaw_rad,
         scale: point.scale,
         key: point.key,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn grass_along_trails_needs_light_and_what_is_dead_does_not() {
+        let there = |kind, sky_view| {
+            let keys = (0..1000).map(|i| Key::world(1).item(i));
+            keys.filter(|key| grows(kind, sky_view, *key)).count()
+        };
+        for kind in [DressingKind::Grass, DressingKind::Verge] {
+            assert_eq!(there(kind, 0.08), 0);
+            assert!((450..550).contains(&there(kind, 0.18)));
+            assert_eq!(there(kind, 0.3), 1000);
+        }
+        for kind in [DressingKind::Root, DressingKind::Bed, DressingKind::Step] {
+            assert_eq!(there(kind, 0.0), 1000);
+        }
     }
 }

@@ -134,7 +134,13 @@ impl PlacementRecipe {
         let mut trees: Vec<Variety> = grown.iter().map(tree).collect();
         models.widen(ObjectKind::Tree, &mut trees);
         let saplings: Vec<Variety> = young.iter().map(tree).collect();
-        let stumps: Vec<Variety> = library.stumps.iter().map(|s| exactly(s.radius_m)).collect();
+        let weights = stump_weights(library.stumps.len(), &assets.shares);
+        let stumps: Vec<Variety> = (library.stumps.iter().zip(weights))
+            .map(|(stump, weight)| Variety {
+                weight,
+                ..exactly(stump.radius_m)
+            })
+            .collect();
         let mut shrubs: Vec<Variety> = library
             .shrubs
             .iter()
@@ -231,6 +237,19 @@ impl PlacementRecipe {
     }
 }
 
+/// How frequent each of `count` stumps is, of which there are equally many of each species, one
+/// species after the other: as its species is among the trees that stand. They are equally frequent
+/// if no species has a share.
+fn stump_weights(count: usize, shares: &[(String, f64)]) -> Vec<f64> {
+    let each = (count / shares.len().max(1)).max(1);
+    let total: f64 = shares.iter().map(|(_, share)| share).sum();
+    let weight = |i: usize| match shares.get(i / each) {
+        Some((_, share)) if total > 0.0 => share / each as f64,
+        _ => 1.0,
+    };
+    (0..count).map(weight).collect()
+}
+
 fn exactly(radius_m: f64) -> Variety {
     Variety {
         weight: 1.0,
@@ -250,5 +269,26 @@ impl Encode for PlacementRecipe {
         encoder.field("shrubs", shrubs);
         encoder.field("chunk_size_m", chunk_size_m);
         encoder.field("centre", &[x, y]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn stumps_are_as_frequent_as_their_species() {
+        let of = |shares: &[(&str, f64)]| -> Vec<(String, f64)> {
+            let shares = shares.iter();
+            shares.map(|(name, n)| ((*name).to_owned(), *n)).collect()
+        };
+        let beech = of(&[("english_oak", 0.04), ("beech", 0.96)]);
+        let weights = stump_weights(10, &beech);
+        let beeches: f64 = weights[5..].iter().sum();
+        let all: f64 = weights.iter().sum();
+        assert!(beeches / all > 0.9, "{weights:?}");
+        // Without shares, none is left out.
+        assert_eq!(stump_weights(4, &of(&[("a", 0.0), ("b", 0.0)])), [1.0; 4]);
+        assert_eq!(stump_weights(3, &[]), [1.0; 3]);
     }
 }

@@ -5,9 +5,6 @@ use nemoral_scene::{Surface, SurfaceSample};
 
 use super::chunk_ground::ChunkGround;
 
-/// The share of the snow of the open that reaches the ground in a wood: crowns hold up to two
-/// thirds of it (Varhola et al. 2010, "Forest canopy effects on snow accumulation and ablation").
-const UNDER_CROWNS: f64 = 0.55;
 /// The depth of trodden snow over that beside the trail (our choice).
 const TRODDEN: f64 = 0.35;
 /// Less snow than this does not hide the ground, metres; and where all of it is thin, less than
@@ -26,6 +23,8 @@ pub(crate) struct SnowCover<'a, S> {
     pub(crate) below: &'a S,
     /// Its depth on level ground in the open, metres.
     pub(crate) depth_m: f64,
+    /// The share of that depth that lies under crowns.
+    pub(crate) under_crowns: f64,
 }
 
 impl<S: Surface> SnowCover<'_, S> {
@@ -43,7 +42,8 @@ impl<S: Surface> SnowCover<'_, S> {
     fn depth_on(&self, p: DVec2, gradient: DVec2) -> f64 {
         let ground = self.ground;
         let trodden = TRODDEN + (1.0 - TRODDEN) * smooth(-0.5, 0.9, ground.trail_edge_m(p));
-        let shelter = UNDER_CROWNS + (1.0 - UNDER_CROWNS) * smooth(-3.0, 4.0, ground.open_m(p));
+        let open = smooth(-3.0, 4.0, ground.open_m(p));
+        let shelter = self.under_crowns + (1.0 - self.under_crowns) * open;
         let shore = smooth(0.05, 0.6, ground.bank_m(p).min(ground.puddle_edge_m(p)));
         let [holds, slides] = SLIDES;
         let lies = 1.0 - smooth(holds, slides, gradient.length());

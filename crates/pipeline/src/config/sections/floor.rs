@@ -37,7 +37,7 @@ section! {
         /// other.
         honeysuckle: f64 = 0.05, Real(0.0, 1.0), "our choice";
         /// Share of the trees that clematis hangs from; those at meadows three times as often. It
-        /// hangs only where leaves begin below 9 m.
+        /// hangs only where leaves begin below 14 m.
         clematis: f64 = 0.02, Real(0.0, 1.0), "our choice: it needs light";
         /// Share of living conifers whose bark has runs of resin.
         resin: f64 = 0.15, Real(0.0, 1.0), "our choice";
@@ -45,7 +45,7 @@ section! {
         moss: f64 = 0.5, Real(0.0, 3.0), "our choice";
         /// How high moss reaches on that side; half as high elsewhere.
         moss_height_m: f64 = 0.9, Real(0.1, 6.0), "our choice";
-        /// The azimuth of that side, clockwise from north.
+        /// The azimuth of that side, clockwise from north; 180 south of the equator.
         moss_azimuth_deg: f64 = 0.0, Real(-360.0, 360.0), "north, which the sun dries least";
     }
 }
@@ -98,12 +98,14 @@ section! {
 
 section! {
     /// How the lie of the ground steers what covers it. It is wet in hollows and by water, dry on
-    /// crests, steep slopes and those to the south-west; its soil is thin where it is convex or
-    /// steep. Moss, mud and puddles, herbs, ferns, grass and thickets follow.
+    /// crests, steep slopes and those to the south-west, or south of the equator (by the latitude
+    /// of `sun.date`, or else of `[season]`) to the north-west; its soil is thin where it is convex
+    /// or steep. Moss, mud and puddles, herbs, ferns, grass and thickets follow.
     GroundEffects at "undergrowth.ground" {
         /// Effect of wetness; 0: only the nearest seven metres matter, and only to thickets.
         wetness: f64 = 1.0, Real(0.0, 2.0), "our choice; Beven and Kirkby 1979 for the index";
-        /// Effect of the sun on slopes: those to the south-west are dry.
+        /// Effect of the sun on slopes: those to the south-west are dry, or to the north-west south
+        /// of the equator.
         heat_load: f64 = 1.0, Real(0.0, 2.0), "McCune and Keon 2002 for the direction";
         /// Effect of the depth of soil.
         soil: f64 = 1.0, Real(0.0, 2.0), "Heimsath et al. 1997 for the depth";

@@ -175,8 +175,9 @@ section! {
         rain_mm_per_h: f64 = 0.0, Real(0.0, 200.0), "none; sizes by Marshall and Palmer 1948";
         /// Snowfall as water: 0.5 is light, 1 moderate, 3 heavy.
         snowfall_mm_per_h: f64 = 0.0, Real(0.0, 20.0), "none; sizes by Gunn and Marshall 1958";
-        /// Snow that lies on level ground in the open: half as deep in the wood, a third of that
-        /// on trails. It covers the ground, rocks, stumps and logs.
+        /// Snow that lies on level ground in the open: half as deep under spruces, four fifths
+        /// under bare crowns, a third of that on trails. It covers the ground, rocks, stumps and
+        /// logs.
         snow_depth_m: f64 = 0.0, Real(0.0, 0.6), "none";
         /// Share of shoots with needles that hold snow, where some lies; with any, branches do,
         /// too. It falls off within days.
