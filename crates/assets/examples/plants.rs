@@ -1,5 +1,5 @@
 //! Draws undergrowth, shrubs, stumps, rocks, trees and what climbs them on the forest floor, in sun
-//! and shadow: `plants FOLDER [SEED]`. One PNG for each list of the library, seen from 25° above
+//! and shadow: `plants FOLDER [SEED]`. One PNG for each kind of plants, seen from 25° above
 //! the horizon.
 
 #![allow(
@@ -12,7 +12,7 @@ use std::sync::Arc;
 
 use image::{Rgb, RgbImage};
 use nemoral_assets::{
-    AssetParams, ClimberParams, Library, PlantAsset, Species, StandSpecies, StemMoss,
+    AssetParams, ClimberParams, Library, PlantKind, Species, StandSpecies, StemMoss,
 };
 use nemoral_scene::glam::{Mat3, Vec2, Vec3};
 use nemoral_scene::{MaterialLibrary, Prototype};
@@ -47,21 +47,22 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let library = Library::grow(&params, Key::world(seed))?;
     let folder = Path::new(&folder);
     let floor = &library.ground.floor;
-    let lists: [(&str, &[PlantAsset], f32, usize); 11] = [
-        ("grass", &library.grass, 1.7, 4),
-        ("herbs", &library.herbs, 1.5, 4),
-        ("ferns", &library.ferns, 2.2, 4),
-        ("seedlings", &library.seedlings, 0.3, 8),
-        ("litter", &library.litter, 1.7, 4),
-        ("shrubs", &library.shrubs, 3.4, 4),
-        ("rocks", &library.rocks, 2.6, 4),
-        ("stumps", &library.stumps, 1.3, 5),
-        ("trail_tufts", &library.trail_tufts, 0.5, 6),
-        ("strip_mats", &library.strip_mats, 0.6, 6),
-        ("trail_stones", &library.trail_stones, 0.25, 6),
+    let lists = [
+        ("grass", PlantKind::Grass, 1.7, 4),
+        ("herbs", PlantKind::Herbs, 1.5, 4),
+        ("ferns", PlantKind::Ferns, 2.2, 4),
+        ("seedlings", PlantKind::Seedling, 0.3, 8),
+        ("litter", PlantKind::Litter, 1.7, 4),
+        ("shrubs", PlantKind::Shrub, 3.4, 4),
+        ("rocks", PlantKind::Rock, 2.6, 4),
+        ("stumps", PlantKind::Stump, 1.3, 5),
+        ("trail_tufts", PlantKind::TrailTuft, 0.5, 6),
+        ("strip_mats", PlantKind::StripMat, 0.6, 6),
+        ("trail_stones", PlantKind::TrailStone, 0.25, 6),
     ];
-    for (i, (name, list, spacing_m, columns)) in lists.into_iter().enumerate() {
-        let things: Vec<_> = list.iter().map(|p| vec![p.prototype.clone()]).collect();
+    for (i, (name, kind, spacing_m, columns)) in lists.into_iter().enumerate() {
+        let plants = library.plants[kind].iter();
+        let things: Vec<_> = plants.map(|p| vec![p.prototype.clone()]).collect();
         let ground = floor[i % floor.len()];
         let picture = picture(&things, spacing_m, columns, ground, &library.materials);
         picture.save(folder.join(format!("{name}.png")))?;

@@ -46,9 +46,9 @@ struct Readme;
 
 pub use ambient_occlusion::{ShapeKind, with_occlusion};
 pub use library::{
-    AssetParams, ClimberParams, Climbers, CommunityTiles, Deadwood, Library, LitterParams,
-    LitterPatches, LogAsset, MeasuredTree, PlantAsset, SingleTree, SnowMaterials, SnowParams,
-    StandParams, StandSpecies, StemMoss, StreamStones, TreeAsset, TreeClimbers,
+    AssetParams, ByKind, ClimberParams, Climbers, CommunityTiles, Deadwood, Library, LitterParams,
+    LitterPatches, LogAsset, MeasuredTree, PlantAsset, PlantKind, SingleTree, SnowMaterials,
+    SnowParams, StandParams, StandSpecies, StemMoss, TreeAsset, TreeClimbers,
 };
 pub use materials::{GroundMaterials, TrailMaterials};
 pub use nemoral_scene::ParamError;

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::sync::LazyLock;
 
 use glam::{Vec2, Vec3};
-use nemoral_assets::{AssetParams, Library, PlantAsset, Species, StandSpecies};
+use nemoral_assets::{AssetParams, Library, PlantAsset, PlantKind, Species, StandSpecies};
 use nemoral_scene::{PlantCommunity, Semantic, TrailSurfaceKind};
 use nemoral_seed::Key;
 
@@ -44,10 +44,11 @@ fn roots_and_beds_of_stones_are_what_they_say() {
         ..params(&[])
     };
     let library = Library::grow(&params, Key::world(11)).expect("valid");
-    for (list, semantics, count) in [
-        (&library.trail_roots, &[Semantic::SurfaceRoot][..], 16),
-        (&library.stone_beds, &[Semantic::Soil, Semantic::Stone], 8),
+    for (kind, semantics, count) in [
+        (PlantKind::TrailRoot, &[Semantic::SurfaceRoot][..], 16),
+        (PlantKind::StoneBed, &[Semantic::Soil, Semantic::Stone], 8),
     ] {
+        let list = &library.plants[kind];
         assert_eq!(list.len(), count);
         for asset in list {
             let mesh = asset.prototype.mesh();
@@ -63,10 +64,13 @@ fn roots_and_beds_of_stones_are_what_they_say() {
         }
     }
     let restored = Library::from_bytes(&library.to_bytes()).expect("it can be read");
-    assert_eq!(restored.trail_roots.len() + restored.stone_beds.len(), 24);
+    let count = |library: &Library, kind: PlantKind| library.plants[kind].len();
+    assert_eq!(count(&restored, PlantKind::TrailRoot), 16);
+    assert_eq!(count(&restored, PlantKind::StoneBed), 8);
     // Roots are in the second half of what sticks out of banks.
-    assert_eq!((library.banks.len(), restored.banks.len()), (16, 16));
-    for (i, asset) in library.banks.iter().enumerate() {
+    assert_eq!(count(&restored, PlantKind::Bank), 16);
+    assert_eq!(count(&library, PlantKind::Bank), 16);
+    for (i, asset) in library.plants[PlantKind::Bank].iter().enumerate() {
         let triangles = &asset.prototype.mesh().triangles;
         let has = |semantic| {
             let is_of = |m| library.materials.get(m).semantic == semantic;
@@ -77,8 +81,9 @@ fn roots_and_beds_of_stones_are_what_they_say() {
         assert!((0.02..0.25).contains(&asset.height_m), "{}", asset.height_m);
     }
     // Nothing of them is made where it is not asked for.
-    assert!(LIBRARY.trail_roots.is_empty() && LIBRARY.stone_beds.is_empty());
-    assert!(LIBRARY.banks.is_empty());
+    for kind in [PlantKind::TrailRoot, PlantKind::StoneBed, PlantKind::Bank] {
+        assert!(LIBRARY.plants[kind].is_empty(), "{kind:?}");
+    }
 }
 
 #[test]
@@ -211,7 +216,8 @@ fn what_is_not_asked_for_is_not_made_and_changes_nothing_else() {
     for (a, b) in none.materials.materials().iter().zip(all.materials()) {
         assert_eq!(a.name, b.name);
     }
-    for (a, b) in none.grass.iter().zip(&LIBRARY.grass) {
+    let [without, with] = [&none, &*LIBRARY].map(|l| &l.plants[PlantKind::Grass]);
+    for (a, b) in without.iter().zip(with) {
         assert_eq!(a.prototype.cards(), b.prototype.cards());
     }
     let bracken = PlantCommunity::Bracken.index();

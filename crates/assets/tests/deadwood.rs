@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::sync::LazyLock;
 
 use glam::Vec3;
-use nemoral_assets::{AssetParams, ClimberParams, Library, LogAsset, StemMoss};
+use nemoral_assets::{AssetParams, ClimberParams, Library, LogAsset, PlantKind, StemMoss};
 use nemoral_scene::{DecayStage, Occluder, Prototype, Semantic};
 use nemoral_seed::Key;
 
@@ -79,20 +79,19 @@ fn every_species_has_logs_of_every_stage_and_size() {
             );
         }
     }
-    let plates = LIBRARY.deadwood.root_plates.len();
-    assert_eq!(plates, LIBRARY.deadwood.thrown.len());
-    assert!(LIBRARY.deadwood.branches.len() >= 8 && LIBRARY.deadwood.brash.len() >= 8);
+    let count = |kind: PlantKind| LIBRARY.plants[kind].len();
+    assert_eq!(count(PlantKind::RootPlate), LIBRARY.deadwood.thrown.len());
+    assert!(count(PlantKind::Branch) >= 8 && count(PlantKind::Brash) >= 8);
 }
 
 #[test]
 fn deadwood_hides_light_from_the_ground() {
-    let of = &LIBRARY.deadwood;
-    let patches = [&of.root_plates, &of.branches, &of.brash]
-        .map(|p| &p[..])
-        .concat();
+    let patches = [PlantKind::RootPlate, PlantKind::Branch, PlantKind::Brash]
+        .into_iter()
+        .flat_map(|kind| &LIBRARY.plants[kind]);
     let shapes = logs()
         .map(|log| &log.prototype)
-        .chain(patches.iter().map(|p| &p.prototype));
+        .chain(patches.map(|p| &p.prototype));
     for shape in shapes {
         let occluders = shape.occluders();
         let hides = |o: &Occluder| o.area_m2 > 0.0 && o.position_m.z < 1.5;
@@ -102,7 +101,8 @@ fn deadwood_hides_light_from_the_ground() {
             shape.name()
         );
     }
-    assert!(!of.brash.is_empty() && !of.root_plates.is_empty());
+    let is_there = |kind: PlantKind| !LIBRARY.plants[kind].is_empty();
+    assert!(is_there(PlantKind::Brash) && is_there(PlantKind::RootPlate));
 }
 
 #[test]
@@ -138,7 +138,7 @@ fn a_log_has_the_sizes_that_it_says() {
 
 #[test]
 fn plates_and_branches_lie_and_are_what_they_are() {
-    for plate in &LIBRARY.deadwood.root_plates {
+    for plate in &LIBRARY.plants[PlantKind::RootPlate] {
         assert_eq!(
             semantics(&plate.prototype),
             BTreeSet::from([Semantic::RootPlate])
@@ -146,8 +146,8 @@ fn plates_and_branches_lie_and_are_what_they_are() {
         faces_outwards(&plate.prototype);
         assert!((0.5..1.5).contains(&plate.radius_m));
     }
-    let lying = (LIBRARY.deadwood.branches.iter()).chain(&LIBRARY.deadwood.brash);
-    for patch in lying {
+    let lying = [PlantKind::Branch, PlantKind::Brash].into_iter();
+    for patch in lying.flat_map(|kind| &LIBRARY.plants[kind]) {
         let (name, bounds) = (patch.prototype.name(), patch.prototype.bounds());
         assert_eq!(
             semantics(&patch.prototype),

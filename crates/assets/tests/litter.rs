@@ -3,7 +3,9 @@
 use std::collections::BTreeSet;
 use std::sync::LazyLock;
 
-use nemoral_assets::{AssetParams, Library, LitterParams, PlantAsset, Species, StandSpecies};
+use nemoral_assets::{
+    AssetParams, Library, LitterParams, PlantAsset, PlantKind, Species, StandSpecies,
+};
 use nemoral_scene::{Card, Semantic};
 use nemoral_seed::Key;
 
@@ -57,17 +59,17 @@ fn what_stands_hides_light_from_the_ground_and_what_lies_flat_does_not() {
         let shapes = plants.iter().map(|plant| &plant.prototype);
         shapes.map(|shape| !shape.occluders().is_empty()).collect()
     };
-    for (name, upright) in [
-        ("rocks", &library.rocks),
-        ("stumps", &library.stumps),
-        ("shrubs", &library.shrubs),
-        ("grass", &library.grass),
-        ("ferns", &library.ferns),
+    for upright in [
+        PlantKind::Rock,
+        PlantKind::Stump,
+        PlantKind::Shrub,
+        PlantKind::Grass,
+        PlantKind::Ferns,
     ] {
-        let hides = hides(upright);
+        let hides = hides(&library.plants[upright]);
         assert!(
             !hides.is_empty() && hides.iter().all(|hides| *hides),
-            "{name}: {hides:?}"
+            "{upright:?}: {hides:?}"
         );
     }
     assert!(
@@ -78,7 +80,8 @@ fn what_stands_hides_light_from_the_ground_and_what_lies_flat_does_not() {
     );
     // They are shaded as the ground is, and would shade themselves.
     let shed = library.shed.iter().flat_map(|of| [&of.wide, &of.narrow]);
-    for flat in shed.chain([&library.stone_beds, &library.trail_roots]) {
+    let of_ways = [PlantKind::StoneBed, PlantKind::TrailRoot].map(|kind| &library.plants[kind]);
+    for flat in shed.chain(of_ways) {
         assert!(!flat.is_empty() && hides(flat).iter().all(|hides| !hides));
     }
 }

@@ -2,7 +2,9 @@
 
 use std::sync::LazyLock;
 
-use nemoral_assets::{AssetParams, Library, PlantAsset, Species, StandParams, StandSpecies};
+use nemoral_assets::{
+    AssetParams, Library, PlantAsset, PlantKind, Species, StandParams, StandSpecies,
+};
 use nemoral_scene::glam::Vec3;
 use nemoral_scene::{Material, Prototype, Semantic};
 use nemoral_seed::Key;
@@ -71,21 +73,7 @@ fn semantics(p: &Prototype) -> Vec<Semantic> {
 }
 
 fn all_plants() -> impl Iterator<Item = &'static PlantAsset> {
-    let l = &*LIBRARY;
-    [
-        &l.shrubs,
-        &l.stumps,
-        &l.rocks,
-        &l.grass,
-        &l.herbs,
-        &l.ferns,
-        &l.litter,
-        &l.trail_tufts,
-        &l.strip_mats,
-        &l.trail_stones,
-    ]
-    .into_iter()
-    .flatten()
+    LIBRARY.plants.iter().flatten()
 }
 
 /// A seam is where neighbours across the border differ more than neighbours inside.
@@ -332,24 +320,24 @@ fn colours_go_on_under_the_mask() {
 #[test]
 fn every_kind_has_its_semantics_and_its_variants() {
     let l = &*LIBRARY;
-    let only = |list: &[PlantAsset], wanted: &[Semantic]| {
-        for p in list {
+    let only = |kind: PlantKind, wanted: &[Semantic]| {
+        for p in &l.plants[kind] {
             for s in semantics(&p.prototype) {
                 assert!(wanted.contains(&s), "{}: {s:?}", p.prototype.name());
             }
         }
     };
-    only(&l.grass, &[Semantic::Grass]);
-    only(&l.herbs, &[Semantic::Herb]);
-    only(&l.ferns, &[Semantic::Fern]);
-    only(&l.litter, &[Semantic::FallenTwig]);
-    only(&l.trail_tufts, &[Semantic::Grass, Semantic::Herb]);
-    only(&l.strip_mats, &[Semantic::Grass, Semantic::Herb]);
-    only(&l.trail_stones, &[Semantic::Stone]);
-    only(&l.rocks, &[Semantic::Rock]);
-    only(&l.stumps, &[Semantic::Stump]);
-    only(&l.shrubs, &[Semantic::Shrub, Semantic::Bramble]);
-    for p in &l.shrubs {
+    only(PlantKind::Grass, &[Semantic::Grass]);
+    only(PlantKind::Herbs, &[Semantic::Herb]);
+    only(PlantKind::Ferns, &[Semantic::Fern]);
+    only(PlantKind::Litter, &[Semantic::FallenTwig]);
+    only(PlantKind::TrailTuft, &[Semantic::Grass, Semantic::Herb]);
+    only(PlantKind::StripMat, &[Semantic::Grass, Semantic::Herb]);
+    only(PlantKind::TrailStone, &[Semantic::Stone]);
+    only(PlantKind::Rock, &[Semantic::Rock]);
+    only(PlantKind::Stump, &[Semantic::Stump]);
+    only(PlantKind::Shrub, &[Semantic::Shrub, Semantic::Bramble]);
+    for p in &l.plants[PlantKind::Shrub] {
         let want = if p.name == "bramble" {
             Semantic::Bramble
         } else {
@@ -357,20 +345,23 @@ fn every_kind_has_its_semantics_and_its_variants() {
         };
         assert_eq!(semantics(&p.prototype), [want], "{}", p.name);
     }
-    for list in [
-        &l.grass,
-        &l.herbs,
-        &l.litter,
-        &l.trail_tufts,
-        &l.strip_mats,
-        &l.trail_stones,
+    for kind in [
+        PlantKind::Grass,
+        PlantKind::Herbs,
+        PlantKind::Litter,
+        PlantKind::TrailTuft,
+        PlantKind::StripMat,
+        PlantKind::TrailStone,
     ] {
-        assert!(list.len() >= 16);
+        assert!(l.plants[kind].len() >= 16, "{kind:?}");
     }
     for kind in ["bracken", "male_fern"] {
-        assert!(l.ferns.iter().filter(|p| p.name == kind).count() >= 16);
+        let ferns = l.plants[PlantKind::Ferns].iter();
+        assert!(ferns.filter(|p| p.name == kind).count() >= 16);
     }
-    assert!(l.shrubs.len() >= 6 && l.rocks.len() >= 8 && l.stumps.len() >= 6);
+    let count = |kind: PlantKind| l.plants[kind].len();
+    assert!(count(PlantKind::Shrub) >= 6);
+    assert!(count(PlantKind::Rock) >= 8 && count(PlantKind::Stump) >= 6);
     let mut names: Vec<_> = all_plants()
         .map(|p| p.prototype.name().to_owned())
         .collect();
@@ -395,13 +386,13 @@ fn things_stand_in_the_ground_and_keep_their_radius() {
             b.min.z
         );
     }
-    for p in l
-        .grass
-        .iter()
-        .chain(&l.herbs)
-        .chain(&l.ferns)
-        .chain(&l.litter)
-    {
+    let patches = [
+        PlantKind::Grass,
+        PlantKind::Herbs,
+        PlantKind::Ferns,
+        PlantKind::Litter,
+    ];
+    for p in patches.into_iter().flat_map(|kind| &l.plants[kind]) {
         assert!(
             (0.2..1.8).contains(&p.radius_m),
             "{}: {}",
@@ -422,7 +413,8 @@ fn things_stand_in_the_ground_and_keep_their_radius() {
             p.prototype.name()
         );
     }
-    for p in l.rocks.iter().chain(&l.trail_stones) {
+    let stones = [PlantKind::Rock, PlantKind::TrailStone].into_iter();
+    for p in stones.flat_map(|kind| &l.plants[kind]) {
         let b = p.prototype.bounds();
         let sunk = -b.min.z / (b.max.z - b.min.z);
         assert!(
@@ -431,14 +423,14 @@ fn things_stand_in_the_ground_and_keep_their_radius() {
             p.prototype.name()
         );
     }
-    for p in &l.stumps {
+    for p in &l.plants[PlantKind::Stump] {
         // Under the ground all around, also on a slope of 45 degrees.
         let b = p.prototype.bounds();
         let wide = b.max.truncate().max(-b.min.truncate()).max_element();
         assert!(b.min.z < -wide, "{} of {wide}", b.min.z);
         assert!((0.06..0.75).contains(&p.radius_m), "{}", p.radius_m);
     }
-    for p in &l.shrubs {
+    for p in &l.plants[PlantKind::Shrub] {
         assert!(
             (0.35..2.4).contains(&p.height_m),
             "{}: {}",
@@ -446,7 +438,7 @@ fn things_stand_in_the_ground_and_keep_their_radius() {
             p.height_m
         );
     }
-    for p in &l.trail_stones {
+    for p in &l.plants[PlantKind::TrailStone] {
         assert!((0.03..0.14).contains(&p.radius_m), "{}", p.radius_m);
     }
     for t in &l.trees {
@@ -604,19 +596,7 @@ fn fingerprint(l: &Library) -> (u64, u64, u64) {
     for t in &l.trees {
         shapes.shape(&t.prototype);
     }
-    let lists = [
-        &l.shrubs,
-        &l.stumps,
-        &l.rocks,
-        &l.grass,
-        &l.herbs,
-        &l.ferns,
-        &l.litter,
-        &l.trail_tufts,
-        &l.strip_mats,
-        &l.trail_stones,
-    ];
-    for p in lists.into_iter().flatten() {
+    for p in l.plants.iter().flatten() {
         shapes.shape(&p.prototype);
     }
     for m in l.materials.materials() {

@@ -1,7 +1,8 @@
 //! A library through the year: leaves come, turn and fall, and everything else stays as it is.
 
 use nemoral_assets::{
-    AssetParams, ClimberParams, Library, Season, SnowParams, Species, StandSpecies, StemMoss,
+    AssetParams, ClimberParams, Library, PlantKind, Season, SnowParams, Species, StandSpecies,
+    StemMoss,
 };
 use nemoral_scene::{Material, MaterialId, PlantCommunity, Prototype, Semantic};
 use nemoral_seed::Key;
@@ -86,7 +87,10 @@ fn shapes_are_the_same_all_year() {
         assert_eq!(places(&a.prototype), places(&b.prototype), "{}", a.species);
     }
     // But for fronds, which lie down.
-    let height = |of: &Library| of.ferns.iter().map(|f| f.height_m).sum::<f64>();
+    let height = |of: &Library| -> f64 {
+        let ferns = of.plants[PlantKind::Ferns].iter();
+        ferns.map(|f| f.height_m).sum()
+    };
     assert!(height(&winter) < 0.8 * height(&summer));
     let bracken = |of: &Library| of.communities[PlantCommunity::Bracken.index()].wide[0].height_m;
     assert!(bracken(&winter) < 0.7 * bracken(&summer));
@@ -266,7 +270,7 @@ fn snow_covers_what_lies() {
     let cover = of(snow.over(trail));
     assert_eq!(cover.semantic, of(trail).semantic, "a trail stays one");
     let (mut covered, mut bare) = (0, 0);
-    for rock in &library.rocks {
+    for rock in &library.plants[PlantKind::Rock] {
         let mesh = rock.prototype.mesh();
         for t in &mesh.triangles {
             let [a, b, c] = t.corners.map(|i| mesh.positions[i as usize]);
@@ -278,7 +282,8 @@ fn snow_covers_what_lies() {
         }
     }
     assert!(covered > 500 && bare > 500, "{covered} {bare}");
-    for (a, b) in before.grass.iter().zip(&library.grass) {
+    let [high, low] = [&before, &library].map(|of| &of.plants[PlantKind::Grass]);
+    for (a, b) in high.iter().zip(low) {
         assert!((b.height_m / a.height_m - 0.35).abs() < 1e-3);
         let top = f64::from(b.prototype.bounds().max.z);
         assert!((top - b.height_m).abs() < 1e-3);

@@ -3,7 +3,9 @@
 
 use std::sync::LazyLock;
 
-use nemoral_assets::{AssetParams, LeafKind, Library, PlantAsset, Species, StandSpecies};
+use nemoral_assets::{
+    AssetParams, LeafKind, Library, PlantAsset, PlantKind, Species, StandSpecies,
+};
 use nemoral_scene::glam::{Vec2, Vec3};
 use nemoral_scene::{Card, Material, Semantic};
 use nemoral_seed::Key;
@@ -34,7 +36,7 @@ static ALL: LazyLock<Library> = LazyLock::new(|| grow(Species::all(), EACH));
 
 /// Each species with its seedlings.
 fn by_species() -> impl Iterator<Item = (Species, &'static [PlantAsset])> {
-    let seedlings = ALL.seedlings.chunks_exact(EACH as usize);
+    let seedlings = ALL.plants[PlantKind::Seedling].chunks_exact(EACH as usize);
     assert_eq!(seedlings.len(), Species::all().len());
     Species::all().into_iter().zip(seedlings)
 }
@@ -86,7 +88,7 @@ fn they_stand_in_the_ground_and_are_under_30_cm_high() {
 /// and seedling to the other.
 #[test]
 fn leaves_keep_clear_of_the_ground() {
-    for s in &ALL.seedlings {
+    for s in &ALL.plants[PlantKind::Seedling] {
         let lowest = s.prototype.cards().iter().map(lowest_m).fold(1.0, f32::min);
         assert!(SCALE[0] * lowest >= 0.04, "{}: {lowest}", s.name);
     }
@@ -94,7 +96,7 @@ fn leaves_keep_clear_of_the_ground() {
 
 #[test]
 fn leaves_spring_from_the_stem() {
-    for s in &ALL.seedlings {
+    for s in &ALL.plants[PlantKind::Seedling] {
         // A stem is rings of four corners, the first one twice, and its two ends.
         let rings = s.prototype.mesh().positions.chunks_exact(5);
         let line: Vec<Vec3> = rings.map(|r| (r[0] + r[1] + r[2] + r[3]) / 4.0).collect();
@@ -202,7 +204,7 @@ fn no_two_look_alike_and_their_leaves_stand_as_they_should() {
 fn they_disturb_nothing_else_and_do_not_know_other_species() {
     let oak = || vec![Species::english_oak(), Species::beech()];
     let (without, with) = (grow(oak(), 0), grow(oak(), EACH));
-    assert!(without.seedlings.is_empty());
+    assert!(without.plants[PlantKind::Seedling].is_empty());
     let named = |l: &Library| -> Vec<String> {
         l.materials
             .materials()
@@ -217,12 +219,14 @@ fn they_disturb_nothing_else_and_do_not_know_other_species() {
             .iter()
             .all(|m| m.contains(".seedling."))
     );
-    for (a, b) in without.herbs.iter().zip(&with.herbs) {
+    let [herbs, same] = [&without, &with].map(|l| &l.plants[PlantKind::Herbs]);
+    for (a, b) in herbs.iter().zip(same) {
         assert!(a.prototype.cards() == b.prototype.cards());
     }
     // Beeches come last here, and elsewhere if all species are grown.
     let beeches = |l: &Library| -> Vec<_> {
-        let all = l.seedlings.iter().filter(|s| s.name == "beech_seedling");
+        let all = l.plants[PlantKind::Seedling].iter();
+        let all = all.filter(|s| s.name == "beech_seedling");
         all.map(|s| s.prototype.mesh().positions.clone()).collect()
     };
     assert_eq!(beeches(&with).len(), EACH as usize);
@@ -232,7 +236,7 @@ fn they_disturb_nothing_else_and_do_not_know_other_species() {
 #[test]
 fn value_stability() {
     let mut hash = 0xCBF2_9CE4_8422_2325_u64;
-    for s in &ALL.seedlings {
+    for s in &ALL.plants[PlantKind::Seedling] {
         let wood = s.prototype.mesh().positions.iter().copied();
         let leaves = s.prototype.cards().iter();
         let leaves = leaves.flat_map(|c| [c.corner, c.edge_u, c.edge_v]);

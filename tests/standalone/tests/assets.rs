@@ -1,6 +1,6 @@
 //! Use of `nemoral-assets` alone: plants for another engine.
 
-use nemoral_assets::{AssetParams, Library, ParamError};
+use nemoral_assets::{AssetParams, Library, ParamError, PlantKind};
 use nemoral_scene::{AlphaMask, Semantic};
 use nemoral_seed::Key;
 
@@ -29,16 +29,17 @@ fn a_library_is_grown_from_a_key() -> Result<(), ParamError> {
         let mut cards = tree.prototype.cards().iter();
         assert!(cards.any(|c| [Semantic::Needle, Semantic::Leaf].contains(&semantic(c.material))));
     }
-    for plants in [
-        &library.shrubs,
-        &library.stumps,
-        &library.rocks,
-        &library.grass,
-        &library.herbs,
-        &library.ferns,
-        &library.litter,
+    for kind in [
+        PlantKind::Shrub,
+        PlantKind::Stump,
+        PlantKind::Rock,
+        PlantKind::Grass,
+        PlantKind::Herbs,
+        PlantKind::Ferns,
+        PlantKind::Litter,
     ] {
-        assert!(!plants.is_empty());
+        let plants = &library.plants[kind];
+        assert!(!plants.is_empty(), "{kind:?}");
         for plant in plants {
             assert!(
                 plant.radius_m > 0.0 && plant.height_m >= 0.0,

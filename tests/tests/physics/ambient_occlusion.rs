@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use nemoral_assets::{AssetParams, Library, PlantAsset};
+use nemoral_assets::{AssetParams, Library, PlantAsset, PlantKind};
 use nemoral_raycast::{Blas, Group, RayScene};
 use nemoral_render::{
     CameraRenderer, Lens, Lighting, OpenSky, RayCastCamera, RayCastParams, SceneView, SkyParams,
@@ -145,13 +145,13 @@ fn low_plants_are_dark_within_as_followed_light_has_it() {
     let library = Library::grow(&params, Key::world(3)).expect("valid");
     let mut materials = library.materials.clone();
     materials.add(Material::plain(SOIL, Semantic::Soil, Vec3::splat(GROUND)));
-    for (name, plants) in [
-        ("grass", &library.grass),
-        ("herbs", &library.herbs),
-        ("ferns", &library.ferns),
-        ("shrubs", &library.shrubs),
+    for (name, kind) in [
+        ("grass", PlantKind::Grass),
+        ("herbs", PlantKind::Herbs),
+        ("ferns", PlantKind::Ferns),
+        ("shrubs", PlantKind::Shrub),
     ] {
-        let plants: Vec<&PlantAsset> = plants.iter().take(12).collect();
+        let plants: Vec<&PlantAsset> = library.plants[kind].iter().take(12).collect();
         let [known, bare] = [true, false].map(|known| planted(&plants, &materials, known));
         let followed = picture(&known, &materials, 32, 5);
         let [quick, without] = [&known, &bare].map(|forest| picture(forest, &materials, 1, 0));

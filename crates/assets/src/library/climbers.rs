@@ -53,15 +53,13 @@ pub struct ClimberParams {
     pub resin: bool,
 }
 
-/// What climbs.
+/// What climbs on all trees.
 #[derive(Clone, Debug, Default)]
 pub struct Climbers {
     /// Of each living tree.
     pub trees: Vec<TreeClimbers>,
     /// Of each standing dead tree.
     pub snags: Vec<TreeClimbers>,
-    /// Ivy on the ground around them.
-    pub carpets: Vec<PlantAsset>,
 }
 
 /// How moss grows on stems.
@@ -74,12 +72,11 @@ pub struct StemMoss {
 }
 
 impl PlantGrower<'_> {
-    pub(super) fn climbers(
-        &self,
-        [trees, snags]: [&[TreeAsset]; 2],
-        wanted: &ClimberParams,
-        of: &ClimberMaterials,
-    ) -> Climbers {
+    /// What climbs on living and dead trees, if it was asked for.
+    pub(super) fn climbers(&self, [trees, snags]: [&[TreeAsset]; 2]) -> Climbers {
+        let (Some(wanted), Some(of)) = (&self.params.climbers, &self.materials.climbers) else {
+            return Climbers::default();
+        };
         let on = |trees: &[TreeAsset], part: u64| -> Vec<TreeClimbers> {
             let trees = trees.par_iter().enumerate();
             trees
@@ -89,10 +86,17 @@ impl PlantGrower<'_> {
         Climbers {
             trees: on(trees, 0),
             snags: on(snags, 1),
-            carpets: self.collect(CARPET, CARPETS, &|i, key| {
-                self.patch("ivy_carpet", i, carpet(&of.carpet, &mut key.rng()))
-            }),
         }
+    }
+
+    /// Carpets of ivy, if climbers were asked for.
+    pub(super) fn ivy_carpets(&self) -> Vec<PlantAsset> {
+        let Some(of) = &self.materials.climbers else {
+            return Vec::new();
+        };
+        self.collect(CARPET, CARPETS, &|i, key| {
+            self.patch("ivy_carpet", i, carpet(&of.carpet, &mut key.rng()))
+        })
     }
 
     fn on_tree(

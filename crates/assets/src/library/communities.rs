@@ -24,12 +24,10 @@ pub struct CommunityTiles {
 }
 
 impl PlantGrower<'_> {
-    pub(super) fn communities(
-        &self,
-        wanted: &[PlantCommunity],
-    ) -> [CommunityTiles; PlantCommunity::ALL.len()] {
+    /// The tiles of each community, if they were asked for.
+    pub(super) fn communities(&self) -> [CommunityTiles; PlantCommunity::ALL.len()] {
         PlantCommunity::ALL.map(|community| {
-            if wanted.contains(&community) {
+            if self.params.communities.contains(&community) {
                 self.tiles(community)
             } else {
                 CommunityTiles::default()

@@ -6,13 +6,14 @@ use nemoral_scene::{DecayStage, Prototype};
 use nemoral_seed::{Domain, Draw, Key};
 use rayon::prelude::*;
 
-use super::plants::{PlantGrower, asset};
-use super::{PlantAsset, StandSpecies, prototype, with_occluders};
+use super::plants::PlantGrower;
+use super::{PlantAsset, prototype, with_occluders};
 use crate::ambient_occlusion::Thickness;
 use crate::materials::DeadwoodMaterials;
 use crate::plant::branch::{branch, brash};
 use crate::plant::log::{LogPlan, log};
 use crate::plant::root_plate::root_plate;
+use crate::plant::shape::Shape;
 
 const LOGS: Domain = Domain::new("assets.logs");
 const THROWN: Domain = Domain::new("assets.thrown");
@@ -52,39 +53,24 @@ pub struct LogAsset {
     pub volume_m3: f64,
 }
 
-/// All deadwood that lies.
+/// All stems that lie. The root plates of thrown trees, fallen branches and brash have a
+/// [`PlantKind`](super::PlantKind).
 #[derive(Clone, Debug, Default)]
 pub struct Deadwood {
     /// Logs, species by species, in order of decay, and there thin ones first.
     pub logs: Vec<LogAsset>,
     /// Stems of thrown trees, species by species.
     pub thrown: Vec<LogAsset>,
-    /// The root plate of each of them, in the plane x = 0 with its centre at the origin.
-    pub root_plates: Vec<PlantAsset>,
-    /// Fallen branches and tops, lying at z = 0.
-    pub branches: Vec<PlantAsset>,
-    /// Mats of brash.
-    pub brash: Vec<PlantAsset>,
 }
 
 impl PlantGrower<'_> {
-    /// Grows all deadwood of a stand.
-    pub(super) fn deadwood(&self, stand: &[StandSpecies], of: &DeadwoodMaterials) -> Deadwood {
-        let patches = |domain, name: &str, grow: &(dyn Fn(u32, Key) -> _ + Sync)| {
-            self.collect(domain, VARIANTS, &|i, key| {
-                let shape = grow(i, key);
-                let radius_m = crate::plant::shape::Shape::reach_m(&shape);
-                self.upright(name, i, shape, (radius_m, Thickness::Thin))
-            })
+    /// Logs and thrown stems, if deadwood was asked for.
+    pub(super) fn deadwood(&self) -> Deadwood {
+        let Some(of) = &self.materials.deadwood else {
+            return Deadwood::default();
         };
-        let mut all = Deadwood {
-            branches: patches(BRANCHES, "fallen_branch", &|i, key| {
-                branch(i, of, &mut key.rng())
-            }),
-            brash: patches(BRASH, "brash", &|_, key| brash(of, &mut key.rng())),
-            ..Deadwood::default()
-        };
-        for (index, species) in stand.iter().enumerate() {
+        let mut logs = Vec::new();
+        for (index, species) in self.params.species.iter().enumerate() {
             // The keys are the species' own, so that its logs do not depend on the other species.
             let own = Domain::new(&species.species.name);
             let key = self.key.domain(LOGS).domain(own);
@@ -93,14 +79,71 @@ impl PlantGrower<'_> {
                 sizes.map(move |(i, d)| (stage, i as u64, (d * species.dbh_mean_m).max(THINNEST_M)))
             });
             let plans: Vec<(DecayStage, u64, f64)> = plans.collect();
-            let logs = plans.into_par_iter().map(|(stage, i, diameter_m)| {
+            let of_species = plans.into_par_iter().map(|(stage, i, diameter_m)| {
                 let key = key.item(10 * stage.index() as u64 + i);
                 let plan = fallen(stage, diameter_m, key);
                 self.log(index, of, &plan, key.item(1))
             });
-            all.logs.extend(logs.collect::<Vec<_>>());
+            logs.extend(of_species.collect::<Vec<_>>());
         }
-        let thrown: Vec<(LogAsset, PlantAsset)> = (0..stand.len() * THROWN_STAGES.len())
+        Deadwood {
+            logs,
+            thrown: self.of_thrown_trees(|(_, species), plan, key| {
+                self.log(species, of, plan, key.item(1))
+            }),
+        }
+    }
+
+    /// The root plates of thrown trees.
+    pub(super) fn root_plates(&self) -> Vec<PlantAsset> {
+        let Some(of) = &self.materials.deadwood else {
+            return Vec::new();
+        };
+        self.of_thrown_trees(|(number, _), plan, key| {
+            // Plates are some three times as wide as the flare of the stem.
+            let radius_m = (3.4 * plan.radius_m[0] * 1.6).clamp(0.65, 1.35);
+            let plate = root_plate(radius_m, &of.root_plate, key.item(2));
+            let size = (radius_m, Thickness::Thick);
+            self.upright("root_plate", number, plate, size)
+        })
+    }
+
+    /// Fallen branches and tops.
+    pub(super) fn branches(&self) -> Vec<PlantAsset> {
+        self.lying(BRANCHES, "fallen_branch", |i, of, key| {
+            branch(i, of, &mut key.rng())
+        })
+    }
+
+    /// Mats of brash.
+    pub(super) fn brash(&self) -> Vec<PlantAsset> {
+        self.lying(BRASH, "brash", |_, of, key| brash(of, &mut key.rng()))
+    }
+
+    fn lying(
+        &self,
+        domain: Domain,
+        name: &str,
+        grow: impl Fn(u32, &DeadwoodMaterials, Key) -> Shape + Sync,
+    ) -> Vec<PlantAsset> {
+        let Some(of) = &self.materials.deadwood else {
+            return Vec::new();
+        };
+        self.collect(domain, VARIANTS, &|i, key| {
+            let shape = grow(i, of, key);
+            let radius_m = shape.reach_m();
+            self.upright(name, i, shape, (radius_m, Thickness::Thin))
+        })
+    }
+
+    /// What `grow` makes of each thrown tree, species by species: of its number, the index of its
+    /// species, the plan of its stem, and its key.
+    fn of_thrown_trees<T: Send>(
+        &self,
+        grow: impl Fn((u32, usize), &LogPlan, Key) -> T + Sync,
+    ) -> Vec<T> {
+        let stand = &self.params.species;
+        (0..stand.len() * THROWN_STAGES.len())
             .into_par_iter()
             .map(|number| {
                 let (index, i) = (number / THROWN_STAGES.len(), number % THROWN_STAGES.len());
@@ -108,18 +151,9 @@ impl PlantGrower<'_> {
                 let own = Domain::new(&species.species.name);
                 let key = self.key.domain(THROWN).domain(own).item(i as u64);
                 let plan = thrown(THROWN_STAGES[i], species.dbh_mean_m, key);
-                // Plates are some three times as wide as the flare of the stem.
-                let radius_m = (3.4 * plan.radius_m[0] * 1.6).clamp(0.65, 1.35);
-                let plate = root_plate(radius_m, &of.root_plate, key.item(2));
-                let library = &self.materials.library;
-                let plate = prototype("root_plate", number as u32, plate, library);
-                let plate = with_occluders(plate, (library, self.masks), Thickness::Thick);
-                let log = self.log(index, of, &plan, key.item(1));
-                (log, asset("root_plate", plate, radius_m))
+                grow((number as u32, index), &plan, key)
             })
-            .collect();
-        (all.thrown, all.root_plates) = thrown.into_iter().unzip();
-        all
+            .collect()
     }
 
     fn log(&self, species: usize, of: &DeadwoodMaterials, plan: &LogPlan, key: Key) -> LogAsset {

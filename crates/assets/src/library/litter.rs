@@ -57,9 +57,9 @@ impl LitterPatches {
 }
 
 impl PlantGrower<'_> {
-    /// The patches of each species.
-    pub(super) fn litter_patches(&self, params: &LitterParams) -> Vec<LitterPatches> {
-        let Some(fruit) = self.materials.fruit else {
+    /// The patches of each species, if they were asked for.
+    pub(super) fn litter_patches(&self) -> Vec<LitterPatches> {
+        let (Some(params), Some(fruit)) = (&self.params.litter, self.materials.fruit) else {
             return Vec::new();
         };
         let of_species = self.species.iter().zip(&self.materials.shed);

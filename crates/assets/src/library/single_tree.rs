@@ -3,7 +3,8 @@
 use nemoral_scene::{MaterialLibrary, ParamError};
 use nemoral_seed::{Domain, Key};
 
-use super::{AssetParams, Grow, TreeAsset, TreeGrower};
+use super::trees::{Grow, TreeGrower};
+use super::{AssetParams, TreeAsset};
 use crate::ambient_occlusion::MaskCoverage;
 use crate::materials::{Wanted, WorldMaterials};
 use crate::tree::{GrowthParams, Species, grow, grow_snag};

@@ -10,7 +10,8 @@ use nemoral_scene::{
 use nemoral_seed::{Domain, Draw, Key};
 use rayon::prelude::*;
 
-use super::{Library, PlantAsset};
+use self::UnderSnow::{Covered, Folded, Unchanged};
+use super::{Library, PlantAsset, PlantKind};
 use crate::plant::shape::Shape;
 use crate::textures::snow::{SNOW_M, snow};
 
@@ -214,19 +215,13 @@ impl Library {
             false => Texture::plain(Vec3::splat(0.86)),
         };
         let trodden = fresh.with_curve(|c| c * TRODDEN);
-        let ground = &self.ground;
-        let trails = ground
-            .trails
-            .iter()
-            .flat_map(|t| [t.surface, t.rut, t.strip]);
-        let mut below: Vec<MaterialId> = (ground.floor.iter().copied())
-            .chain([ground.cut_slope, ground.bare_soil])
-            .chain(ground.rock_face)
-            .chain(trails)
-            .chain(params.beds.iter().copied())
-            .collect();
-        for shape in self.lying().iter().flat_map(|plants| plants.iter()) {
-            below.extend(materials_of(&shape.prototype));
+        let beds = params.beds.iter().copied();
+        let mut below: Vec<MaterialId> = self.ground.all().chain(beds).collect();
+        let covered = PlantKind::ALL
+            .into_iter()
+            .filter(|kind| kind.under_snow() == Covered);
+        for plant in covered.flat_map(|kind| &self.plants[kind]) {
+            below.extend(materials_of(&plant.prototype));
         }
         let logs = self.deadwood.logs.iter().chain(&self.deadwood.thrown);
         below.extend(logs.flat_map(|log| materials_of(&log.prototype)));
@@ -244,23 +239,29 @@ impl Library {
         let cap = |shape: &mut Arc<Prototype>| {
             *shape = Arc::new(snow.covered(shape, &library).made(shape.name(), &library));
         };
-        for plants in self.lying() {
-            plants
-                .par_iter_mut()
-                .for_each(|plant| cap(&mut plant.prototype));
+        let folded = 1.0 - (1.0 - FOLDED) * (params.depth_m / FOLDS_M).min(1.0) as f32;
+        let fold = |plant: &mut PlantAsset| {
+            let mut low = Parts::of(&plant.prototype);
+            low.flatten(folded);
+            plant.prototype = Arc::new(low.made(plant.prototype.name(), &library));
+            plant.height_m *= f64::from(folded);
+        };
+        for kind in PlantKind::ALL {
+            let plants = self.plants[kind].par_iter_mut();
+            match kind.under_snow() {
+                Covered => plants.for_each(|plant| cap(&mut plant.prototype)),
+                Folded => plants.for_each(&fold),
+                Unchanged => {}
+            }
+        }
+        for community in PlantCommunity::ALL.into_iter().filter(|of| of.is_grass()) {
+            let tiles = &mut self.communities[community.index()];
+            let tiles = tiles.wide.par_iter_mut().chain(&mut tiles.narrow);
+            tiles.for_each(&fold);
         }
         let deadwood = &mut self.deadwood;
         let logs = deadwood.logs.par_iter_mut().chain(&mut deadwood.thrown);
         logs.for_each(|log| cap(&mut log.prototype));
-        let folded = 1.0 - (1.0 - FOLDED) * (params.depth_m / FOLDS_M).min(1.0) as f32;
-        for plants in self.folded() {
-            plants.par_iter_mut().for_each(|plant| {
-                let mut low = Parts::of(&plant.prototype);
-                low.flatten(folded);
-                plant.prototype = Arc::new(low.made(plant.prototype.name(), &library));
-                plant.height_m *= f64::from(folded);
-            });
-        }
         if params.on_crowns > 0.0 {
             for (kind, trees) in [&mut self.trees, &mut self.saplings, &mut self.snags]
                 .into_iter()
@@ -275,41 +276,43 @@ impl Library {
         }
         snow
     }
+}
 
-    /// What the weight of snow folds down.
-    fn folded(&mut self) -> impl Iterator<Item = &mut Vec<PlantAsset>> {
-        let of_grass = PlantCommunity::ALL
-            .map(PlantCommunity::is_grass)
-            .into_iter();
-        let swards = (self.communities.iter_mut().zip(of_grass))
-            .filter(|(_, is_grass)| *is_grass)
-            .flat_map(|(tiles, _)| [&mut tiles.wide, &mut tiles.narrow]);
-        let patches = [
-            &mut self.grass,
-            &mut self.herbs,
-            &mut self.ferns,
-            &mut self.trail_tufts,
-            &mut self.strip_mats,
-        ];
-        patches.into_iter().chain(swards)
-    }
+/// What lying snow does to plants of a kind.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum UnderSnow {
+    /// Snow lies on their upper sides: they lie on the ground, or stand on it without leaves.
+    Covered,
+    /// Its weight folds them down.
+    Folded,
+    /// Nothing: they stand through it, lie below it, or lie in water.
+    Unchanged,
+}
 
-    /// What lies on the ground or stands on it without leaves; not what lies in water.
-    fn lying(&mut self) -> [&mut Vec<PlantAsset>; 12] {
-        [
-            &mut self.rocks,
-            &mut self.stumps,
-            &mut self.trail_stones,
-            &mut self.trail_steps,
-            &mut self.trail_roots,
-            &mut self.culverts,
-            &mut self.banks,
-            &mut self.stone_beds,
-            &mut self.surface_roots,
-            &mut self.deadwood.root_plates,
-            &mut self.deadwood.branches,
-            &mut self.deadwood.brash,
-        ]
+impl PlantKind {
+    const fn under_snow(self) -> UnderSnow {
+        match self {
+            Self::Stump
+            | Self::Rock
+            | Self::TrailStone
+            | Self::TrailRoot
+            | Self::Culvert
+            | Self::TrailStep
+            | Self::SurfaceRoot
+            | Self::StoneBed
+            | Self::Bank
+            | Self::RootPlate
+            | Self::Branch
+            | Self::Brash => Covered,
+            Self::Grass | Self::Herbs | Self::Ferns | Self::TrailTuft | Self::StripMat => Folded,
+            Self::Shrub
+            | Self::Seedling
+            | Self::Litter
+            | Self::IvyCarpet
+            | Self::WetRock
+            | Self::WetStone
+            | Self::WetBed => Unchanged,
+        }
     }
 }
 

@@ -37,6 +37,20 @@ impl GroundMaterials {
     pub fn trail(&self, kind: TrailSurfaceKind) -> &TrailMaterials {
         &self.trails[kind.index()]
     }
+
+    /// All of them.
+    pub(crate) fn all(&self) -> impl Iterator<Item = MaterialId> {
+        let Self {
+            floor,
+            cut_slope,
+            bare_soil,
+            rock_face,
+            trails,
+        } = self;
+        let off_trails = floor.iter().chain([cut_slope, bare_soil]).chain(rock_face);
+        let trails = trails.iter().flat_map(|t| [t.surface, t.rut, t.strip]);
+        off_trails.copied().chain(trails)
+    }
 }
 
 /// The three bands of a trail's section.

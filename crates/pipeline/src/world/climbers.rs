@@ -3,6 +3,7 @@
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::sync::Arc;
 
+use nemoral_assets::PlantKind;
 use nemoral_raycast::Blas;
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, InstancePlace, ObjectId, ObjectKind};
@@ -101,7 +102,8 @@ impl Climbing {
                 let p = patch.position_m;
                 if ground.trail_edge_m(p) > 0.6 && ground.is_clear_of_water(p, 0.6) {
                     let origin = at.origin_m(chunk_size_m);
-                    let laid = patch.place(&assets.ivy_carpets, None, ground, origin);
+                    let carpets = &assets.plants[PlantKind::IvyCarpet];
+                    let laid = patch.place(carpets, None, ground, origin);
                     all.extend(laid.map(|(place, shape)| (place, Arc::clone(shape))));
                 }
             }

@@ -1,6 +1,6 @@
 //! Deadwood: logs, thrown trees with their root plates, and how they lie.
 
-use nemoral_assets::{Deadwood, LogAsset};
+use nemoral_assets::{Library, LogAsset, PlantKind};
 use nemoral_placement::Site;
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, DecayStage, ObjectKind, Surface};
@@ -183,16 +183,16 @@ pub(crate) fn lying_sites(
     assets: &WorldAssets,
     ground: &ChunkGround,
 ) -> Vec<ObjectSite> {
-    let of = &assets.library.deadwood;
+    let library = &assets.library;
     let mut sites: Vec<ObjectSite> = logs
         .iter()
         .map(|stem| {
             let may_roll = !assets.models.contain(ObjectKind::Log, stem.kind);
-            log_site(stem, &of.logs[stem.kind], may_roll, ground)
+            log_site(stem, &library.deadwood.logs[stem.kind], may_roll, ground)
         })
         .collect();
     for tree in thrown {
-        sites.extend(thrown_sites(tree, of, ground));
+        sites.extend(thrown_sites(tree, library, ground));
     }
     sites
 }
@@ -233,13 +233,15 @@ fn log_site(stem: &FallenStem, log: &LogAsset, may_roll: bool, ground: &ChunkGro
 }
 
 /// The stem of a thrown tree and its root plate.
-fn thrown_sites(tree: &ThrownTree, of: &Deadwood, ground: &ChunkGround) -> Vec<ObjectSite> {
+fn thrown_sites(tree: &ThrownTree, library: &Library, ground: &ChunkGround) -> Vec<ObjectSite> {
+    let of = &library.deadwood;
     if of.thrown.is_empty() {
         return Vec::new();
     }
     let stem = &tree.stem;
     let number = tree.number(of.thrown.len());
-    let (log, plate) = (&of.thrown[number], &of.root_plates[number]);
+    let log = &of.thrown[number];
+    let plate = &library.plants[PlantKind::RootPlate][number];
     let across = stem.radius_m / (0.5 * log.diameter_m[0]);
     let scale = [stem.length_m / log.length_m, across];
     let shape = LyingStem {

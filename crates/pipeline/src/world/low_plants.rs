@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use nemoral_assets::Library;
+use nemoral_assets::{Library, PlantKind};
 use nemoral_placement::CoverPoint;
 use nemoral_raycast::Blas;
 use nemoral_scene::{ChunkCoord, InstancePlace, Surface};
@@ -49,6 +49,7 @@ impl LowPlants<'_> {
         ground: &ChunkGround,
     ) -> Result<Vec<(InstancePlace, Arc<Blas>)>, Error> {
         let origin = at.origin_m(chunk_size_m);
+        let plants = &assets.plants;
         let mut instances = Vec::new();
         let mut plant = |shapes: &[Arc<Blas>], weights: Option<&[f64]>, plant: LowPlant| {
             let placed = plant.place(shapes, weights, ground, origin);
@@ -69,19 +70,19 @@ impl LowPlants<'_> {
             let shapes = match kind {
                 PatchKind::Closed(of) => &assets.communities[of.index()][0],
                 PatchKind::ClosedBorder(of) => &assets.communities[of.index()][1],
-                PatchKind::Grass => &assets.grass,
-                PatchKind::Herbs => &assets.herbs,
-                PatchKind::Ferns => &assets.ferns,
-                PatchKind::Litter => &assets.litter,
-                PatchKind::Branch => &assets.branches,
-                PatchKind::Brash => &assets.brash,
-                PatchKind::Scree => &assets.stone_beds,
+                PatchKind::Grass => &plants[PlantKind::Grass],
+                PatchKind::Herbs => &plants[PlantKind::Herbs],
+                PatchKind::Ferns => &plants[PlantKind::Ferns],
+                PatchKind::Litter => &plants[PlantKind::Litter],
+                PatchKind::Branch => &plants[PlantKind::Branch],
+                PatchKind::Brash => &plants[PlantKind::Brash],
+                PatchKind::Scree => &plants[PlantKind::StoneBed],
             };
             plant(shapes, weights.as_deref(), of_point(point));
         }
         for point in self.seedlings {
             let weights = Some(&*assets.seedling_weights);
-            plant(&assets.seedlings, weights, of_point(point));
+            plant(&plants[PlantKind::Seedling], weights, of_point(point));
         }
         let is_dry = |d: &TrailDressing| {
             !ground.is_puddle(d.position_m) && ground.is_clear_of_water(d.position_m, 0.3)
@@ -97,7 +98,8 @@ impl LowPlants<'_> {
             );
             !is_elsewhere && is_dry(d) && !is_rootless(d)
         });
-        let of_kind: Vec<_> = assets.trail_steps.chunks(Library::TRAIL_STEPS).collect();
+        let steps = plants[PlantKind::TrailStep].chunks(Library::TRAIL_STEPS);
+        let of_kind: Vec<_> = steps.collect();
         for (i, d) in tufts.enumerate() {
             let item = |domain: Domain| world.domain(domain).chunk(at).item(i as u64);
             if !grows(d.kind, self.light_at(d, ground), item(TUFTS)) {
@@ -111,15 +113,15 @@ impl LowPlants<'_> {
                 key,
             };
             let shapes: &[Arc<Blas>] = match d.kind {
-                DressingKind::Root => &assets.trail_roots,
-                DressingKind::Bed => &assets.stone_beds,
+                DressingKind::Root => &plants[PlantKind::TrailRoot],
+                DressingKind::Bed => &plants[PlantKind::StoneBed],
                 DressingKind::Step => {
                     let kind = ground.trail_kind(d.position_m).map(|kind| kind.index());
                     kind.and_then(|kind| of_kind.get(kind))
                         .copied()
                         .unwrap_or(&[])
                 }
-                _ => &assets.trail_tufts,
+                _ => &plants[PlantKind::TrailTuft],
             };
             plant(shapes, None, tuft);
         }
@@ -136,25 +138,26 @@ impl LowPlants<'_> {
                     scale: d.scale,
                     key,
                 };
-                plant(&assets.strip_mats, None, mat);
+                plant(&plants[PlantKind::StripMat], None, mat);
             }
         }
         let along = StreamStones::new(at, world, ground);
         for bed in along.cobbles {
-            plant(&assets.wet_beds, None, bed);
+            plant(&plants[PlantKind::WetBed], None, bed);
         }
         for stone in along.wet_stones {
-            plant(&assets.wet_stones, None, stone);
+            plant(&plants[PlantKind::WetStone], None, stone);
         }
         for stone in along.stones {
-            plant(&assets.trail_stones, None, stone);
+            plant(&plants[PlantKind::TrailStone], None, stone);
         }
         let mouths = culverts(at, world, self.dressing, ground);
         for (mouth, level) in mouths {
-            let placed = mouth.place(&assets.culverts, None, &level, origin);
+            let placed = mouth.place(&plants[PlantKind::Culvert], None, &level, origin);
             instances.extend(placed.map(|(place, shape)| (place, Arc::clone(shape))));
         }
-        let (bare, rooty) = assets.banks.split_at(assets.banks.len() / 2);
+        let of_banks = &plants[PlantKind::Bank];
+        let (bare, rooty) = of_banks.split_at(of_banks.len() / 2);
         for piece in banks((at, chunk_size_m), world, self.banks, ground)? {
             let shapes = if piece.is_rooty { rooty } else { bare };
             let placed = piece.place(shapes, origin);

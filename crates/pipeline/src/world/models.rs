@@ -4,8 +4,8 @@ use std::fmt;
 use std::sync::Arc;
 
 use nemoral_assets::{
-    Library, LogAsset, PlantAsset, ShapeKind, SizeClass, StemProfile, TreeAsset, TreeClimbers,
-    TreeSize, with_occlusion,
+    Library, LogAsset, PlantAsset, PlantKind, ShapeKind, SizeClass, StemProfile, TreeAsset,
+    TreeClimbers, TreeSize, with_occlusion,
 };
 use nemoral_import::{self as import, LogMeasures, TreeMeasures};
 use nemoral_placement::Variety;
@@ -131,10 +131,11 @@ impl ModelRecipe {
                     (ObjectKind::Tree, all.trees.len() - 1)
                 }
                 (kind, ..) => {
-                    let (kind, plants) = match kind {
-                        import::ModelKind::Rock => (ObjectKind::Rock, &mut all.rocks),
-                        _ => (ObjectKind::Shrub, &mut all.shrubs),
+                    let (kind, of) = match kind {
+                        import::ModelKind::Rock => (ObjectKind::Rock, PlantKind::Rock),
+                        _ => (ObjectKind::Shrub, PlantKind::Shrub),
                     };
+                    let plants = &mut all.plants[of];
                     plants.push(PlantAsset {
                         prototype: shape,
                         name: species,

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use nemoral_assets::PlantKind;
 use nemoral_raycast::Blas;
 use nemoral_scene::ObjectKind;
 
@@ -31,12 +32,16 @@ impl ObjectReach {
             let shape = &assets.standing[tree.asset].blas;
             reach.add_upright(shape, [tree.size.across, tree.size.along]);
         }
+        let plants = &assets.plants;
+        // Wet ones have the numbers after those of dry ones.
+        let rocks = [PlantKind::Rock, PlantKind::WetRock].map(|kind| &plants[kind][..]);
+        let rocks = rocks.concat();
         for (kind, shapes) in [
-            (ObjectKind::Stump, &assets.stumps),
-            (ObjectKind::Shrub, &assets.shrubs),
-            (ObjectKind::Rock, &assets.rocks),
+            (ObjectKind::Stump, &plants[PlantKind::Stump]),
+            (ObjectKind::Shrub, &plants[PlantKind::Shrub]),
+            (ObjectKind::Rock, &rocks),
             (ObjectKind::Log, &assets.logs),
-            (ObjectKind::RootPlate, &assets.root_plates),
+            (ObjectKind::RootPlate, &plants[PlantKind::RootPlate]),
         ] {
             for (asset, shape) in shapes.iter().enumerate() {
                 reach.add_turned(shape, assets.models.largest(kind, asset));

@@ -1,5 +1,6 @@
 //! The sites that get an id, from all that was placed.
 
+use nemoral_assets::PlantKind;
 use nemoral_placement::Site;
 use nemoral_scene::{ChunkCoord, ObjectKind};
 use nemoral_seed::{Draw, Key};
@@ -103,7 +104,7 @@ fn woody_plant(site: &Site, assets: &WorldAssets, plot: &[usize]) -> ObjectSite 
 }
 
 fn trail_stone(stone: &TrailDressing, key: Key, assets: &WorldAssets) -> ObjectSite {
-    let stones = &assets.library.trail_stones;
+    let stones = &assets.library.plants[PlantKind::TrailStone];
     let asset = key.rng().below(stones.len() as u32) as usize;
     ObjectSite {
         kind: ObjectKind::Rock,

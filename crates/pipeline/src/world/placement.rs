@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use nemoral_assets::PlantKind;
 use nemoral_placement::{
     LayerParams, OpenLand, ParamError, Patches, Placement, PlacementError, PlacementParams,
     RockParams, Rows, Site, Variety,
@@ -124,7 +125,7 @@ impl PlacementRecipe {
         world: Key,
     ) -> Result<Placement, Error> {
         let p = &self.placement;
-        let library = &assets.library;
+        let plants = &assets.library.plants;
         let models = &assets.models;
         let tree = |t: &Standing| Variety {
             weight: t.weight,
@@ -134,16 +135,16 @@ impl PlacementRecipe {
         let mut trees: Vec<Variety> = grown.iter().map(tree).collect();
         models.widen(ObjectKind::Tree, &mut trees);
         let saplings: Vec<Variety> = young.iter().map(tree).collect();
-        let weights = stump_weights(library.stumps.len(), &assets.shares);
-        let stumps: Vec<Variety> = (library.stumps.iter().zip(weights))
-            .map(|(stump, weight)| Variety {
-                weight,
-                ..exactly(stump.radius_m)
-            })
-            .collect();
-        let mut shrubs: Vec<Variety> = library
-            .shrubs
-            .iter()
+        let exact = |kind: PlantKind| -> Vec<Variety> {
+            let radii = plants[kind].iter().map(|plant| plant.radius_m);
+            radii.map(exactly).collect()
+        };
+        let mut stumps = exact(PlantKind::Stump);
+        let weights = stump_weights(stumps.len(), &assets.shares);
+        for (stump, weight) in stumps.iter_mut().zip(weights) {
+            stump.weight = weight;
+        }
+        let mut shrubs: Vec<Variety> = (plants[PlantKind::Shrub].iter())
             .map(|s| Variety {
                 weight: match s.name.as_str() {
                     "gorse" => self.shrubs[0],
@@ -154,7 +155,7 @@ impl PlacementRecipe {
             })
             .collect();
         models.mix_in(ObjectKind::Shrub, &mut shrubs);
-        let mut rocks: Vec<Variety> = library.rocks.iter().map(|r| exactly(r.radius_m)).collect();
+        let mut rocks = exact(PlantKind::Rock);
         models.mix_in(ObjectKind::Rock, &mut rocks);
         // Targets are means over the whole plane, of which trails take a share.
         let weight: f64 = trees.iter().map(|t| t.weight).sum();

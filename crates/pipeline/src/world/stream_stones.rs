@@ -2,6 +2,7 @@
 
 use std::f64::consts::TAU;
 
+use nemoral_assets::PlantKind;
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, ObjectKind};
 use nemoral_seed::{Domain, Draw, Key, PhiloxRng};
@@ -75,7 +76,7 @@ pub(crate) fn boulders(
     ground: &ChunkGround,
     assets: &WorldAssets,
 ) -> Vec<ObjectSite> {
-    let rocks = &assets.library.rocks;
+    let rocks = &assets.library.plants[PlantKind::Rock];
     let mut sites = Vec::new();
     if rocks.is_empty() {
         return sites;

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use nemoral_assets::Library;
+use nemoral_assets::{Library, PlantKind};
 use nemoral_raycast::Blas;
 use nemoral_scene::glam::{DMat3, DVec2, DVec3};
 use nemoral_scene::{ChunkCoord, InstancePlace, ObjectId, Surface};
@@ -46,7 +46,8 @@ pub(crate) fn surface_roots(
         let of = assets
             .species_of(object)
             .map(|of| of * each..(of + 1) * each);
-        let Some(shapes) = of.and_then(|of| assets.surface_roots.get(of)) else {
+        let roots = &assets.plants[PlantKind::SurfaceRoot];
+        let Some(shapes) = of.and_then(|of| roots.get(of)) else {
             continue;
         };
         let key = key.item(u64::from(object.object.item()));

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use nemoral_assets::PlantKind;
 use nemoral_raycast::{Blas, Group};
 use nemoral_scene::{ChunkCoord, InstancePlace, MaterialId, ObjectKind, Ontology, Semantic};
 use nemoral_stand::{SceneObject, SceneObjects};
@@ -14,11 +15,8 @@ use crate::Error;
 pub struct Trunks {
     /// Those of `standing`; `None` without a trunk.
     standing: Vec<Option<Arc<Blas>>>,
-    /// Those of `stumps`.
     stumps: Vec<Option<Arc<Blas>>>,
-    /// Those of `logs`.
     logs: Vec<Option<Arc<Blas>>>,
-    /// Those of `root_plates`.
     root_plates: Vec<Option<Arc<Blas>>>,
 }
 
@@ -33,12 +31,14 @@ impl Trunks {
             let stripped = stripped.map_err(Error::of_stage)?;
             Ok(stripped.map(|trunk| Arc::new(Blas::build(Arc::new(trunk), materials))))
         };
+        let strip_all =
+            |shapes: &[Arc<Blas>]| -> Result<Vec<_>, Error> { shapes.iter().map(strip).collect() };
         let standing = assets.standing.iter().map(|s| strip(&s.blas));
         Ok(Self {
             standing: standing.collect::<Result<_, _>>()?,
-            stumps: assets.stumps.iter().map(strip).collect::<Result<_, _>>()?,
-            logs: assets.logs.iter().map(strip).collect::<Result<_, _>>()?,
-            root_plates: (assets.root_plates.iter().map(strip)).collect::<Result<_, _>>()?,
+            stumps: strip_all(&assets.plants[PlantKind::Stump])?,
+            logs: strip_all(&assets.logs)?,
+            root_plates: strip_all(&assets.plants[PlantKind::RootPlate])?,
         })
     }
 }

@@ -4,9 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use nemoral_assets::{
-    Climbers, Deadwood, Library, PlantAsset, StreamStones, TreeAsset, TreeClimbers,
-};
+use nemoral_assets::{Climbers, Deadwood, Library, PlantKind, TreeAsset, TreeClimbers};
 use nemoral_dataset::Split;
 use nemoral_pipeline::config::{Layers, SequenceConfig};
 use nemoral_pipeline::plan::Runner;
@@ -104,74 +102,17 @@ fn other_shapes(library: &Library) -> Digests {
         trees: _,
         saplings: _,
         snags: _,
-        shrubs,
-        stumps,
-        rocks,
-        grass,
-        herbs,
-        ferns,
-        seedlings,
-        litter,
+        plants,
         shed,
-        trail_tufts,
-        strip_mats,
-        trail_stones,
-        trail_roots,
-        culverts,
-        trail_steps,
-        surface_roots,
-        stone_beds,
-        stream_stones,
-        banks,
-        deadwood,
-        climbers,
+        deadwood: Deadwood { logs, thrown },
+        climbers: Climbers {
+            trees: on_trees,
+            snags: on_snags,
+        },
         communities,
     } = library;
-    let StreamStones {
-        rocks: wet_rocks,
-        stones: wet_stones,
-        beds: wet_beds,
-    } = stream_stones;
-    let Deadwood {
-        logs,
-        thrown,
-        root_plates,
-        branches,
-        brash,
-    } = deadwood;
-    let Climbers {
-        trees: on_trees,
-        snags: on_snags,
-        carpets,
-    } = climbers;
-    let plants: [&[PlantAsset]; 24] = [
-        shrubs,
-        stumps,
-        rocks,
-        grass,
-        herbs,
-        ferns,
-        seedlings,
-        litter,
-        trail_tufts,
-        strip_mats,
-        trail_stones,
-        trail_roots,
-        culverts,
-        trail_steps,
-        surface_roots,
-        stone_beds,
-        wet_rocks,
-        wet_stones,
-        wet_beds,
-        banks,
-        root_plates,
-        branches,
-        brash,
-        carpets,
-    ];
-    for (number, of_kind) in plants.iter().enumerate() {
-        assert!(!of_kind.is_empty(), "there are some of kind {number}");
+    for kind in PlantKind::ALL {
+        assert!(!plants[kind].is_empty(), "there are some of {kind:?}");
     }
     let shed = shed.iter().flat_map(|of| of.wide.iter().chain(&of.narrow));
     let tiles = communities
@@ -179,12 +120,8 @@ fn other_shapes(library: &Library) -> Digests {
         .flat_map(|of| of.wide.iter().chain(&of.narrow));
     assert!(communities.iter().all(|of| !of.wide.is_empty()));
     assert!(shed.clone().next().is_some() && !logs.is_empty() && !thrown.is_empty());
-    let plants = plants
-        .into_iter()
-        .flatten()
-        .chain(shed)
-        .chain(tiles)
-        .map(|plant| &plant.prototype);
+    let plants = plants.iter().flatten().chain(shed).chain(tiles);
+    let plants = plants.map(|plant| &plant.prototype);
     let logs = logs.iter().chain(thrown).map(|log| &log.prototype);
     let climbers = on_trees.iter().chain(on_snags).flat_map(|of| {
         let TreeClimbers {

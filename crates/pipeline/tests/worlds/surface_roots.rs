@@ -1,5 +1,6 @@
 //! Roots that spread from the feet of old trees.
 
+use nemoral_assets::PlantKind;
 use nemoral_realism::World;
 use nemoral_scene::glam::Vec3;
 use nemoral_scene::{ChunkCoord, ObjectKind, Semantic, Surface};
@@ -22,7 +23,7 @@ fn roots_go_on_from_old_feet_and_lie_on_the_ground() {
         let geometry = (runner.get(world.forest.undergrowth_geometry, at)).expect("a chunk");
         let mut with_roots = vec![false; feet.len()];
         for (place, shape) in geometry.0.iter().flat_map(|g| g.instances()) {
-            let is_root = (assets.surface_roots.iter())
+            let is_root = (assets.plants[PlantKind::SurfaceRoot].iter())
                 .any(|root| std::sync::Arc::ptr_eq(root.prototype(), shape.prototype()));
             if !is_root {
                 continue;
