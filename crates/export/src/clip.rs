@@ -1,4 +1,4 @@
-//! Cutting ground along the borders of a rectangle.
+//! Cutting ground and water along the borders of a rectangle.
 
 use std::collections::HashMap;
 

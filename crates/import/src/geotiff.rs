@@ -4,9 +4,10 @@ use std::io::Cursor;
 
 use tiff::ColorType;
 use tiff::decoder::{Decoder, DecodingResult, Limits};
-use tiff::tags::Tag;
+use tiff::tags::{Tag, Type, ValueBuffer};
 
 use crate::error::shown;
+use crate::gdal_metadata::BandScale;
 use crate::{EPSG_CODES, HeightMap, ImportError, MAX_POSTS};
 
 /// The key of a GeoTIFF that says what a pixel is, and its value where it is a point.
@@ -20,17 +21,33 @@ const LINEAR_UNIT: u16 = 3076;
 const METRE: u16 = 9001;
 /// The key of the projected system's EPSG code.
 const PROJECTED_CRS: u16 = 3072;
+/// The keys of the heights' unit, and of the EPSG code of their system.
+const VERTICAL_UNIT: u16 = 4099;
+const VERTICAL_CRS: u16 = 4096;
+/// The systems of heights and depths whose unit is a foot (EPSG 11), as that of NAVD88 is in many
+/// states of the USA (6360, 8228).
+const CRS_IN_FEET: [u16; 16] = [
+    5614, 5702, 5754, 6130, 6131, 6132, 6358, 6359, 6360, 8050, 8051, 8052, 8053, 8228, 8897,
+    10_919,
+];
+
+/// The tag of what GDAL says about the file and its bands.
+const GDAL_METADATA: Tag = Tag::Unknown(42_112);
+/// The photometric interpretation in which 0 is white.
+const WHITE_IS_ZERO: u16 = 0;
 
 impl HeightMap {
     /// Reads a GeoTIFF: one band of whole or real numbers, north up, with square pixels
     /// (`ModelPixelScale` and `ModelTiepoint`), in projected metres. Posts are the middles of
     /// pixels, or their corners if the file says that a pixel is a point. Values equal to
-    /// `GDAL_NODATA`, and those that are no numbers, are posts without data. Of several images the
-    /// first is read.
+    /// `GDAL_NODATA`, and those that are no numbers, are posts without data; all others are
+    /// multiplied by the band's scale, and its offset is added, if `GDAL_METADATA` has them. Of
+    /// several images the first is read.
     ///
     /// # Errors
     /// The file is no such GeoTIFF, its compression is not known (known are none, LZW, Deflate and
-    /// PackBits), its unit is not the metre, or it is too large.
+    /// PackBits), the unit of its map or of its heights is not the metre, 0 is white, a height is
+    /// not -1,000 to 10,000 m, or it is too large.
     pub fn from_tiff(bytes: &[u8]) -> Result<Self, ImportError> {
         let wrong = |e: tiff::TiffError| {
             ImportError::file(format!(
@@ -50,6 +67,13 @@ impl HeightMap {
         if !matches!(tiff.colortype().map_err(wrong)?, ColorType::Gray(_)) {
             return Err(ImportError::file("has several bands: a height map has one"));
         }
+        let photometric = tiff.find_tag_unsigned::<u16>(Tag::PhotometricInterpretation);
+        if photometric.map_err(wrong)? == Some(WHITE_IS_ZERO) {
+            // The decoder would turn the values upside down, which other programs do not.
+            let message = "has values of which 0 is white: write it anew with black as 0 \
+                           (gdal_translate -co PHOTOMETRIC=MINISBLACK)";
+            return Err(ImportError::file(message));
+        }
         let ([west_m, north_m, spacing_m], epsg) = place(&mut tiff, &wrong)?;
         let no_data = match tiff.find_tag(Tag::GdalNodata).map_err(wrong)? {
             None => None,
@@ -62,7 +86,8 @@ impl HeightMap {
                 })?)
             }
         };
-        let heights_m = heights(tiff.read_image().map_err(wrong)?, no_data);
+        let scale = band_scale(&mut tiff, &wrong)?;
+        let heights_m = heights(tiff.read_image().map_err(wrong)?, no_data, scale);
         if heights_m.len() != columns * rows {
             let found = heights_m.len();
             let message = format!("has {found} values for {columns} × {rows} pixels");
@@ -118,6 +143,15 @@ fn place(
         let message = format!("is not in metres (its GeoKey {LINEAR_UNIT} is {unit}): project it");
         return Err(ImportError::file(message));
     }
+    let unit = key(VERTICAL_UNIT).filter(|unit| ![0, METRE].contains(unit));
+    let in_feet = key(VERTICAL_CRS).filter(|code| CRS_IN_FEET.contains(code));
+    let found = unit.map(|of| (VERTICAL_UNIT, of));
+    if let Some((key, found)) = found.or(in_feet.map(|of| (VERTICAL_CRS, of))) {
+        let message = format!(
+            "has heights that are not in metres (its GeoKey {key} is {found}): convert them"
+        );
+        return Err(ImportError::file(message));
+    }
     let spacing_m = scale[0];
     HeightMap::check_spacing(spacing_m)?;
     if (scale[1] - spacing_m).abs() > 1e-6 * spacing_m {
@@ -138,26 +172,44 @@ fn place(
     Ok(([west_m, north_m, spacing_m], epsg))
 }
 
-/// The values of an image as heights.
-fn heights(image: DecodingResult, no_data: Option<f64>) -> Vec<f32> {
-    fn all<T: Copy + Into<f64>>(values: Vec<T>, no_data: Option<f64>) -> Vec<f32> {
-        let height = |value: T| {
-            let value = value.into();
-            // A value for no data is often written with other digits than it is stored.
-            let is_none = no_data.is_some_and(|none| value == none || value == none as f32 as f64);
-            if is_none { f32::NAN } else { value as f32 }
-        };
-        values.into_iter().map(height).collect()
+/// How the values of the band become heights.
+fn band_scale(
+    tiff: &mut Decoder<Cursor<&[u8]>>,
+    wrong: &dyn Fn(tiff::TiffError) -> ImportError,
+) -> Result<BandScale, ImportError> {
+    let mut text = ValueBuffer::empty(Type::ASCII);
+    let found = tiff.image_ifd().find_tag_buf(GDAL_METADATA, &mut text);
+    match found.map_err(wrong)? {
+        None => Ok(BandScale::default()),
+        // Descriptions and names in it may have any encoding.
+        Some(_) => BandScale::of(&String::from_utf8_lossy(text.as_bytes())),
     }
+}
+
+/// The values of an image as heights.
+fn heights(image: DecodingResult, no_data: Option<f64>, scale: BandScale) -> Vec<f32> {
+    fn all<T: Into<f64>>(values: Vec<T>, height: impl Fn(f64) -> f32) -> Vec<f32> {
+        let values = values.into_iter().map(Into::<f64>::into);
+        values.map(height).collect()
+    }
+    let height = |value: f64| {
+        // A value for no data is often written with other digits than it is stored.
+        let is_none = no_data.is_some_and(|none| value == none || value == none as f32 as f64);
+        if is_none {
+            f32::NAN
+        } else {
+            scale.height_m(value) as f32
+        }
+    };
     match image {
-        DecodingResult::U8(v) => all(v, no_data),
-        DecodingResult::U16(v) => all(v, no_data),
-        DecodingResult::U32(v) => all(v, no_data),
-        DecodingResult::I8(v) => all(v, no_data),
-        DecodingResult::I16(v) => all(v, no_data),
-        DecodingResult::I32(v) => all(v, no_data),
-        DecodingResult::F32(v) => all(v, no_data),
-        DecodingResult::F64(v) => all(v, no_data),
+        DecodingResult::U8(v) => all(v, height),
+        DecodingResult::U16(v) => all(v, height),
+        DecodingResult::U32(v) => all(v, height),
+        DecodingResult::I8(v) => all(v, height),
+        DecodingResult::I16(v) => all(v, height),
+        DecodingResult::I32(v) => all(v, height),
+        DecodingResult::F32(v) => all(v, height),
+        DecodingResult::F64(v) => all(v, height),
         // No format of heights has them.
         _ => Vec::new(),
     }

@@ -5,8 +5,9 @@ use crate::{ImportError, Sidecar};
 
 /// The most posts of a height map, 4096 × 4096.
 pub const MAX_POSTS: usize = 1 << 24;
-/// Heights are within this, metres.
-const HEIGHTS_M: f64 = 10_000.0;
+/// The least and the greatest height, metres: from below all land (-430 m) and well above -9999,
+/// which most programs write where there is no data, to above all of it.
+const HEIGHTS_M: [f64; 2] = [-1_000.0, 10_000.0];
 /// The least and the largest distance between posts, metres.
 const SPACINGS_M: [f64; 2] = [0.02, 1000.0];
 
@@ -82,10 +83,12 @@ impl HeightMap {
                 return Err(ImportError::file(message));
             }
         }
-        let is_high = |h: &&f32| h.is_infinite() || f64::from(h.abs()) > HEIGHTS_M;
-        if let Some(h) = self.heights_m.iter().find(is_high) {
+        let [low, high] = HEIGHTS_M;
+        let is_wrong = |h: &&f32| !h.is_nan() && !(low..=high).contains(&f64::from(**h));
+        if let Some(h) = self.heights_m.iter().find(is_wrong) {
             return Err(ImportError::file(format!(
-                "has a height of {h}: must be within {HEIGHTS_M} m, or the value for no data"
+                "has a height of {h}: must be {low} to {high} m, or the value for no data, which \
+                 a GeoTIFF says as GDAL_NODATA and a sidecar as no_data"
             )));
         }
         if self.heights_m.iter().all(|h| h.is_nan()) {

@@ -13,8 +13,8 @@
 //! | trail lines | [`MAX_LINES`], with [`MAX_VERTICES`] vertices and [`MAX_LENGTH_M`] together |
 //!
 //! Coordinates of sites are those of the file, in metres, x east and y north: projected ones such
-//! as UTM, not degrees; a GeoTIFF and GeoJSON may say which, by an EPSG code. Models are brought to
-//! metres, z up, with their foot at the origin.
+//! as UTM, not degrees; a GeoTIFF and GeoJSON may say which, by an EPSG code. Heights are metres,
+//! too. Models are brought to metres, z up, with their foot at the origin.
 //!
 //! ```
 //! use nemoral_import::{HeightMap, Sidecar};
@@ -29,6 +29,7 @@
 
 mod epsg;
 mod error;
+mod gdal_metadata;
 mod geotiff;
 mod height_map;
 mod height_png;

@@ -16,7 +16,11 @@ struct Tags {
     scale: Vec<f64>,
     tie: Vec<f64>,
     keys: Vec<u16>,
-    no_data: &'static str,
+    no_data: Option<&'static str>,
+    /// What GDAL says about its band.
+    metadata: Option<&'static str>,
+    /// 1 if 0 is black.
+    photometric: u16,
 }
 
 impl Default for Tags {
@@ -25,7 +29,9 @@ impl Default for Tags {
             scale: vec![0.5, 0.5, 0.0],
             tie: vec![0.0, 0.0, 0.0, 553_000.0, 4_450_000.0, 0.0],
             keys: vec![1, 1, 0, 2, 1024, 0, 1, 1, 1025, 0, 1, 1],
-            no_data: "-9999",
+            no_data: Some("-9999"),
+            metadata: None,
+            photometric: 1,
         }
     }
 }
@@ -47,8 +53,16 @@ fn tiff(tags: &Tags) -> Vec<u8> {
         .expect("a tag");
     more.write_tag(Tag::GeoKeyDirectoryTag, &tags.keys[..])
         .expect("a tag");
-    more.write_tag(Tag::GdalNodata, tags.no_data)
+    more.write_tag(Tag::PhotometricInterpretation, tags.photometric)
         .expect("a tag");
+    for (tag, text) in [
+        (Tag::GdalNodata, tags.no_data),
+        (Tag::Unknown(42_112), tags.metadata),
+    ] {
+        if let Some(text) = text {
+            more.write_tag(tag, text).expect("a tag");
+        }
+    }
     image.write_data(&heights).expect("an image");
     bytes.into_inner()
 }
@@ -104,6 +118,74 @@ fn a_geotiff_says_which_coordinates_it_has() {
 }
 
 #[test]
+fn scale_and_offset_of_the_band_are_applied() {
+    let scaled = Tags {
+        metadata: Some(
+            "<GDALMetadata>\n  <Item name=\"OFFSET\" sample=\"0\" role=\"offset\">70</Item>\n  \
+             <Item name=\"SCALE\" sample=\"0\" role=\"scale\">0.25</Item>\n</GDALMetadata>\n",
+        ),
+        ..Tags::default()
+    };
+    let map = HeightMap::from_tiff(&tiff(&scaled)).expect("a height map");
+    for i in (0..COLUMNS * ROWS).filter(|i| ![3, 4].contains(i)) {
+        let found = map.height_m(i % COLUMNS, i / COLUMNS);
+        assert_eq!(found, Some(70.0 + 0.25 * height(i)), "{i}");
+    }
+    // What no data is counts before both.
+    assert_eq!((map.height_m(3, 0), map.height_m(4, 0)), (None, None));
+}
+
+#[test]
+fn a_value_for_no_data_is_no_height_of_any_land() {
+    let of = |no_data| {
+        let tags = Tags {
+            no_data,
+            ..Tags::default()
+        };
+        HeightMap::from_tiff(&tiff(&tags))
+    };
+    assert_eq!(of(Some("-9999")).expect("a map").height_m(3, 0), None);
+    for no_data in [None, Some("-32768")] {
+        let error = of(no_data).expect_err("9,999 m below the sea").to_string();
+        assert!(error.contains("has a height of -9999"), "{error}");
+    }
+}
+
+#[test]
+fn heights_in_feet_are_refused() {
+    // UTM in metres, with a key of the heights.
+    let with = |key: [u16; 4]| {
+        let keys = [&[1, 1, 0, 3, 1024, 0, 1, 1, 3076, 0, 1, 9001][..], &key[..]].concat();
+        let tags = Tags {
+            keys,
+            ..Tags::default()
+        };
+        HeightMap::from_tiff(&tiff(&tags)).map_err(|e| e.to_string())
+    };
+    for (key, value) in [
+        (4099, 9002),
+        (4099, 9003),
+        (4096, 5702),
+        (4096, 6360),
+        (4096, 8228),
+    ] {
+        let error = with([key, 0, 1, value]).expect_err("feet");
+        let says = format!("not in metres (its GeoKey {key} is {value})");
+        assert!(error.contains(&says), "{error}");
+    }
+    // Metres; NAVD88, DHHN2016 and a system of the user's own; none.
+    for (key, value) in [
+        (4099, 9001),
+        (4096, 5703),
+        (4096, 7837),
+        (4096, 32_767),
+        (4096, 0),
+    ] {
+        assert!(with([key, 0, 1, value]).is_ok(), "{key} {value}");
+    }
+}
+
+#[test]
 fn what_a_geotiff_lacks_is_named() {
     let of = |change: &dyn Fn(&mut Tags)| {
         let mut tags = Tags::default();
@@ -116,8 +198,14 @@ fn what_a_geotiff_lacks_is_named() {
     assert!(of(&|t| t.scale.fill(1e-5)).contains("degrees are not allowed"));
     assert!(of(&|t| t.keys[7] = 2).contains("is in degrees"));
     assert!(of(&|t| t.keys[8..].copy_from_slice(&[3076, 0, 1, 9002])).contains("not in metres"));
-    assert!(of(&|t| t.no_data = "none").contains("GDAL_NODATA = none"));
+    assert!(of(&|t| t.no_data = Some("none")).contains("GDAL_NODATA = none"));
     assert!(of(&|t| t.tie[3] = 1e9).contains("west edge"));
+    // A decoder for pictures would make 1 - 120 of a height of 120.
+    assert!(of(&|t| t.photometric = 0).contains("0 is white"));
+    let in_feet = "<Item name=\"UNITTYPE\" sample=\"0\" role=\"unittype\">ft</Item>";
+    assert!(of(&|t| t.metadata = Some(in_feet)).contains("heights in ft"));
+    let wrong = "<Item name=\"SCALE\" sample=\"0\" role=\"scale\">0,01</Item>";
+    assert!(of(&|t| t.metadata = Some(wrong)).contains("has 0,01 as the scale"));
     assert!(HeightMap::from_tiff(b"").is_err());
     // What says that it is in degrees lies beyond the end of the file.
     let mut bytes = tiff(&Tags {

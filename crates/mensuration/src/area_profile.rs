@@ -57,13 +57,22 @@ pub struct AreaProfile {
 impl ShapeAreas {
     /// Those of a shape whose materials are in a library.
     ///
+    /// `is_cover` says whether a material is that of something that lies on others, as snow on
+    /// shoots, and has their semantic. A card of such a material lies over one that counts already,
+    /// and does not count; a triangle is the covered wood itself, of which nothing else is there.
+    ///
     /// # Panics
     /// If the shape has materials that the library has not.
     #[must_use]
-    pub fn of(shape: &Prototype, materials: &MaterialLibrary) -> Self {
+    pub fn of(
+        shape: &Prototype,
+        materials: &MaterialLibrary,
+        is_cover: &dyn Fn(MaterialId) -> bool,
+    ) -> Self {
         let mut parts = Vec::new();
         let mut shares: HashMap<(MaterialId, [u32; 6]), f64> = HashMap::new();
-        for (i, card) in shape.cards().iter().enumerate() {
+        let cards = shape.cards().iter().enumerate();
+        for (i, card) in cards.filter(|(_, card)| !is_cover(card.material)) {
             let material = materials.get(card.material);
             let Some(tissue) = tissue(material) else {
                 continue;
@@ -131,8 +140,8 @@ impl AreaProfile {
     ///
     /// `origin_m` is the world position of the origin that the instance's place is relative to,
     /// `ground_m` the height of the ground at a place of the world, and `leaf_per_silhouette` is
-    /// the leaf area that a drawn leaf or shoot stands for, in its silhouette (1 for flat leaves;
-    /// needles of a shoot hide each other).
+    /// the leaf area that a drawn leaf or shoot stands for, in its silhouette: 1 for single flat
+    /// leaves, and more where those of a shoot hide each other, as needles do.
     pub fn add(
         &mut self,
         (shape, instance): (&ShapeAreas, &Instance),

@@ -412,12 +412,23 @@ fn library() -> MaterialLibrary {
     });
     library.add(Material::plain("bark", Semantic::Stem, Vec3::splat(0.2)));
     library.add(Material::plain("soil", Semantic::Soil, Vec3::splat(0.2)));
+    for (below, name) in [(LEAF, "leaf.snow"), (BARK, "bark.snow")] {
+        let cover = Material {
+            name: name.to_owned(),
+            albedo: Arc::clone(&library.get(SOIL).albedo),
+            transmittance: Vec3::ZERO,
+            ..library.get(below).clone()
+        };
+        library.add(cover);
+    }
     library
 }
 
 const LEAF: MaterialId = MaterialId(0);
 const BARK: MaterialId = MaterialId(1);
 const SOIL: MaterialId = MaterialId(2);
+const SNOW_ON_LEAF: MaterialId = MaterialId(3);
+const SNOW_ON_BARK: MaterialId = MaterialId(4);
 
 fn leaf_card(z: f32) -> Card {
     Card {
@@ -430,7 +441,8 @@ fn leaf_card(z: f32) -> Card {
 
 fn profile_of(shape: Prototype, place: InstancePlace) -> AreaProfile {
     let grid = MapGrid::of(DVec2::splat(-10.0), DVec2::splat(10.0), 1.0).expect("whole");
-    let areas = ShapeAreas::of(&shape, &library());
+    let is_snow = |material: MaterialId| [SNOW_ON_LEAF, SNOW_ON_BARK].contains(&material);
+    let areas = ShapeAreas::of(&shape, &library(), &is_snow);
     let mut profile = AreaProfile::new(0.5, &grid).expect("valid");
     let instance = Instance::new(Arc::new(shape), place);
     profile.add((&areas, &instance), DVec3::ZERO, (&grid, &|_| 2.0), 1.0);
@@ -519,6 +531,35 @@ fn windows_and_triangles_have_the_share_of_their_part_of_the_mask() {
             [&profile.leaf_m2, &profile.wood_m2].map(|a| a.iter().sum::<f64>());
         assert!((found_leaf - leaf).abs() < 0.02, "{found_leaf}");
         assert!((found_wood - wood).abs() < 1e-6, "{found_wood}");
+    }
+}
+
+/// Snow on a leaf is a second card, with the leaf's mask and semantic; on wood it is the material
+/// of the wood's own triangles.
+#[test]
+fn snow_is_no_leaf_and_hides_no_wood() {
+    let cover = Card {
+        material: SNOW_ON_LEAF,
+        ..leaf_card(0.02)
+    };
+    let corners = [Vec3::ZERO, Vec3::X, Vec3::Y].to_vec();
+    let wood = |material| Mesh {
+        positions: corners.clone(),
+        triangles: vec![Triangle {
+            corners: [0, 1, 2],
+            material,
+        }],
+        ..Mesh::default()
+    };
+    for (cards, mesh) in [
+        (vec![leaf_card(0.0)], wood(BARK)),
+        (vec![leaf_card(0.0), cover], wood(SNOW_ON_BARK)),
+    ] {
+        let shape = Prototype::new("twig", mesh, cards, &library()).expect("sound");
+        let profile = profile_of(shape, InstancePlace::at(Vec3::new(0.0, 0.0, 4.1)));
+        let [leaf, wood] = [&profile.leaf_m2, &profile.wood_m2].map(|a| a.iter().sum::<f64>());
+        assert!((leaf - 0.5).abs() < 1e-6, "{leaf}");
+        assert!((wood - 0.25).abs() < 1e-6, "{wood}");
     }
 }
 

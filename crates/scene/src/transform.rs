@@ -1,6 +1,6 @@
 //! Rigid transforms in f64.
 
-use glam::{DMat3, DQuat, DVec3};
+use glam::{DMat3, DQuat, DVec2, DVec3};
 
 /// A rotation followed by a translation: poses and mounts.
 ///
@@ -68,6 +68,22 @@ impl RigidTransform {
         self.rotation * vector
     }
 
+    /// The level direction to the left of where a body heads, of length 1 in the target frame,
+    /// however the body rolls and pitches. Of one that looks straight up or down, it is that to
+    /// which its own left points.
+    #[must_use]
+    pub fn level_left(&self) -> DVec3 {
+        // Shorter ones are roundings of a vertical direction.
+        const SHORTEST: f64 = 1e-9;
+        let heading = self.transform_vector(DVec3::X).truncate();
+        let left = if heading.length() > SHORTEST {
+            heading.perp()
+        } else {
+            self.transform_vector(DVec3::Y).truncate()
+        };
+        left.normalize_or(DVec2::Y).extend(0.0)
+    }
+
     /// The 3 × 4 matrix, row-major, as KITTI writes it.
     #[must_use]
     pub fn to_rows(&self) -> [[f64; 4]; 3] {
@@ -125,6 +141,25 @@ mod tests {
             rows[i][0] * p.x + rows[i][1] * p.y + rows[i][2] * p.z + rows[i][3]
         }));
         assert!(by_rows.distance(a.transform_point(p)) < 1e-12);
+    }
+
+    #[test]
+    fn the_level_left_is_that_of_the_heading_alone() {
+        for yaw in [0.0, 0.7, 2.5, -1.9] {
+            let left = DVec3::new(-libm::sin(yaw), libm::cos(yaw), 0.0);
+            for (roll, pitch) in [(0.0, 0.0), (0.05, 0.0), (-1.2, 0.4), (0.3, -1.3)] {
+                let pose = RigidTransform::from_xyz_rpy(DVec3::X, roll, pitch, yaw);
+                let found = pose.level_left();
+                assert!(found.distance(left) < 1e-12, "{found}, not {left}");
+            }
+        }
+        // It looks straight down, and its left is south.
+        let down = DMat3::from_cols(-DVec3::Z, -DVec3::Y, -DVec3::X);
+        let down = RigidTransform {
+            rotation: DQuat::from_mat3(&down),
+            ..RigidTransform::IDENTITY
+        };
+        assert!(down.level_left().distance(-DVec3::Y) < 1e-9);
     }
 
     #[test]

@@ -10,7 +10,8 @@ use crate::layout::Course;
 use crate::path::STEP_M;
 use crate::trail_id::TrailId;
 
-/// Vertices nearer to the one before are left out, as those of a recorded track that stands still.
+/// Vertices nearer than this to the one before are left out, metres, as those of a recorded track
+/// that stands still, and so are those nearer to the line's end.
 const NEAREST_M: f64 = 1.0;
 
 /// Lines whose ends are at most this far apart go on as each other, metres.
@@ -26,16 +27,8 @@ const GLANCES: u32 = 16;
 /// the vertex before to the one after (Catmull and Rom), in equal steps of about a metre. `None`
 /// for a line shorter than a metre.
 pub(crate) fn course(line_m: &[DVec2], number: u32, chunk_size_m: f64) -> Option<Course> {
-    let mut vertices: Vec<DVec2> = Vec::with_capacity(line_m.len());
-    for &vertex in line_m {
-        if vertices
-            .last()
-            .is_none_or(|last| last.distance(vertex) >= NEAREST_M)
-        {
-            vertices.push(vertex);
-        }
-    }
-    let last = vertices.len().checked_sub(1).filter(|&last| last > 0)?;
+    let vertices = apart(line_m)?;
+    let last = vertices.len() - 1;
     let direction = |i: usize| {
         let chord = vertices[(i + 1).min(last)] - vertices[i.saturating_sub(1)];
         // A line may turn back on itself.
@@ -78,6 +71,27 @@ pub(crate) fn course(line_m: &[DVec2], number: u32, chunk_size_m: f64) -> Option
         points,
         free: [true; 2],
     })
+}
+
+/// The vertices of a line that are far enough apart, its first and its last among them, so that
+/// lines that meet do so here, too. `None` if these two are all and too near to each other.
+fn apart(line_m: &[DVec2]) -> Option<Vec<DVec2>> {
+    let (&start, &end) = (line_m.first()?, line_m.last()?);
+    let is_near = |a: DVec2, b: DVec2| a.distance(b) < NEAREST_M;
+    let mut vertices = vec![start];
+    for &vertex in line_m {
+        if !is_near(vertices[vertices.len() - 1], vertex) {
+            vertices.push(vertex);
+        }
+    }
+    while vertices.len() > 1 && is_near(vertices[vertices.len() - 1], end) {
+        vertices.pop();
+    }
+    if is_near(vertices[vertices.len() - 1], end) {
+        return None;
+    }
+    vertices.push(end);
+    Some(vertices)
 }
 
 /// The chunks that a curve goes through, in order, each with the number of its first point; where
@@ -163,6 +177,40 @@ mod tests {
             assert_eq!(end.0, line[100]);
             assert!((end.2 - length_m).abs() < 1e-6);
         }
+    }
+
+    #[test]
+    fn a_line_ends_at_its_last_vertex_however_near_others_are() {
+        let line = |places: &[[f64; 2]]| {
+            let vertices: Vec<DVec2> = places.iter().copied().map(DVec2::from_array).collect();
+            course(&vertices, 1, 50.0)
+        };
+        let ends = |places: &[[f64; 2]]| {
+            let course = line(places).expect("a line");
+            let [first, last] = [0, course.points.len() - 1].map(|i| course.points[i]);
+            ([first.0, last.0], last.2)
+        };
+        // Two lines that meet, each with a vertex shortly before.
+        let middle = DVec2::new(49.95, 0.0);
+        let both = [
+            ends(&[[0.0, 0.0], [49.0, 0.0], [49.95, 0.0]]),
+            ends(&[[100.0, 0.0], [50.9, 0.0], [49.95, 0.0]]),
+        ];
+        assert_eq!(both[0].0, [DVec2::ZERO, middle]);
+        assert_eq!(both[1].0, [DVec2::new(100.0, 0.0), middle]);
+        assert!((both[0].1 - 49.95).abs() < 1e-6 && (both[1].1 - 50.05).abs() < 1e-6);
+        assert_eq!(free_ends(&both), [[true, false]; 2]);
+        // A track at walking speed.
+        let walked: Vec<[f64; 2]> = (0..60).map(|i| [0.0, 0.9 * f64::from(i)]).collect();
+        let ([start, end], length_m) = ends(&walked);
+        assert_eq!([start, end].map(|p| p.to_array()), [walked[0], walked[59]]);
+        assert!((length_m - 53.1).abs() < 1e-6, "{length_m}");
+        // Where vertices are far enough apart, all are kept.
+        let far = [[0.0, 0.0], [5.0, 0.0], [5.0, 1.0], [9.0, 1.0]].map(DVec2::from_array);
+        assert_eq!(apart(&far), Some(far.to_vec()));
+        // There and back within a metre.
+        assert!(line(&[[0.0, 0.0], [0.9, 0.0], [1.2, 0.0], [0.8, 0.0]]).is_none());
+        assert!(line(&[[0.0, 0.0], [0.9, 0.0]]).is_none() && line(&[]).is_none());
     }
 
     #[test]

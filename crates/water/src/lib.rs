@@ -69,5 +69,5 @@ pub use params::WaterParams;
 pub use pond::Pond;
 pub use puddle::{Puddle, PuddleSite};
 pub use sheet::WaterKind;
-pub use water::Water;
+pub use water::{SHEETS_REACH_M, Water};
 pub use ways::{NoWays, Ways};

@@ -258,6 +258,36 @@ impl WaterNear {
         }
         sheets.mesh
     }
+
+    /// Whether the surfaces of the chunk's waters, as [`sheets`](Self::sheets) makes them, may
+    /// reach into a rectangle. None does that is farther than
+    /// [`SHEETS_REACH_M`](crate::SHEETS_REACH_M) from the chunk.
+    #[must_use]
+    pub fn sheets_reach(&self, low_m: DVec2, high_m: DVec2) -> bool {
+        let meets =
+            |(low, high): (DVec2, DVec2)| low.cmple(high_m).all() && high.cmpge(low_m).all();
+        let of_run = |run: &Run| {
+            let around = |section: &Section| {
+                // Rows end up to a tenth farther in the banks, and the first one is moved up from
+                // a spring by half its width.
+                let reach_m = 1.5 * section.sheet_half_m();
+                (section.middle_m - reach_m, section.middle_m + reach_m)
+            };
+            let nothing = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+            let sections = run.sections.iter().map(around);
+            sections.fold(nothing, |(low, high), (a, b)| (low.min(a), high.max(b)))
+        };
+        let own_runs = self
+            .runs
+            .iter()
+            .filter(|run| self.is_own(run.sections[0].middle_m));
+        let own_ponds = self.ponds.iter().filter(|pond| self.is_own(pond.middle_m));
+        let of_pond = |pond: &Arc<Pond>| {
+            let reach_m = 1.1 * pond.widest_m();
+            (pond.middle_m - reach_m, pond.middle_m + reach_m)
+        };
+        own_runs.map(of_run).any(meets) || own_ponds.map(of_pond).any(meets)
+    }
 }
 
 /// Adds the surfaces of those puddles whose middle is in a square to a mesh, as

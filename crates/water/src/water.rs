@@ -25,6 +25,10 @@ const WATER: Domain = Domain::new("water");
 /// No run between two nodes is longer than this, metres.
 const LONGEST_RUN_M: f64 = 48.0;
 
+/// The surfaces of a chunk's waters reach no farther than this beyond its borders, metres: as far
+/// as a run, and half of its width, or as the largest pond.
+pub const SHEETS_REACH_M: f64 = LONGEST_RUN_M + 16.0;
+
 /// The greatest margin around a chunk, metres.
 const WIDEST_M: f64 = 1000.0;
 

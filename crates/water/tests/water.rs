@@ -7,7 +7,9 @@ use std::sync::Arc;
 use nemoral_scene::glam::{DVec2, Vec3};
 use nemoral_scene::{ChunkCoord, FlatSurface, MaterialId, Surface, SurfaceSample};
 use nemoral_seed::Key;
-use nemoral_water::{NoWays, Section, Water, WaterKind, WaterNear, WaterParams, Ways};
+use nemoral_water::{
+    NoWays, SHEETS_REACH_M, Section, Water, WaterKind, WaterNear, WaterParams, Ways,
+};
 
 const CHUNK_M: f64 = 50.0;
 
@@ -229,6 +231,32 @@ fn the_ground_has_no_steps() {
         }
     }
     assert!(walked > 50_000, "{walked}");
+}
+
+#[test]
+fn it_is_known_how_far_sheets_reach() {
+    let water = water(3);
+    let (mut inside, mut outside) = (0, 0);
+    for chunk in chunks() {
+        let near = water.near(chunk, 12.0);
+        let mesh = near.sheets(&Carved(&near), &|kind| MaterialId(kind as u16));
+        let low = chunk.origin_m(CHUNK_M);
+        let high = low + CHUNK_M;
+        for position in &mesh.positions {
+            let p = low + position.truncate().as_dvec2();
+            assert!(near.sheets_reach(p, p), "{p} from {low}");
+            let beyond = (low - p).max(p - high).max_element();
+            assert!(beyond < SHEETS_REACH_M, "{beyond} m beyond {low}");
+            *(if beyond > 0.0 {
+                &mut outside
+            } else {
+                &mut inside
+            }) += 1;
+        }
+        assert!(!near.sheets_reach(high + SHEETS_REACH_M, high + 1000.0));
+        assert!(!near.sheets_reach(low - 1000.0, low - SHEETS_REACH_M));
+    }
+    assert!(inside > 1000 && outside > 100, "{inside} {outside}");
 }
 
 #[test]

@@ -151,24 +151,32 @@ fn angles_are_by_the_side_of_the_body_however_a_lidar_is_mounted() {
     };
     let header = with_lidars(&[turned(180.0, 0.0), turned(90.0, 0.0), turned(0.0, 180.0)]);
     let made = made_of(FormatName::Laz, &header);
+    let mut rolled = 0;
     for (i, lidar) in header.sequences[0].lidars.iter().enumerate() {
         let mut sides = [0; 2];
         for (k, frame) in FRAMES.into_iter().enumerate() {
             let file = file(&made, &lidar.name, frame);
+            let world_from_body = pose(frame).1;
+            let heading = world_from_body.transform_vector(DVec3::X);
+            let left = DVec3::new(-heading.y, heading.x, 0.0);
             let scan = &made.dataset.read_frame(k).expect("a frame").lidars[i].ply;
             for (found, p) in file.points().zip(scan) {
                 let in_body = p.point.position_m.as_dvec3();
                 let in_body = lidar.body_from_lidar.transform_vector(in_body);
-                let is_left = in_body.y > 1e-9;
-                assert!(is_left || in_body.y < -1e-9);
+                let left_m = left.dot(world_from_body.transform_vector(in_body));
+                let is_left = left_m > 1e-9;
+                assert!(is_left || left_m < -1e-9);
                 assert_eq!(found.angle_deg() < 0.0, is_left, "{} {in_body}", lidar.name);
                 sides[usize::from(is_left)] += 1;
+                rolled += u32::from(is_left != (in_body.y > 0.0));
             }
         }
         // One that looks aside sees one side.
         assert!(sides[0] + sides[1] > 100, "{} {sides:?}", lidar.name);
         assert!(i == 2 || (sides[0] > 9 && sides[1] > 9), "{sides:?}");
     }
+    // Some are to the left of the body's own middle plane, which rolls, and right of nadir.
+    assert!(rolled > 9, "{rolled}");
 }
 
 #[test]

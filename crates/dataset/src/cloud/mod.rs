@@ -252,7 +252,7 @@ impl Cloud {
         let total = self.frames().count();
         for (done, record) in self.frames().enumerate() {
             let world_from_body = self.world_from_body(record);
-            let left = world_from_body.transform_vector(DVec3::Y);
+            let left = world_from_body.level_left();
             let line = self.line_of(record);
             for (i, lidar) in self.spec().lidars.iter().enumerate() {
                 let world_from_lidar = world_from_body * lidar.body_from_lidar;

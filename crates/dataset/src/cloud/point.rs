@@ -14,7 +14,8 @@ pub struct CloudPoint {
     pub normal: DVec3,
     /// The vector to it from where the scanner was at the frame's time, in the world.
     pub from_scanner_m: DVec3,
-    /// How far it is to the left of the scanner at that time, across the body's heading, metres.
+    /// How far it is to the left of the scanner at that time, level and across the body's heading
+    /// ([`RigidTransform::level_left`](nemoral_scene::RigidTransform::level_left)), metres.
     pub left_m: f64,
     /// The number of the scan among those of the sequence, from 0: all scans of a frame follow each
     /// other.

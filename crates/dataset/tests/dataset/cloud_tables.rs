@@ -274,8 +274,9 @@ fn points_know_how_far_they_are_to_the_left_of_the_scanner() -> Result<(), Error
     let mut sides = [0, 0];
     for point in points(&data, CloudParams::default())? {
         let (_, pose) = track(FRAMES).poses[point.frame as usize];
-        let in_body = pose.inverse().transform_point(point.world_m);
-        let left_m = in_body.y - mount.translation_m.y;
+        let from_scanner_m = point.world_m - (pose * mount).translation_m;
+        let heading = pose.transform_vector(DVec3::X).truncate();
+        let left_m = heading.perp().normalize().dot(from_scanner_m.truncate());
         assert!(
             (point.left_m - left_m).abs() < 1e-6,
             "{point:?}, not {left_m}"

@@ -300,6 +300,11 @@ impl Stage<'_> {
             text.line("float horizontalAperture = 10");
             let vertical = 10.0 * f64::from(k.height) / k.fy * k.fx / f64::from(k.width);
             text.line(&format!("float verticalAperture = {vertical}"));
+            // The window's middle as seen from the principal point, to the right and upwards.
+            let aside = 10.0 * (0.5 - k.cx / f64::from(k.width));
+            let up = vertical * (k.cy / f64::from(k.height) - 0.5);
+            text.line(&format!("float horizontalApertureOffset = {aside}"));
+            text.line(&format!("float verticalApertureOffset = {up}"));
             text.line("float2 clippingRange = (0.01, 100000)");
             let row =
                 |v: nemoral_scene::glam::DVec3, w: f64| format!("({}, {}, {}, {w})", v.x, v.y, v.z);

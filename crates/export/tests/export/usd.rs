@@ -1,7 +1,7 @@
 use std::fs;
 
 use nemoral_export::{Error, Instancing, UsdParams, write_usd};
-use nemoral_scene::glam::{DMat4, DVec3};
+use nemoral_scene::glam::{DMat4, DVec2, DVec3};
 
 use crate::common::{Labelled, expect_equal, id, long_named_card, scene, truth};
 
@@ -137,6 +137,34 @@ fn triangles(stage: &Prim) -> Vec<Labelled> {
         }
     }
     found
+}
+
+/// USD's window of a camera is its aperture around the offset, at the focal length, y up.
+#[test]
+fn pixels_look_where_ours_do() {
+    let mut scene = scene();
+    let k = &mut scene.cameras[0].intrinsics;
+    (k.cx, k.cy, k.fy) = (400.0, 150.0, 0.9 * k.fx);
+    let k = scene.cameras[0].intrinsics;
+    let folder = tempfile::tempdir().expect("a folder");
+    write_usd(&scene, folder.path(), UsdParams::default()).expect("written");
+    let text = fs::read_to_string(folder.path().join("forest.usda")).expect("a stage");
+    let stage = Prim::read(&text);
+    let camera = stage.child("Forest").child("camera");
+    let number = |name: &str| camera.numbers(name)[0];
+    let focal = number("focalLength");
+    let [(across, aside), (high, up)] = ["horizontal", "vertical"].map(|side| {
+        let (aperture, offset) = (format!("{side}Aperture"), format!("{side}ApertureOffset"));
+        (number(&aperture), number(&offset))
+    });
+    for pixel in [[0.0, 0.0], [400.0, 150.0], [640.0, 360.0], [12.5, 300.0]] {
+        let pixel = DVec2::from_array(pixel);
+        let share = pixel / DVec2::new(640.0, 360.0) - 0.5;
+        let at = DVec2::new(across * share.x + aside, high * -share.y + up) / focal;
+        let ours = k.direction(pixel);
+        let ours = DVec2::new(ours.x, -ours.y) / ours.z;
+        assert!(at.distance(ours) < 1e-6, "{pixel}: {at}, not {ours}");
+    }
 }
 
 #[test]

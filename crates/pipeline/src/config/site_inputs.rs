@@ -106,8 +106,8 @@ impl Config {
     /// if nothing says it.
     ///
     /// # Errors
-    /// If two of them disagree, if the code is none of a projected system in metres, or if a file
-    /// cannot be read.
+    /// If two of them disagree, if the code is none of a projected system whose metres are those of
+    /// the ground, or if a file cannot be read.
     pub fn site_epsg(&self, inputs: &InputFiles) -> Result<Option<u16>, Error> {
         let site = &self.site;
         let asked = u16::try_from(site.epsg).ok().filter(|code| *code != 0);
@@ -117,11 +117,13 @@ impl Config {
             return Err(Error::request(message));
         }
         // A file may name a system of more than the map, of which the config says the map's part.
-        let known =
-            |code: &u16| asked.is_none() || Crs::of_epsg(*code).is_none_or(|crs| crs.wkt.is_some());
+        let is_asked = |code: &u16| {
+            let map = Crs::of_epsg(*code).and_then(|crs| crs.map_epsg);
+            asked.is_some() && map == asked
+        };
         let of_map = height_map(site, inputs)?.and_then(|map| map.epsg);
         let of_lines = trail_lines(site, inputs)?.and_then(|trails| trails.epsg);
-        let [of_map, of_lines] = [of_map, of_lines].map(|code| code.filter(known));
+        let [of_map, of_lines] = [of_map, of_lines].map(|code| code.filter(|code| !is_asked(code)));
         let said = [
             ("the config", asked),
             (site.terrain.path.as_str(), of_map),
@@ -140,9 +142,12 @@ impl Config {
             )));
         }
         match Crs::of_epsg(code) {
-            Some(Crs { name, wkt: None }) => Err(Error::request(format!(
-                "site.epsg: {first} says EPSG:{code}, which is {name}: must be a projected system \
-                 in metres, such as UTM"
+            Some(Crs {
+                name, wkt: None, ..
+            }) => Err(Error::request(format!(
+                "site.epsg: {first} says EPSG:{code}, which is {name}: must be a conformal \
+                 projected system in metres that is true to scale at the site, such as UTM; none \
+                 of degrees, of feet or of the whole world, such as Web Mercator"
             ))),
             _ => Ok(Some(code)),
         }
@@ -251,6 +256,25 @@ mod tests {
             "{text}"
         );
         assert!(refused(&["site.epsg=2263"]).contains("in metres"));
+        // Web maps, of which a metre is none of the ground.
+        let web = &of_lines("EPSG:3857");
+        for text in [refused(&["site.epsg=3857"]), refused(&[web])] {
+            assert!(
+                text.contains("Pseudo-Mercator: must be a conformal"),
+                "{text}"
+            );
+        }
+        // A file in feet, in degrees or of a web map does not lie where the config says.
+        for (lines, code) in [
+            (&of_lines("EPSG:2263"), 2263),
+            (&of_lines("EPSG:4326"), 4326),
+        ] {
+            let text = refused(&[lines, "site.epsg=32618"]);
+            for part in ["says EPSG:32618", &format!("says EPSG:{code}")] {
+                assert!(text.contains(part), "{text}");
+            }
+        }
+        assert!(refused(&[web, "site.epsg=32629"]).contains("says EPSG:3857"));
         // A file that cannot be read is said once.
         let broken = dir.path().join("broken.geojson");
         nemoral_files::write(&broken, b"{").expect("written");
@@ -260,6 +284,8 @@ mod tests {
         let compound = &of_lines("EPSG:5555");
         assert!(refused(&[compound]).contains("EPSG:5555"));
         assert_eq!(epsg(&[compound, "site.epsg=25832"]), Ok(Some(25_832)));
+        let text = refused(&[compound, "site.epsg=25833"]);
+        assert!(text.contains("says EPSG:5555"), "{text}");
     }
 
     #[test]

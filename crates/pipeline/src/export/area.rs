@@ -5,10 +5,12 @@ use std::sync::Arc;
 use nemoral_export::{ExportScene, clipped, is_ground};
 use nemoral_scene::glam::{DVec2, Vec3};
 use nemoral_scene::{ChunkCoord, Instance, MaterialLibrary, Prototype};
+use nemoral_water::SHEETS_REACH_M;
 
 use crate::chunks::chunks_of;
 use crate::config::extent_m;
 use crate::plan::Runner;
+use crate::world::water::{is_water, sheets_instance};
 use crate::{Error, Recorder};
 
 /// How far from the world's origin a region may be, metres.
@@ -86,7 +88,8 @@ impl Recorder {
         )))
     }
 
-    /// Everything in a rectangle, which touches these chunks.
+    /// Everything in a rectangle, which touches these chunks. What stands or lies is in it where
+    /// its foot is; ground and water are cut at its borders.
     pub(super) fn region(
         &self,
         runner: &Runner<'_>,
@@ -96,11 +99,19 @@ impl Recorder {
         let size_m = self.sequence().config.chunks.size_m;
         let Rectangle { low_m, high_m } = rectangle;
         let middle_m = rectangle.middle_m();
-        let materials = &runner.get(self.forest().assets, ())?.library.materials;
+        let assets = runner.get(self.forest().assets, ())?;
+        let materials = &assets.library.materials;
+        let offset_m = |origin_m: DVec2| (origin_m - middle_m).as_vec2().extend(0.0);
+        let cut = |surface: &Instance, origin_m: DVec2| {
+            let part = Rectangle {
+                low_m: low_m - origin_m,
+                high_m: high_m - origin_m,
+            };
+            cut_surface(surface, part, offset_m(origin_m), materials)
+        };
         let mut instances = Vec::new();
         for &chunk in chunks {
             let origin_m = chunk.origin_m(size_m);
-            let offset_m = (origin_m - middle_m).as_vec2().extend(0.0);
             let objects = runner.get(self.forest().object_geometry, chunk)?;
             let low_plants = runner.get(self.forest().undergrowth_geometry, chunk)?;
             let litter = runner.get(self.forest().litter_geometry, chunk)?;
@@ -108,43 +119,75 @@ impl Recorder {
                 .chain(&low_plants.0)
                 .chain(&litter.0);
             for (instance, _) in groups.flat_map(|group| group.instances()) {
+                let shape = &instance.prototype;
                 let foot_m = origin_m + instance.position_m.truncate().as_dvec2();
-                if is_ground(&instance.prototype, materials) {
-                    let cut = Rectangle {
-                        low_m: low_m - origin_m,
-                        high_m: high_m - origin_m,
-                    };
-                    instances.extend(cut_ground(instance, cut, offset_m, materials)?);
+                if is_ground(shape, materials) || is_water(shape, materials) {
+                    instances.extend(cut(instance, origin_m)?);
                 } else if foot_m.cmpge(low_m).all() && foot_m.cmple(high_m).all() {
                     instances.push(Instance {
-                        position_m: instance.position_m + offset_m,
+                        position_m: instance.position_m + offset_m(origin_m),
                         ..instance.clone()
                     });
                 }
             }
         }
+        for (origin_m, waters) in self.waters_of_neighbours(runner, rectangle, chunks)? {
+            instances.extend(cut(&waters, origin_m)?);
+        }
         let name = format!("region {},{},{},{}", low_m.x, low_m.y, high_m.x, high_m.y);
         self.scene_of(runner, chunks, (name, middle_m.extend(0.0), instances))
     }
+
+    /// The waters that may reach into a rectangle from chunks that it does not touch, as a pond's
+    /// surface is all of the chunk of its middle, and a stream's of the one where it begins; each
+    /// with the corner of its chunk.
+    fn waters_of_neighbours(
+        &self,
+        runner: &Runner<'_>,
+        Rectangle { low_m, high_m }: Rectangle,
+        touched: &[ChunkCoord],
+    ) -> Result<Vec<(DVec2, Instance)>, Error> {
+        let assets = runner.get(self.forest().assets, ())?;
+        let Some(materials) = &assets.water else {
+            return Ok(Vec::new());
+        };
+        let ground_model = runner.get(self.forest().ground_model, ())?;
+        let size_m = self.sequence().config.chunks.size_m;
+        let first = ChunkCoord::containing(low_m - SHEETS_REACH_M, size_m);
+        let last = ChunkCoord::containing(high_m + SHEETS_REACH_M, size_m);
+        let mut waters = Vec::new();
+        for x in first.x..=last.x {
+            for y in first.y..=last.y {
+                let chunk = ChunkCoord::new(x, y);
+                let is_neighbour = !touched.contains(&chunk);
+                if is_neighbour && ground_model.waters_reach(chunk, (low_m, high_m)) {
+                    let ground = runner.get(self.forest().ground, chunk)?;
+                    let sheets = sheets_instance(&ground, materials, &assets.library)?;
+                    waters.extend(sheets.map(|sheets| (chunk.origin_m(size_m), sheets)));
+                }
+            }
+        }
+        Ok(waters)
+    }
 }
 
-/// The part of a chunk's ground in a rectangle, which is relative to the chunk's corner; nothing if
-/// they only touch.
-fn cut_ground(
-    ground: &Instance,
+/// The part of a chunk's ground or water in a rectangle, which is relative to the chunk's corner;
+/// nothing if they only touch.
+fn cut_surface(
+    surface: &Instance,
     Rectangle { low_m, high_m }: Rectangle,
     offset_m: Vec3,
     materials: &MaterialLibrary,
 ) -> Result<Option<Instance>, Error> {
-    let mesh = clipped(ground.prototype.mesh(), low_m.as_vec2(), high_m.as_vec2());
+    let mesh = clipped(surface.prototype.mesh(), low_m.as_vec2(), high_m.as_vec2());
     if mesh.triangles.is_empty() {
         return Ok(None);
     }
-    let shape = Prototype::new(ground.prototype.name(), mesh, Vec::new(), materials)
+    let shape = Prototype::new(surface.prototype.name(), mesh, Vec::new(), materials)
         .map_err(Error::of_stage)?;
     Ok(Some(Instance {
         prototype: Arc::new(shape),
-        position_m: ground.position_m + offset_m,
-        ..ground.clone()
+        position_m: surface.position_m + offset_m,
+        ..surface.clone()
     }))
 }

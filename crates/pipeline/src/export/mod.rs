@@ -20,8 +20,8 @@ pub enum ExportArea {
     /// Everything that is visible at a frame, with the cameras as they are then. The origin is that
     /// of the frame's scene: the south-west corner of the robot's chunk.
     Frame(u64),
-    /// A rectangle of the world, metres, with everything whose foot is in it; the ground is cut at
-    /// its borders. The origin is its middle.
+    /// A rectangle of the world, metres, with everything whose foot is in it; ground and water are
+    /// cut at its borders. The origin is its middle.
     Region {
         /// Its south-west corner.
         low_m: DVec2,

@@ -18,7 +18,7 @@ impl Stage<Forest> for GroundStage {
     type Inputs = ();
     type Output = GroundModel;
     const ID: &'static str = "world.ground";
-    const VERSION: u32 = 9;
+    const VERSION: u32 = 10;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         self.0.fingerprint(hasher);

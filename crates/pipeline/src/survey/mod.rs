@@ -10,7 +10,7 @@ use nemoral_mensuration::{AreaProfile, CanopyMaps, CanopyScene, CellRays, MapGri
 use nemoral_raycast::{Group, RayScene};
 use nemoral_scene::glam::{DVec2, DVec3};
 use nemoral_scene::{
-    ChunkCoord, DeadwoodRecord, MaterialLibrary, ObjectId, ParamError, TreeRecord,
+    ChunkCoord, DeadwoodRecord, MaterialId, MaterialLibrary, ObjectId, ParamError, TreeRecord,
 };
 use rayon::prelude::*;
 
@@ -133,9 +133,11 @@ impl Recorder {
         }
         let tops: BTreeSet<ObjectId> = maps.cells.iter().map(|cell| cell.top).collect();
         let profile = in_pool(|| {
+            let snow = assets.snow.iter().flat_map(|snow| snow.materials.covers());
             let leaves = Leaves {
                 size_m,
                 materials: &assets.library.materials,
+                covers: snow.collect(),
                 leaf_per_silhouette: &leaf_per_silhouette,
                 ground_m: &ground_m,
             };
@@ -214,6 +216,8 @@ struct Known {
 struct Leaves<'a> {
     size_m: f64,
     materials: &'a MaterialLibrary,
+    /// The materials of snow on others.
+    covers: BTreeSet<MaterialId>,
     /// As in [`Known`].
     leaf_per_silhouette: &'a HashMap<ObjectId, f64>,
     ground_m: &'a (dyn Fn(DVec2) -> f64 + Sync),
@@ -237,9 +241,10 @@ impl Leaves<'_> {
                     shapes.len() - 1
                 });
         }
+        let is_cover = |material: MaterialId| self.covers.contains(&material);
         let areas: Vec<ShapeAreas> = shapes
             .par_iter()
-            .map(|shape| ShapeAreas::of(shape, self.materials))
+            .map(|shape| ShapeAreas::of(shape, self.materials, &is_cover))
             .collect();
         let of_group = |(chunk, group): &(ChunkCoord, Arc<Group>)| {
             let mut profile = empty.clone();

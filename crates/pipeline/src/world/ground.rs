@@ -270,6 +270,15 @@ impl GroundModel {
         (!near.is_empty()).then_some(near)
     }
 
+    /// Whether the surfaces of a chunk's waters may reach into a rectangle.
+    pub(crate) fn waters_reach(&self, chunk: ChunkCoord, (low_m, high_m): (DVec2, DVec2)) -> bool {
+        let origin_m = chunk.origin_m(self.chunk_size_m);
+        let (first_m, last_m) = (origin_m - PUDDLE_REACH_M, origin_m + self.chunk_size_m);
+        let is_beside = first_m.cmple(high_m).all() && (last_m + PUDDLE_REACH_M).cmpge(low_m).all();
+        let of_water = |near: Arc<WaterNear>| near.sheets_reach(low_m, high_m);
+        (self.puddles.is_some() && is_beside) || self.water_near(chunk).is_some_and(of_water)
+    }
+
     /// Where woods end at open land, if there is any.
     pub(crate) fn meadows(&self) -> Option<&Arc<Meadows>> {
         self.meadows.as_ref()

@@ -6,8 +6,8 @@ use nemoral_assets::Library;
 use nemoral_raycast::Blas;
 use nemoral_scene::glam::{Vec2, Vec3};
 use nemoral_scene::{
-    InstancePlace, LaserBand, Liquid, Material, MaterialId, Optics, Prototype, Semantic, Texture,
-    TrailSurfaceKind,
+    Instance, InstancePlace, LaserBand, Liquid, Material, MaterialId, MaterialLibrary, Optics,
+    Prototype, Semantic, Texture, TrailSurfaceKind,
 };
 use nemoral_water::WaterKind;
 
@@ -138,12 +138,32 @@ pub(crate) fn sheets(
     materials: &WaterMaterials,
     library: &Library,
 ) -> Result<Option<(InstancePlace, Arc<Blas>)>, Error> {
+    let placed = sheets_instance(ground, materials, library)?;
+    Ok(placed.map(|sheets| {
+        let place = sheets.place();
+        let blas = Blas::build(sheets.prototype, &library.materials);
+        (place, Arc::new(blas))
+    }))
+}
+
+/// The sheets of a chunk's waters, placed in it, without what rays need; `None` if there are none.
+pub(crate) fn sheets_instance(
+    ground: &ChunkGround,
+    materials: &WaterMaterials,
+    library: &Library,
+) -> Result<Option<Instance>, Error> {
     let mesh = ground.sheets(&|kind| materials.of(kind));
     if mesh.triangles.is_empty() {
         return Ok(None);
     }
     let prototype =
         Prototype::new("water", mesh, Vec::new(), &library.materials).map_err(Error::of_stage)?;
-    let blas = Arc::new(Blas::build(Arc::new(prototype), &library.materials));
-    Ok(Some((InstancePlace::at(Vec3::ZERO), blas)))
+    let place = InstancePlace::at(Vec3::ZERO);
+    Ok(Some(Instance::new(Arc::new(prototype), place)))
+}
+
+/// Whether a shape is sheets of water, whose origin says nothing about where they are.
+pub(crate) fn is_water(shape: &Prototype, materials: &MaterialLibrary) -> bool {
+    let first = shape.mesh().triangles.first();
+    first.is_some_and(|t| materials.get(t.material).liquid.is_some())
 }

@@ -2,26 +2,24 @@
 
 use std::sync::Arc;
 
-use nemoral_export::{ExportScene, is_ground, write_height_map};
+use nemoral_export::{ExportScene, clipped, is_ground, write_height_map};
 use nemoral_pipeline::config::Layers;
 use nemoral_pipeline::{Backend, ExportArea, Recorder, tree_scene};
 use nemoral_raycast::{Blas, Group, RayScene};
 use nemoral_realism::grown;
 use nemoral_scene::glam::{DVec2, Vec3};
-use nemoral_scene::{ObjectKind, Ray, RayCaster};
+use nemoral_scene::{ChunkCoord, MaterialId, Mesh, ObjectKind, Ray, RayCaster, Semantic, Triangle};
 
-fn recorder() -> Recorder {
-    let settings = [
+fn recorder(settings: &[&str]) -> Recorder {
+    let near = [
         "chunks.visible_radius_m=15",
         "chunks.undergrowth_radius_m=10",
         "chunks.delete_radius_m=30",
-        "terrain.max_height_m=12",
-        "climbers.moss=1",
-        "deadwood.volume_m3_ha=60",
     ];
+    let settings = near.iter().chain(settings).map(|&s| s.to_owned());
     let layers = Layers {
         preset: Some("demo".to_owned()),
-        settings: settings.map(str::to_owned).to_vec(),
+        settings: settings.collect(),
         ..Layers::default()
     };
     let sequence = layers.sequences().expect("sound").get(0).expect("one");
@@ -40,7 +38,11 @@ fn caster(scene: &ExportScene) -> RayScene {
 
 #[test]
 fn a_forest_is_exported_as_sensors_meet_it() {
-    let recorder = recorder();
+    let recorder = recorder(&[
+        "terrain.max_height_m=12",
+        "climbers.moss=1",
+        "deadwood.volume_m3_ha=60",
+    ]);
     let frame = ExportArea::Frame(1);
     let exported = recorder.export_scene(frame).expect("frame 1");
     let seen = recorder.runner().get(recorder.forest().scene, 1);
@@ -159,6 +161,96 @@ fn heights_are_the_grounds(recorder: &Recorder) {
     };
     let grid = recorder.export_heights(area, 0.5).expect("a grid");
     assert_eq!((grid.columns, grid.rows), (5, 3));
+}
+
+/// The area of triangles on the map, m².
+fn level_area_m2(mesh: &Mesh) -> f64 {
+    let of = |t: &Triangle| {
+        let [a, b, c] = t.corners.map(|i| mesh.positions[i as usize].truncate());
+        f64::from((b - a).perp_dot(c - a).abs()) / 2.0
+    };
+    mesh.triangles.iter().map(of).sum()
+}
+
+/// The hills, streams and ponds of `stream-valley`, without trails.
+#[test]
+fn water_is_cut_at_the_borders_of_a_region_whatever_chunk_has_it() {
+    let recorder = recorder(&[
+        "seed=7",
+        "terrain.scale_m=240",
+        "terrain.max_height_m=34",
+        "terrain.persistence=0.24",
+        "trails.enabled=false",
+        "water.springs_per_km2=95",
+        "water.stream_width_m=1.3",
+        "water.ponds=0.3",
+    ]);
+    let size_m = 50.0;
+    let runner = recorder.runner();
+    let mut sheets = Vec::new();
+    for chunk in ChunkCoord::new(0, 1).square(3) {
+        let ground = runner.get(recorder.forest().ground, chunk).expect("ground");
+        if let Some(water) = ground.water() {
+            sheets.push((chunk, water.sheets(&*ground, &|_| MaterialId(0))));
+        }
+    }
+    // The water in a rectangle, of those chunks that are asked for.
+    let water_m2 = |low_m: DVec2, high_m: DVec2, is_asked: &dyn Fn(ChunkCoord) -> bool| {
+        let asked = sheets.iter().filter(|(chunk, _)| is_asked(*chunk));
+        let areas = asked.map(|(chunk, mesh)| {
+            let [low, high] = [low_m, high_m].map(|m| (m - chunk.origin_m(size_m)).as_vec2());
+            level_area_m2(&clipped(mesh, low, high))
+        });
+        areas.sum::<f64>()
+    };
+    let inside = |chunk: ChunkCoord| {
+        let low_m = chunk.origin_m(size_m) + 1.0;
+        (low_m, low_m + (size_m - 2.0))
+    };
+    // Chunks into which most water comes from others.
+    let of_others = |chunk: ChunkCoord| {
+        let (low_m, high_m) = inside(chunk);
+        water_m2(low_m, high_m, &|other| other != chunk)
+    };
+    let entered = ChunkCoord::new(0, 1).square(1);
+    let entered = entered.max_by(|a, b| of_others(*a).total_cmp(&of_others(*b)));
+    let entered = entered.expect("nine chunks");
+    let at = DVec2::new;
+    for (name, (low_m, high_m), least_m2) in [
+        ("a pond", (at(25.0, 65.0), at(55.0, 95.0)), 50.0),
+        (
+            "the corner of its chunk",
+            (at(0.0, 40.0), at(60.0, 60.0)),
+            0.0,
+        ),
+        ("water of others", inside(entered), 0.0),
+    ] {
+        let expected_m2 = water_m2(low_m, high_m, &|_| true);
+        let area = ExportArea::Region { low_m, high_m };
+        let scene = recorder.export_scene(area).expect("a region");
+        let half = ((high_m - low_m) / 2.0).as_vec2();
+        let mut found_m2 = 0.0;
+        for instance in &scene.instances {
+            let mesh = instance.prototype.mesh();
+            let first = mesh.triangles.first();
+            let material = first.map(|t| scene.materials.get(t.material));
+            if material.is_none_or(|m| m.semantic != Semantic::Water) {
+                continue;
+            }
+            found_m2 += level_area_m2(mesh);
+            for position in &mesh.positions {
+                let p = (*position + instance.position_m).truncate();
+                assert!(p.abs().cmple(half + 1e-3).all(), "{name}: {p}");
+            }
+        }
+        println!("{name}: {found_m2:.2} m² of {expected_m2:.2}");
+        assert!(
+            (found_m2 - expected_m2).abs() < 0.01,
+            "{name}: {found_m2} {expected_m2}"
+        );
+        assert!(expected_m2 >= least_m2, "{name}: {expected_m2}");
+    }
+    assert!(of_others(entered) > 0.2, "{}", of_others(entered));
 }
 
 #[test]

@@ -287,6 +287,30 @@ fn ground_water_moss_and_stones_are_no_canopy() {
     assert!(found < 0.9 * of_trees, "{found} {of_trees}");
 }
 
+/// Snow on the shoots of pines is cards over cards, and none of it is leaf.
+#[test]
+fn a_snowy_stand_has_the_leaves_that_it_has_without_snow() {
+    let profile = |settings: &[&str]| {
+        let survey = recorder(settings).survey(LOW_M, HIGH_M, &coarse());
+        survey.expect("a survey").profile
+    };
+    let bare = profile(&[]);
+    let snowy = profile(&["weather.snow_depth_m=0.3", "weather.snow_on_crowns=0.7"]);
+    // Snow presses low plants down.
+    let sum = |layers: &[f64]| layers[2..].iter().sum::<f64>();
+    for (name, bare, snowy) in [
+        ("leaf", &bare.leaf_m2, &snowy.leaf_m2),
+        ("wood", &bare.wood_m2, &snowy.wood_m2),
+    ] {
+        let (bare, snowy) = (sum(bare), sum(snowy));
+        println!("{name}: {bare:.1} m², {snowy:.1} m² with snow");
+        assert!(
+            bare > 50.0 && (snowy / bare - 1.0).abs() < 1e-6,
+            "{name}: {bare} {snowy}"
+        );
+    }
+}
+
 /// Circles have the trees, the logs and the cells that are as near to their middles as their
 /// radius; the whole has all logs, in every file.
 fn plots_are_what_is_in_them(recorder: &Recorder) -> Survey {

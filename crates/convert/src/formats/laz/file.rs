@@ -33,7 +33,7 @@ pub(crate) struct LazPoint<'a> {
     pub(crate) world_m: DVec3,
     /// The vector to it from where the scanner was at the frame's time, in the world.
     pub(crate) from_scanner_m: DVec3,
-    /// How far it is to the left of the scanner, across the body's heading, metres.
+    /// How far it is to the left of the scanner, level and across the body's heading, metres.
     pub(crate) left_m: f64,
     /// `point_source_id`.
     pub(crate) source: u16,
@@ -228,7 +228,8 @@ fn record(p: &LazPoint<'_>, steps: DVec3) -> Vec<u8> {
 }
 
 /// The angle at which a point was seen, from straight down, in steps of 0.006°, negative to the
-/// left of where the body heads, as of an aeroplane, however the scanner is mounted.
+/// left of where the body heads, as of an aeroplane, however the scanner is mounted and the body
+/// rolls (LAS 1.4 R15: it is against the vertical, so that a roll is in it).
 fn scan_angle(from_scanner_m: DVec3, left_m: f64) -> i16 {
     const STEP_DEG: f64 = 0.006;
     let level_m = from_scanner_m.truncate().length();
@@ -237,4 +238,24 @@ fn scan_angle(from_scanner_m: DVec3, left_m: f64) -> i16 {
         .to_degrees();
     let steps = (from_nadir_deg / STEP_DEG).round() as i16;
     if left_m > 0.0 { -steps } else { steps }
+}
+
+#[cfg(test)]
+mod tests {
+    use nemoral_scene::RigidTransform;
+
+    use super::*;
+
+    #[test]
+    fn angles_are_against_the_vertical_however_the_body_rolls() {
+        // 60 m above the ground, heading east; 2 m to the left or right of straight down.
+        for roll_rad in [0.0, 0.05, -0.05, 0.35] {
+            let pose = RigidTransform::from_xyz_rpy(DVec3::ZERO, roll_rad, 0.1, 0.0);
+            for (north_m, steps) in [(2.0, -318), (-2.0, 318)] {
+                let from_scanner_m = DVec3::new(0.0, north_m, -60.0);
+                let left_m = pose.level_left().dot(from_scanner_m);
+                assert_eq!(scan_angle(from_scanner_m, left_m), steps, "{roll_rad}");
+            }
+        }
+    }
 }

@@ -89,7 +89,7 @@ impl Format for Laz {
                         let scan = Scan {
                             site: sequence.site,
                             world_from_lidar: world_from_body * lidar.body_from_lidar,
-                            left: world_from_body.transform_vector(DVec3::Y),
+                            left: world_from_body.level_left(),
                             time_s: frame.time_s,
                             time_shift_s,
                             lidar: i as u8,
@@ -116,7 +116,9 @@ impl Format for Laz {
 pub(crate) fn crs_note(site: &SiteSpec) -> Option<String> {
     let why = match site.epsg {
         Some(code) if Crs::of_epsg(code).is_some_and(|crs| crs.wkt.is_some()) => return None,
-        Some(code) => format!("EPSG:{code} is not known here as a projected system in metres"),
+        Some(code) => format!(
+            "EPSG:{code} is not known here as a projected system in metres that is true to scale"
+        ),
         None => "the data set does not know it: site.epsg says it".to_owned(),
     };
     Some(format!(
@@ -128,7 +130,7 @@ pub(crate) fn crs_note(site: &SiteSpec) -> Option<String> {
 struct Scan<'a> {
     site: Option<SiteSpec>,
     world_from_lidar: RigidTransform,
-    /// The direction to the body's left, in the world.
+    /// The level direction to the left of where the body heads, in the world.
     left: DVec3,
     time_s: f64,
     time_shift_s: f64,
