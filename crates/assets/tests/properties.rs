@@ -454,9 +454,10 @@ fn things_stand_in_the_ground_and_keep_their_radius() {
 #[test]
 fn stumps_are_of_the_stands_species_and_sizes() {
     let species = params().species;
-    let each = LIBRARY.stumps.len() / species.len();
-    assert!(each >= 3 && LIBRARY.stumps.len() == each * species.len());
-    for (of, stumps) in species.iter().zip(LIBRARY.stumps.chunks(each)) {
+    let stumps = &LIBRARY.plants[PlantKind::Stump];
+    let each = stumps.len() / species.len();
+    assert!(each >= 3 && stumps.len() == each * species.len());
+    for (of, stumps) in species.iter().zip(stumps.chunks(each)) {
         for stump in stumps {
             let mesh = stump.prototype.mesh();
             let own = format!("{}.stump_", of.species.name);
@@ -482,10 +483,11 @@ fn stumps_are_of_the_stands_species_and_sizes() {
         textures: false,
         ..params()
     };
-    let stumps = Library::grow(&thin, KEY).expect("valid").stumps;
+    let thin = Library::grow(&thin, KEY).expect("valid");
     // Roots make the foot up to twice as wide as the cut, which is up to 1.3 times as wide as the
     // tree.
-    let radii_m: Vec<f64> = stumps.iter().map(|s| s.radius_m).collect();
+    let stumps = thin.plants[PlantKind::Stump].iter();
+    let radii_m: Vec<f64> = stumps.map(|s| s.radius_m).collect();
     assert!(
         radii_m.iter().all(|r| *r < 0.65 * 0.30 * 2.0),
         "{radii_m:?}"
