@@ -43,6 +43,12 @@ def frames(manifest, sequence):
     return [f | {"pose": matrix(f["world_from_body"])} for f in mine]
 
 
+def metres(codes):
+    """Depth by the codes of a 16-bit PNG, of which the greatest stands for all that is farther."""
+    codes = np.asarray(codes)
+    return np.where(codes == 65535, np.inf, codes / 256).astype(np.float32)
+
+
 def kinds(dataset, frame):
     """The kinds of objects by their ids in a frame's instance maps: of several with the same id,
     which are 16 chunks apart, that of the nearest one.

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import OpenEXR
-from common import cameras
+from common import cameras, metres
 from PIL import Image
 
 
@@ -24,7 +24,7 @@ def main(dataset, out):
         for i, camera in enumerate(cameras(manifest, number)):
             # The first camera's folders are the sequence's own.
             folder = dataset / "sequences" / f"{number:02}" / ("" if i == 0 else camera["name"])
-            depth = np.asarray(Image.open(folder / "depth" / f"{name}.png")).astype(np.float32) / 256
+            depth = metres(Image.open(folder / "depth" / f"{name}.png"))
             with OpenEXR.File(str(out / f"{number:02}" / camera["name"] / f"{name}.exr")) as file:
                 channels = file.channels()
                 assert list(channels) == ["Z"], list(channels)

@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from common import cameras, lidars, matrix, mount
+from common import cameras, lidars, matrix, metres, mount
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 from PIL import Image
@@ -194,7 +194,7 @@ def main(dataset, out):
                         if depth.with_suffix(".npy").exists():
                             truth = np.load(depth.with_suffix(".npy"))
                         else:
-                            truth = np.asarray(Image.open(depth.with_suffix(".png"))) / 256
+                            truth = metres(Image.open(depth.with_suffix(".png")))
                         found = np.frombuffer(data, "<f4").reshape(shape)
                         assert message.encoding == "32FC1"
                         # Where nothing is, depth is infinite (REP 117).

@@ -10,6 +10,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
+from common import metres
 from PIL import Image
 
 
@@ -22,7 +23,7 @@ def main(dataset, out):
         sequence = next(s for s in manifest["sequences"] if s["number"] == number)
         for i, camera in enumerate(sequence["cameras"]):
             folder = dataset / "sequences" / f"{number:02}" / ("" if i == 0 else camera["name"])
-            depth = np.asarray(Image.open(folder / "depth" / f"{name}.png")).astype(np.float32) / 256
+            depth = metres(Image.open(folder / "depth" / f"{name}.png"))
             found = np.load(out / f"{number:02}" / camera["name"] / f"{name}.npy")
             assert found.dtype == np.float32 and (found == depth).all()
             pictures += 1

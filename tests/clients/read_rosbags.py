@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from common import cameras, frames, lidars, mount
+from common import cameras, frames, lidars, metres, mount
 from PIL import Image
 from rosbags.highlevel import AnyReader
 from rosbags.interfaces import QosDurability
@@ -84,7 +84,7 @@ def check_picture(message, path):
     """A picture's size, and its pixels; those of depth are metres, infinite for nothing."""
     if path.parent.name == "depth":
         npy = path.with_suffix(".npy")
-        depth = np.load(npy) if npy.exists() else np.asarray(Image.open(path)) / 256
+        depth = np.load(npy) if npy.exists() else metres(Image.open(path))
         truth, encoding = np.where(depth > 0, depth, np.inf).astype("<f4"), "32FC1"
     elif path.parent.name == "instance":
         rgb = np.asarray(Image.open(path)).astype("<i4")

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import webdataset as wds
-from common import cameras, lidars
+from common import cameras, lidars, metres
 from PIL import Image
 
 
@@ -47,7 +47,7 @@ def main(dataset, out):
             if depth.with_suffix(".npy").exists():
                 truth = np.load(depth.with_suffix(".npy"))
             else:
-                truth = np.asarray(Image.open(depth.with_suffix(".png"))) / 256.0
+                truth = metres(Image.open(depth.with_suffix(".png")))
             assert (sample[f"{key}.depth.npy"] == truth.astype(np.float32)).all()
         for i, lidar in enumerate(lidars(manifest, frame["sequence"])):
             key, folder = lidar["name"], source if i == 0 else source / lidar["name"]

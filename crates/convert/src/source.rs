@@ -252,13 +252,20 @@ impl Source {
         Ok(self.dataset.instances(frame.record, camera)?)
     }
 
-    /// A camera's planar depth, metres; 0 for none.
+    /// A camera's planar depth, metres; 0 for none, and infinite for what is farther than the file
+    /// can say: of such a place nothing is known but that something is there.
     ///
     /// # Errors
     /// [`Error::Dataset`], naming the file.
     pub fn depth_m(&self, frame: &FrameRef<'_>, camera: usize) -> Result<Image<f32>, Error> {
+        /// The greatest depth of a 16-bit PNG, which stands for anything beyond, too.
+        const FAR_M: f32 = 65535.0 / 256.0;
         self.reach(frame)?;
-        Ok(self.dataset.depth_m(frame.record, camera)?)
+        let depth_m = self.dataset.depth_m(frame.record, camera)?;
+        Ok(match self.depth_format(frame.sequence) {
+            DepthFormat::Png16 => depth_m.map(|&z| if z < FAR_M { z } else { f32::INFINITY }),
+            _ => depth_m,
+        })
     }
 
     /// A camera's flow to the next frame.
@@ -280,7 +287,7 @@ impl Source {
     }
 
     /// How a sequence's depth is stored.
-    pub(crate) fn depth_format(&self, sequence: u32) -> DepthFormat {
+    fn depth_format(&self, sequence: u32) -> DepthFormat {
         let spec = self.manifest().header.sequence(sequence);
         spec.map_or_else(DepthFormat::default, |spec| spec.depth_format)
     }

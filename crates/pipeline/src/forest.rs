@@ -431,11 +431,9 @@ impl ForestPlan {
             (
                 cameras.global(),
                 trajectory.global(),
-                pose,
-                camera_scene,
+                pose.anywhere(),
+                camera_scene.anywhere(),
                 images,
-                ground.anywhere(),
-                objects.anywhere(),
                 uncovered_geometry.anywhere(),
             ),
         );

@@ -65,5 +65,8 @@ pub type OfWorld<T> = nemoral_plan::Global<T>;
 /// The edge to a chunk node, at chunks that the stage names while it runs.
 pub type AnyChunk<T> = nemoral_plan::Anywhere<ChunkCoord, T>;
 
+/// The edge to a frame node, at frames that the stage names while it runs.
+pub type AnyFrame<T> = nemoral_plan::Anywhere<u64, T>;
+
 /// A chunk node that can be asked for at any chunk.
 pub type Demand<'a, T> = nemoral_plan::Demand<'a, Forest, ChunkCoord, T>;

@@ -65,8 +65,8 @@
 //!   conserved: a white surface in a uniform world ([`Lighting::uniform`]) is invisible.
 //! - The lens ([`Lens`]) spreads points, which filters detail finer than pixels, and adds veiling
 //!   glare, a halo around bright areas, and darker corners.
-//! - Exposure is set by a light meter ([`Exposure`], [`Metering`]), followed by a filmic curve
-//!   ([`ToneCurve`]) and sRGB.
+//! - Exposure is set by a light meter ([`Exposure`], [`Metering`]), followed by a camera's standard
+//!   curve or another one ([`ToneCurve`]) and sRGB.
 //!
 //! # Imperfections of a camera
 //! A camera is perfect unless a [`View`] says otherwise. [`SensorNoise`] is EMVA 1288's.

@@ -199,7 +199,7 @@ fn flow_leads_to_the_row_that_sees_the_place_next() {
     );
     next.scene_from_camera = look(DVec3::new(0.2, 0.05, 0.0), DVec3::new(4.0, 0.3, 0.0));
     let truth = shoot(&world, &view, RayCastParams::draft()).truth;
-    let flow = optical_flow(&world, &truth, &view, &next);
+    let flow = optical_flow(&world, &truth, &view, &next, 1e5);
     let params = RayCastParams {
         max_range_m: 1e5,
         ..RayCastParams::draft()
@@ -229,4 +229,48 @@ fn flow_leads_to_the_row_that_sees_the_place_next() {
         wrong += usize::from(a.distance(b) > 1e-3 || found.semantic != Semantic::Rock);
     }
     assert!(seen > 500 && wrong == 0, "{wrong} of {seen}");
+}
+
+/// The next picture is of its own surroundings, and ends at its range: what vanishes, what
+/// something new hides, and what is too far away then are not seen.
+#[test]
+fn flow_is_seen_if_the_next_picture_shows_it() {
+    let world = edge();
+    let view = moving(Shutter::INSTANT, DVec3::ZERO, DVec3::ZERO);
+    let truth = shoot(&world, &view, RayCastParams::draft()).truth;
+    // 1 m back: the wall is 5 m ahead, the card 4 m.
+    let next = View {
+        scene_from_camera: look(DVec3::new(-1.0, 0.0, 0.0), DVec3::X),
+        ..view
+    };
+    // Shares of the pixels of the card and of those of the wall that are seen.
+    let seen = |around: &World, max_range_m: f32| {
+        let flow = optical_flow(around, &truth, &view, &next, max_range_m);
+        let share = |depth: f32| {
+            let pixels = truth.depth_m.pixels().iter().zip(flow.pixels());
+            let of_depth: Vec<bool> = pixels
+                .filter(|(z, _)| (*z - depth).abs() < 1e-3)
+                .map(|(_, flow)| flow.is_some_and(|flow| flow.seen))
+                .collect();
+            let count = of_depth.iter().filter(|seen| **seen).count();
+            count as f64 / of_depth.len() as f64
+        };
+        [share(3.0), share(4.0)]
+    };
+    assert_eq!(seen(&world, 1e5), [1.0, 1.0]);
+    // Without the card only the wall is there, all of which is seen.
+    let mut without = edge();
+    without.items.truncate(1);
+    assert_eq!(seen(&without, 1e5), [0.0, 1.0]);
+    // Something stands before all of it.
+    let mut hidden = edge();
+    let screen = Shape::Plane {
+        normal: DVec3::X,
+        offset: 1.0,
+    };
+    hidden.add(screen, grey(0.5), 2);
+    assert_eq!(seen(&hidden, 1e5), [0.0, 0.0]);
+    // Of the card, 4.2 m reach as far as 18 degrees from the axis, and to the wall nowhere.
+    let [card, wall] = seen(&world, 4.2);
+    assert!((card - 0.637).abs() < 0.02 && wall == 0.0, "{card} {wall}");
 }

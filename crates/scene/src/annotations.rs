@@ -44,7 +44,8 @@ pub struct Annotations {
 pub struct Flow {
     /// Its position in the next image minus its position in this one, pixels.
     pub offset_px: Vec2,
-    /// Whether the next frame shows it: inside the image, with nothing in front of it.
+    /// Whether the next frame shows it: inside the image, within what is visible then, and with
+    /// nothing in front of it.
     pub seen: bool,
 }
 

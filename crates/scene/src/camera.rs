@@ -192,8 +192,8 @@ impl Intrinsics {
     }
 
     /// The unit direction, in the optical frame, of an image position in pixels. Through a lens it
-    /// is found by Newton's method, to 1e-9 pixels all over the picture; outside of the picture,
-    /// where a lens may have no ray, it is the axis.
+    /// is found by Newton's method, to 1e-9 pixels all over the picture, and is the one before any
+    /// fold of the lens; outside of the picture, where a lens may have no ray, it is the axis.
     #[inline]
     #[must_use]
     pub fn direction(&self, pixel: DVec2) -> DVec3 {
@@ -226,14 +226,14 @@ impl Intrinsics {
         })
     }
 
-    /// The horizontal field of view of the middle row, radians.
+    /// The horizontal field of view of the row of the principal point, radians.
     #[must_use]
     pub fn horizontal_fov_rad(&self) -> f64 {
         if self.distortion != Distortion::None {
             let at = |x: f64| self.direction(DVec2::new(x, self.cy));
             return at(0.0).angle_between(at(f64::from(self.width)));
         }
-        2.0 * libm::atan(f64::from(self.width) / 2.0 / self.fx)
+        libm::atan((f64::from(self.width) - self.cx) / self.fx) + libm::atan(self.cx / self.fx)
     }
 }
 
@@ -325,12 +325,46 @@ mod tests {
         }
     }
 
+    /// Lenses that change from pincushion to barrel distortion, for which Newton's method from the
+    /// projected point runs in circles near the corners.
+    #[test]
+    fn every_pixel_of_a_lens_that_turns_projects_back() {
+        let turning = brown([0.09, 0.67, -0.49], [0.0, 0.0]);
+        let wide = fisheye([-0.214_536, 0.485_609, 0.443_167, -0.266_763]);
+        for (size, focal_px, lens) in [
+            ((640, 360), 333.0, turning),
+            // A narrower view than that of the lens before.
+            ((640, 360), 335.0, turning),
+            ((640, 480), 300.447, wide),
+        ] {
+            let centre_px = DVec2::new(f64::from(size.0), f64::from(size.1)) / 2.0;
+            let k = Intrinsics::from_calibration(size.0, size.1, DVec2::splat(focal_px), centre_px);
+            let k = k.expect("valid").with_distortion(lens).expect("sound");
+            for (x, y) in (0..size.0).flat_map(|x| (0..size.1).map(move |y| (x, y))) {
+                let pixel = DVec2::new(f64::from(x), f64::from(y)) + 0.5;
+                let back = k.project(k.direction(pixel) * 7.0).expect("in front");
+                assert!(back.distance(pixel) < 1e-8, "{pixel} {back} {lens:?}");
+            }
+        }
+    }
+
     #[test]
     fn the_field_of_view_is_what_the_middle_row_sees() {
         let k = Intrinsics::through_lens(640, 480, 2.0, fisheye([0.01, 0.0, 0.0, 0.0]));
         assert!((k.expect("sound").horizontal_fov_rad() - 2.0).abs() < 1e-9);
         let k = Intrinsics::through_lens(640, 480, 1.3, brown([-0.2, 0.0, 0.0], [0.0, 0.0]));
         assert!((k.expect("sound").horizontal_fov_rad() - 1.3).abs() < 1e-9);
+        // With the principal point on the left border, one half of it is missing.
+        let k =
+            Intrinsics::from_calibration(1280, 720, DVec2::splat(640.0), DVec2::new(0.0, 360.0));
+        let plain = k.expect("valid");
+        let zero = plain
+            .with_distortion(brown([0.0; 3], [0.0; 2]))
+            .expect("sound");
+        for k in [plain, zero] {
+            let fov_rad = k.horizontal_fov_rad();
+            assert!((fov_rad - 2.0_f64.atan()).abs() < 1e-9, "{fov_rad}");
+        }
     }
 
     #[test]

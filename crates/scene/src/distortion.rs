@@ -110,45 +110,39 @@ impl Distortion {
         match *self {
             Self::None => Some(drawn.extend(1.0).normalize()),
             Self::BrownConrady { k1, k2, k3, p1, p2 } => {
-                // From the projected point Newton's method converges to the near side: radii grow
-                // for barrel distortion, whose curve is concave, and shrink for pincushion
-                // distortion, whose curve is convex.
-                let mut flat = drawn;
-                for _ in 0..STEPS {
-                    let (there, slope) = brown(flat, [k1, k2, k3], [p1, p2]);
-                    let step = slope.inverse() * (there - drawn);
-                    flat -= step;
-                    if !flat.is_finite() {
-                        return None;
-                    }
-                    if step.length_squared() < 1e-30 * (1.0 + flat.length_squared()) {
-                        break;
-                    }
-                }
-                let off = brown(flat, [k1, k2, k3], [p1, p2]).0 - drawn;
-                (off.length() < 1e-10).then(|| flat.extend(1.0).normalize())
+                let solve = |drawn, from| solve_brown(drawn, from, [k1, k2, k3], [p1, p2]);
+                let unfolds = |flat: &DVec2| self.unfolds(flat.extend(1.0));
+                let is_near =
+                    |flat: &DVec2| surely_rises(flat.length(), [k1, k2, k3, 0.0]) || unfolds(flat);
+                // From the projected point Newton's method converges to the near side for barrel
+                // distortion, whose curve is concave, and for pincushion distortion, whose curve
+                // is convex. A lens that changes from one to the other may start it beyond a fold.
+                let quick = solve(drawn, drawn).filter(is_near);
+                let flat = quick.or_else(|| {
+                    let next = |share: f64, flat| solve(drawn * share, flat);
+                    from_the_axis(DVec2::ZERO, next).filter(unfolds)
+                })?;
+                Some(flat.extend(1.0).normalize())
             }
             Self::Fisheye { k1, k2, k3, k4 } => {
                 let radius = drawn.length();
                 if radius < 1e-12 {
                     return Some(drawn.extend(1.0).normalize());
                 }
-                let mut angle = radius;
-                for _ in 0..STEPS {
-                    let (there, slope) = odd(angle, [k1, k2, k3, k4]);
-                    let step = (there - radius) / slope;
-                    angle -= step;
-                    if !angle.is_finite() {
-                        return None;
-                    }
-                    if step.abs() < 1e-15 * (1.0 + angle) {
-                        break;
-                    }
-                }
-                let off = odd(angle, [k1, k2, k3, k4]).0 - radius;
-                let sound = off.abs() < 1e-10 && angle > 0.0 && angle < std::f64::consts::FRAC_PI_2;
-                let (sin, cos) = libm::sincos(angle);
-                sound.then(|| (drawn * (sin / radius)).extend(cos))
+                let solve = |radius, from| solve_fisheye(radius, from, [k1, k2, k3, k4]);
+                let direction = |angle| {
+                    let (sin, cos) = libm::sincos(angle);
+                    (drawn * (sin / radius)).extend(cos)
+                };
+                let unfolds = |angle: &f64| self.unfolds(direction(*angle));
+                let is_near =
+                    |angle: &f64| surely_rises(*angle, [k1, k2, k3, k4]) || unfolds(angle);
+                let quick = solve(radius, radius).filter(is_near);
+                let angle = quick.or_else(|| {
+                    let next = |share: f64, angle| solve(radius * share, angle);
+                    from_the_axis(0.0, next).filter(unfolds)
+                })?;
+                Some(direction(angle))
             }
         }
     }
@@ -174,6 +168,72 @@ impl Distortion {
             }
         })
     }
+}
+
+/// Where Brown and Conrady's projection leads to `drawn`, by Newton's method from a place. `None`
+/// if that does not converge, or where the picture is turned inside out.
+fn solve_brown(drawn: DVec2, from: DVec2, k: [f64; 3], p: [f64; 2]) -> Option<DVec2> {
+    let mut flat = from;
+    for _ in 0..STEPS {
+        let (there, slope) = brown(flat, k, p);
+        let step = slope.inverse() * (there - drawn);
+        flat -= step;
+        if !flat.is_finite() {
+            return None;
+        }
+        if step.length_squared() < 1e-30 * (1.0 + flat.length_squared()) {
+            break;
+        }
+    }
+    let (there, slope) = brown(flat, k, p);
+    let sound = (there - drawn).length() < 1e-10 && slope.determinant() > 0.0;
+    sound.then_some(flat)
+}
+
+/// The angle in front of the camera that a fisheye projects at this radius, in the same way.
+fn solve_fisheye(radius: f64, from: f64, k: [f64; 4]) -> Option<f64> {
+    let mut angle = from;
+    for _ in 0..STEPS {
+        let (there, slope) = odd(angle, k);
+        let step = (there - radius) / slope;
+        angle -= step;
+        if !angle.is_finite() {
+            return None;
+        }
+        if step.abs() < 1e-15 * (1.0 + angle) {
+            break;
+        }
+    }
+    let (there, slope) = odd(angle, k);
+    let is_ahead = angle > 0.0 && angle < std::f64::consts::FRAC_PI_2;
+    let sound = (there - radius).abs() < 1e-10 && slope > 0.0 && is_ahead;
+    sound.then_some(angle)
+}
+
+/// Follows a solution from the axis outwards, where it is on the near side of any fold: `next`
+/// finds that for a share of the whole radius, from the one before.
+fn from_the_axis<T>(axis: T, next: impl Fn(f64, T) -> Option<T>) -> Option<T> {
+    /// Number of equal steps. In one of them no usual lens turns so much that Newton's method
+    /// leaves its curve.
+    const PARTS: u32 = 32;
+    (1..=PARTS).try_fold(axis, |before, i| {
+        next(f64::from(i) / f64::from(PARTS), before)
+    })
+}
+
+/// Whether [`odd`] rises all the way to `x` by Bernstein's coefficients of its slope over the
+/// square of the way, between which the slope lies. It may rise even if this is false.
+fn surely_rises(x: f64, [a, b, c, d]: [f64; 4]) -> bool {
+    let s = x * x;
+    let (a, b) = (3.0 * a * s, 5.0 * b * s * s);
+    let (c, d) = (7.0 * c * s * s * s, 9.0 * d * s * s * s * s);
+    let bounds = [
+        1.0 + a / 4.0,
+        1.0 + a / 2.0 + b / 6.0,
+        1.0 + 0.75 * a + b / 2.0 + c / 4.0,
+        1.0 + a + b + c + d,
+    ];
+    bounds.into_iter().all(|bound| bound > 0.0)
 }
 
 /// x (1 + a x² + b x⁴ + c x⁶ + d x⁸) and its derivative.
@@ -231,6 +291,43 @@ mod tests {
                 (slope.x_axis - by_x).length() < 1e-7 && (slope.y_axis - by_y).length() < 1e-7
             );
         }
+
+        #[test]
+        fn what_surely_rises_does(
+            k in prop::array::uniform4(-0.8_f64..0.8),
+            x in 0.0_f64..1.5,
+        ) {
+            let rises = (0..=500).all(|i| odd(x * f64::from(i) / 500.0, k).1 > 0.0);
+            prop_assert!(rises || !surely_rises(x, k));
+        }
+
+        /// Whichever way Newton's method finds it, it is the ray of the near side.
+        #[test]
+        fn rays_of_the_near_side_are_found(
+            k in prop::array::uniform3(-0.9_f64..0.9),
+            x in 0.01_f64..1.5,
+        ) {
+            let lens = Distortion::BrownConrady {
+                k1: k[0],
+                k2: k[1],
+                k3: k[2],
+                p1: 0.0,
+                p2: 0.0,
+            };
+            let k = [k[0], k[1], k[2], 0.0];
+            let steepness = |i: u32| odd(x * f64::from(i) / 500.0, k).1;
+            prop_assume!((0..=500).map(steepness).fold(f64::MAX, f64::min) > 0.05);
+            let ray = lens.ray(DVec2::new(odd(x, k).0, 0.0)).expect("there");
+            prop_assert!((ray.x / ray.z - x).abs() < 1e-8, "{ray}");
+        }
+    }
+
+    #[test]
+    fn most_usual_lenses_are_known_to_rise_without_a_search() {
+        // Barrel distortion, and fisheyes.
+        assert!(surely_rises(0.9, [-0.28, 0.09, -0.01, 0.0]));
+        assert!(surely_rises(1.3, [-0.02, 0.004, -0.001, 0.0001]));
+        assert!(!surely_rises(1.1, [-0.3, 0.0, 0.0, 0.0]));
     }
 
     #[test]
@@ -273,5 +370,24 @@ mod tests {
         assert!(lens.draw(DVec3::new(1.5, 0.0, 1.0)).is_none());
         assert!(lens.unfolds(DVec3::new(1.0, 0.0, 1.0)));
         assert!(!lens.unfolds(DVec3::new(1.1, 0.0, 1.0)));
+        // Pincushion and then barrel distortion, which turns at r = 1.12 and crosses the axis at
+        // 1.41: what is beyond is projected into the picture, too.
+        let lens = Distortion::BrownConrady {
+            k1: 0.09,
+            k2: 0.67,
+            k3: -0.49,
+            p1: 0.0,
+            p2: 0.0,
+        };
+        for (x, is_drawn) in [
+            (0.9, true),
+            (1.1, true),
+            (1.2, false),
+            (1.3, false),
+            (1.5, false),
+        ] {
+            let at = lens.draw(DVec3::new(x, 0.0, 1.0));
+            assert_eq!(at.is_some(), is_drawn, "{x}: {at:?}");
+        }
     }
 }

@@ -55,7 +55,9 @@ impl Twist {
         }
     }
 
-    /// The motion of something that is mounted on this frame.
+    /// The motion of something that is mounted on this frame. Its origin moves on a straight line,
+    /// too, the tangent of the arc on which a rigid mount takes it: after t seconds these are half
+    /// of m ω² t² apart, with m the distance from this origin and ω the angular velocity.
     #[must_use]
     pub fn of_mounted(&self, here_from_mounted: &RigidTransform) -> Self {
         let back = here_from_mounted.rotation.inverse();
@@ -94,8 +96,9 @@ pub fn rotation_vector(rotation: DQuat) -> DVec3 {
 pub struct Shutter {
     /// How long a row is exposed, seconds; 0 for an instant.
     pub exposure_s: f64,
-    /// From the first row's edge of the picture to the last one's, seconds; 0 if all rows are
-    /// exposed together (a global shutter).
+    /// From the upper edge of the first row to the lower edge of the last one, seconds, which is
+    /// the time between rows times their number; 0 if all rows are exposed together (a global
+    /// shutter).
     pub readout_s: f64,
 }
 
@@ -170,6 +173,28 @@ mod tests {
     fn close(a: &RigidTransform, b: &RigidTransform) -> bool {
         a.translation_m.distance(b.translation_m) < 1e-9
             && a.rotation.dot(b.rotation).abs() > 1.0 - 1e-12
+    }
+
+    #[test]
+    fn a_mounted_origin_moves_on_the_tangent_of_its_arc() {
+        let twist = Twist {
+            linear_m_s: DVec3::ZERO,
+            angular_rad_s: DVec3::Z,
+        };
+        let mount =
+            RigidTransform::from_xyz_rpy(DVec3::X * 2.0, 0.0, 0.0, std::f64::consts::FRAC_PI_2);
+        let straight = mount * twist.of_mounted(&mount).after(0.05);
+        assert!(straight.translation_m.distance(DVec3::new(2.0, 0.1, 0.0)) < 1e-12);
+        let rigid = twist.after(0.05) * mount;
+        let off_m = straight.translation_m.distance(rigid.translation_m);
+        assert!((off_m - 0.002_5).abs() < 1e-5, "{off_m}");
+        assert!(close(
+            &RigidTransform {
+                translation_m: rigid.translation_m,
+                ..straight
+            },
+            &rigid
+        ));
     }
 
     proptest! {

@@ -180,14 +180,18 @@ impl Trajectory {
         }
     }
 
-    /// Whether the body goes on from a frame to the next one: not after the last one, nor from one
-    /// flight line to the next.
+    /// Whether the body moves from a frame to the next one: not after the last one, nor from one
+    /// flight line to the next, nor between stations, to which it is carried.
     #[must_use]
     pub fn goes_on_after(&self, frame: u64) -> bool {
         let next = frame.saturating_add(1);
         let is_there = self.frames().is_none_or(|frames| next < frames);
-        let turns = matches!(&self.path, Path::FlightLines(lines) if lines.starts_line(next));
-        is_there && !turns
+        let is_interrupted = match &self.path {
+            Path::FlightLines(lines) => lines.starts_line(next),
+            Path::Stations(_) => true,
+            _ => false,
+        };
+        is_there && !is_interrupted
     }
 
     /// A frame's time, seconds.
@@ -368,6 +372,7 @@ mod tests {
             forward: DVec2::Y,
         });
         assert_eq!((straight.frames(), straight.time_s(4)), (None, 8.0));
+        assert!(straight.goes_on_after(4));
         let pose = straight.pose(4, -2.0, &nothing, &SLOPE).expect("never");
         // 4 frames of 3 m, less 2 s at 1.5 m/s.
         assert!(pose.translation_m.distance(DVec3::new(2.0, 9.0, 1.2)) < 1e-12);
@@ -437,6 +442,8 @@ mod tests {
             clearance_m: 1.0,
         }));
         assert_eq!(stations.frames(), Some(2));
+        // It is carried from the first one to the second.
+        assert!(!stations.goes_on_after(0) && !stations.goes_on_after(1));
         let pose = |offset_s| stations.pose(1, offset_s, &nothing, &SLOPE);
         let pose_of = |offset_s| pose(offset_s).expect("never");
         assert_eq!(pose_of(0.0), pose_of(5.0));

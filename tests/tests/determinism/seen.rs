@@ -77,10 +77,13 @@ fn frames_are_those_of_all_that_is_around() {
     let near = "chunks.visible_radius_m=60";
     let [_, seen, all] = compare(&store, &[near, "lidar.device=vlp16"]);
     assert_eq!(seen, all);
-    for setting in ["camera.mount_pitch_deg=-80", "camera.flow=true"] {
+    for setting in ["camera.mount_pitch_deg=-80", "camera.bounces=1"] {
         let [seen, _, all] = compare(&store, &[near, setting]);
         assert_eq!(seen, all, "{setting}");
     }
+    // Flow looks at what the next frame's cameras see, and at nothing else.
+    let flow = compare(&store, &[near, "camera.flow=true"]);
+    assert_eq!(flow, compare(&store, &[near]));
 }
 
 #[test]

@@ -4,7 +4,8 @@
 //! SS/CAMERA/FFFFFF.npy     NumPy, shape (height, width), <f4
 //! ```
 //! Depth is planar, metres; 0 where nothing is. It is as exact as the data set's: in steps of 1/256
-//! m up to 256 m, or not rounded if the data set was made with `output.depth_npy = true`.
+//! m up to 256 m, and +Inf beyond, or not rounded if the data set was made with `output.depth_npy =
+//! true`.
 //!
 //! Source: OpenEXR's technical introduction, which calls a channel of depth `Z`; NumPy's format
 //! 1.0.

@@ -16,8 +16,8 @@
 
 use std::collections::BTreeMap;
 
-use nemoral_dataset::{ClassTable, Manifest, TableRow};
-use nemoral_scene::{Image, Ontology, RigidTransform};
+use nemoral_dataset::{CameraSpec, ClassTable, Manifest, TableRow};
+use nemoral_scene::{Distortion, Image, Ontology, RigidTransform};
 use png::{BitDepth, ColorType};
 
 use crate::formats::stereo;
@@ -46,11 +46,13 @@ impl Format for Kitti {
     }
 
     fn notes(&self, manifest: &Manifest) -> Vec<String> {
-        stereo::notes(
+        let mut notes = stereo::notes(
             manifest,
             "P1 and P3 project points into its pictures as they are, but are no projections of a \
              rectified camera, from whose fourth number programs for stereo take the baseline",
-        )
+        );
+        notes.extend(bent_note(manifest));
+        notes
     }
 
     fn write(&self, source: &Source, sink: &mut Sink) -> Result<(), Error> {
@@ -147,6 +149,42 @@ fn pairs(sequence: &Sequence<'_>) -> Vec<(usize, &'static str, &'static str)> {
         pairs.push((right, "image_1", "image_3"));
     }
     pairs
+}
+
+/// A note if pictures that KITTI has a place for are not those of a pinhole at one instant.
+fn bent_note(manifest: &Manifest) -> Option<String> {
+    let bent = |camera: &&CameraSpec| {
+        camera.intrinsics.distortion != Distortion::None || camera.shutter.readout_s > 0.0
+    };
+    let sequences = manifest.header.sequences.iter();
+    let all: Vec<(u32, &CameraSpec)> = sequences
+        .flat_map(|s| {
+            let right = stereo::right(&s.cameras).map(|i| &s.cameras[i]);
+            let pair = s.cameras.first().into_iter().chain(right);
+            pair.filter(bent).map(move |camera| (s.number, camera))
+        })
+        .collect();
+    let ((sequence, camera), others) = all.split_first()?;
+    let others = match others.len() {
+        0 => String::new(),
+        n => format!(" (and {n} more)"),
+    };
+    let (mut what, mut so) = (Vec::new(), Vec::new());
+    if camera.intrinsics.distortion != Distortion::None {
+        what.push("a lens");
+        so.push("undistort them by D2 and D3, or F2 and F3, of calib.txt");
+    }
+    if camera.shutter.readout_s > 0.0 {
+        what.push("a rolling shutter");
+        so.push("their rows have poses of their own");
+    }
+    Some(format!(
+        "camera '{}' of sequence {sequence:02}{others} has {}, and readers of this format take its \
+         pictures for rectified ones: {}",
+        camera.name,
+        what.join(" and "),
+        so.join("; ")
+    ))
 }
 
 /// The luma of ITU-R BT.601, rounded, as common decoders make grey pictures.

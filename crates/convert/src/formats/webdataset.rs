@@ -5,7 +5,8 @@
 //!                                      sensor, lenses, names of classes
 //!   SS_FFFFFF.CAMERA.rgb.png           and .instance.png, .normals.png: as they are
 //!   SS_FFFFFF.CAMERA.semantic.png      8-bit grey: class ids
-//!   SS_FFFFFF.CAMERA.depth.npy         planar depth, float32, metres; 0 = none
+//!   SS_FFFFFF.CAMERA.depth.npy         planar depth, float32, metres; 0 = none, +Inf = farther
+//!                                      than the data set can say
 //!   SS_FFFFFF.LIDAR.points.npy         float32, a row for each point: x, y, z, intensity
 //!   SS_FFFFFF.LIDAR.labels.npy         uint16, a row for each point: class, instance
 //! ```

@@ -1,9 +1,9 @@
-//! Pairs of cameras that are not rectified, of which users are told.
+//! Pairs of cameras and pictures that are not rectified, of which users are told.
 
 use nemoral_convert::FormatName;
 use nemoral_dataset::DatasetHeader;
-use nemoral_scene::RigidTransform;
 use nemoral_scene::glam::DVec3;
+use nemoral_scene::{Distortion, RigidTransform};
 
 use crate::common::{header, made_of};
 
@@ -56,4 +56,42 @@ fn a_note_says_what_spoils_a_pair() {
     let mut header = pair(0.1, 0.0);
     header.sequences[0].cameras[1].name = "back".to_owned();
     assert_eq!(notes(FormatName::Mcap, &header), [""; 0]);
+}
+
+#[test]
+fn a_note_says_that_pictures_are_not_rectified() {
+    let lens = Distortion::BrownConrady {
+        k1: -0.2,
+        k2: 0.03,
+        k3: 0.0,
+        p1: 0.0,
+        p2: 0.0,
+    };
+    let note = |header: &DatasetHeader| {
+        let [note] = &notes(FormatName::Kitti, header)[..] else {
+            panic!("one note")
+        };
+        note.clone()
+    };
+    let mut both = pair(0.0, 0.0);
+    for camera in &mut both.sequences[0].cameras {
+        camera.intrinsics.distortion = lens;
+    }
+    let said = note(&both);
+    let expected = "camera 'front' of sequence 00 (and 1 more) has a lens, and readers";
+    assert!(said.starts_with(expected), "{said}");
+    assert!(said.contains("undistort them by D2"), "{said}");
+    // Whoever reads a bag undistorts pictures by its `camera_info`.
+    assert_eq!(notes(FormatName::Mcap, &both), [""; 0]);
+    let mut rolling = pair(0.0, 0.0);
+    rolling.sequences[0].cameras[1].shutter.readout_s = 0.02;
+    let said = note(&rolling);
+    let expected = "camera 'right' of sequence 00 has a rolling shutter";
+    assert!(said.starts_with(expected), "{said}");
+    // KITTI has no place for a camera of another name.
+    rolling.sequences[0].cameras[1].name = "back".to_owned();
+    assert_eq!(notes(FormatName::Kitti, &rolling), [""; 0]);
+    // A single camera is told of, too.
+    both.sequences[0].cameras.truncate(1);
+    assert!(note(&both).starts_with("camera 'front' of sequence 00 has a lens"));
 }

@@ -370,11 +370,16 @@ impl Config {
 
     fn sensor_problems(&self, out: &mut Problems) {
         for (path, camera) in self.all_cameras() {
-            if let Err(e) = camera.intrinsics() {
-                let key = format!("{path}.{}", e.field);
-                out.0.push((key, format!("{path}.{e}")));
-            }
-            if let Err(e) = camera.tone_and_lens().1.check() {
+            let lens = camera.tone_and_lens().1;
+            let checked = match camera.intrinsics() {
+                Ok(intrinsics) => lens.check_for(&intrinsics),
+                Err(e) => {
+                    let key = format!("{path}.{}", e.field);
+                    out.0.push((key, format!("{path}.{e}")));
+                    lens.check()
+                }
+            };
+            if let Err(e) = checked {
                 out.add(&format!("{path}.vignetting"), &format!(": {e}"));
             }
         }

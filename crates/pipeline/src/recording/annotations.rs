@@ -7,12 +7,10 @@ use nemoral_render::{
     CameraImages, Candidate, View, nearest_objects, object_boxes, optical_flow, with_visible,
 };
 use nemoral_scene::glam::{DVec3, Vec3};
-use nemoral_scene::{
-    Annotations, ChunkCoord, InstancePlace, Ontology, RigidTransform, Semantic, Twist,
-};
+use nemoral_scene::{Annotations, ChunkCoord, InstancePlace, Ontology, Semantic};
 use nemoral_stand::SceneObject;
 
-use super::pose::{FramePose, pictures_s};
+use super::pose::FramePose;
 use super::scene::{FrameScene, chunk_offset_m};
 use crate::Error;
 use crate::config::{Config, OntologyName};
@@ -27,8 +25,14 @@ pub(crate) struct AnnotationRecipe {
     ontology: OntologyName,
     chunk_size_m: f64,
     visible_radius_m: f64,
-    /// How long the pictures take, seconds.
-    pub(crate) pictures_s: f64,
+}
+
+/// The next frame, which flow leads to.
+pub(crate) struct NextFrame {
+    pub(crate) pose: Arc<FramePose>,
+    /// What its cameras see. Undergrowth, litter and what is far away come and go as the body
+    /// moves, so that this frame's scene does not tell what that one's pictures show.
+    pub(crate) scene: Arc<FrameScene>,
 }
 
 impl AnnotationRecipe {
@@ -37,7 +41,6 @@ impl AnnotationRecipe {
             ontology: config.output.ontology,
             chunk_size_m: config.chunks.size_m,
             visible_radius_m: config.chunks.visible_radius_m,
-            pictures_s: pictures_s(config),
         }
     }
 
@@ -46,22 +49,19 @@ impl AnnotationRecipe {
             ontology,
             chunk_size_m,
             visible_radius_m,
-            pictures_s,
         } = self;
         hasher.write_str(ontology.word());
         hasher.write_f64(*chunk_size_m);
         hasher.write_f64(*visible_radius_m);
-        hasher.write_f64(*pictures_s);
     }
 
-    /// The annotations of pictures that were taken at a pose; `next` is where the body is at the
-    /// next frame, if there is one, in the scene.
+    /// The annotations of pictures that were taken at a pose; without a next frame, flow is empty.
     pub(crate) fn annotate(
         &self,
         rigs: &[CameraRig],
         (pose, scene, images): (&FramePose, &FrameScene, &[CameraImages]),
         uncovered: Demand<'_, UncoveredGeometry>,
-        next: Option<(RigidTransform, Twist)>,
+        next: Option<NextFrame>,
     ) -> Result<Vec<Annotations>, Error> {
         let want_stripped = |rig: &CameraRig| rig.annotations.trunks || rig.annotations.boxes;
         let stripped = if rigs.iter().any(want_stripped) {
@@ -77,9 +77,9 @@ impl AnnotationRecipe {
         let annotator = Annotator {
             ontology: &ontology,
             max_range_m: self.visible_radius_m as f32,
-            scene,
+            pose,
+            origin_m: scene.origin_m,
             stripped,
-            body: (pose.track.relative_to(scene.origin_m).middle(), pose.motion),
             next,
         };
         let pictures = || rigs.iter().zip(images);
@@ -96,29 +96,38 @@ struct Annotator<'a> {
     ontology: &'a Ontology,
     /// The greatest distance that pictures show, metres.
     max_range_m: f32,
-    /// The frame's scene.
-    scene: &'a FrameScene,
+    /// Where the body is.
+    pose: &'a FramePose,
+    /// The world position of the scene's origin.
+    origin_m: DVec3,
     /// The scene without foliage and other occluders, which trunks and boxes need.
     stripped: Option<StrippedScene>,
-    /// The body's pose in the scene, and how it moves.
-    body: (RigidTransform, Twist),
-    /// The same at the next frame; `None` where the path ends.
-    next: Option<(RigidTransform, Twist)>,
+    /// The next frame; `None` where the path ends.
+    next: Option<NextFrame>,
+}
+
+/// What a camera sees from a pose of the body, in a scene with this origin in the world.
+fn view(rig: &CameraRig, pose: &FramePose, origin_m: DVec3) -> View {
+    let body = pose.track.relative_to(origin_m).middle();
+    View {
+        shutter: rig.shutter,
+        motion: pose.motion.of_mounted(&rig.body_from_camera),
+        ..View::new(rig.intrinsics, body * rig.body_from_camera)
+    }
 }
 
 impl Annotator<'_> {
     /// The annotations that a camera asks for, of its picture.
     fn annotate(&self, rig: &CameraRig, images: &CameraImages) -> Annotations {
-        let view = |rig: &CameraRig, (body, motion): (RigidTransform, Twist)| View {
-            shutter: rig.shutter,
-            motion: motion.of_mounted(&rig.body_from_camera),
-            ..View::new(rig.intrinsics, body * rig.body_from_camera)
-        };
         let trunk = self.ontology.class(Semantic::Stem).id;
         let is_trunk = |s: Semantic| self.ontology.class(s).id == trunk;
-        let (truth, seen) = (&images.truth, view(rig, self.body));
-        let flow = rig.annotations.flow.then(|| match self.next {
-            Some(next) => optical_flow(&*self.scene.caster, truth, &seen, &view(rig, next)),
+        let (truth, seen) = (&images.truth, view(rig, self.pose, self.origin_m));
+        let flow = rig.annotations.flow.then(|| match &self.next {
+            Some(NextFrame { pose, scene }) => {
+                let [here, there] =
+                    [self.pose, &**pose].map(|pose| view(rig, pose, scene.origin_m));
+                optical_flow(&*scene.caster, truth, &here, &there, self.max_range_m)
+            }
             // The path ends here.
             None => truth.depth_m.map(|_| None),
         });

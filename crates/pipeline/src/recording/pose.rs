@@ -2,7 +2,7 @@
 
 use std::convert::Infallible;
 
-use nemoral_scene::glam::{DVec2, DVec3};
+use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, RigidTransform, Twist};
 
 use crate::Error;
@@ -122,20 +122,6 @@ pub(crate) fn half_scan_s(lidars: &[LidarRig]) -> f64 {
 }
 
 /// How the body moves around a frame's time, over the duration of pictures; still if that is 0.
-///
-/// # Errors
-/// If the ground or the objects around cannot be made.
-pub(crate) fn motion(
-    trajectory: &RobotTrajectory,
-    frame: u64,
-    pictures_s: f64,
-    surroundings: Surroundings<'_>,
-) -> Result<Twist, Error> {
-    motion_along(pictures_s, |offset_s| {
-        trajectory.pose(frame, offset_s, surroundings)
-    })
-}
-
 fn motion_along(
     pictures_s: f64,
     place: impl Fn(f64) -> Result<RigidTransform, Error>,
@@ -153,24 +139,4 @@ pub fn pictures_s(config: &Config) -> f64 {
     let cameras = config.all_cameras();
     let durations = cameras.map(|(_, camera)| camera.shutter_times().duration_s());
     durations.fold(0.0, f64::max)
-}
-
-/// The body's pose at the next frame, in this frame's scene, and how it moves then; `None` where
-/// the path or a flight line ends.
-pub(crate) fn next_body(
-    at: u64,
-    trajectory: &RobotTrajectory,
-    surroundings: Surroundings<'_>,
-    origin_m: DVec3,
-    pictures_s: f64,
-) -> Result<Option<(RigidTransform, Twist)>, Error> {
-    if !trajectory.trajectory.goes_on_after(at) {
-        return Ok(None);
-    }
-    let mut body = trajectory.pose(at + 1, 0.0, surroundings)?;
-    body.translation_m -= origin_m;
-    Ok(Some((
-        body,
-        motion(trajectory, at + 1, pictures_s, surroundings)?,
-    )))
 }

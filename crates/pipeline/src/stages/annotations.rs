@@ -7,16 +7,15 @@ use nemoral_stand::SceneObjects;
 
 use crate::Error;
 use crate::config::OntologyName;
-use crate::plan::{AnyChunk, Forest, Hasher, Node, OfWorld, Stage, Values};
+use crate::plan::{AnyChunk, AnyFrame, Forest, Hasher, Node, OfWorld, Stage, Values};
 use crate::pool::in_pool;
-use crate::recording::annotations::AnnotationRecipe;
-use crate::recording::pose::{FramePose, next_body};
+use crate::recording::annotations::{AnnotationRecipe, NextFrame};
+use crate::recording::pose::FramePose;
 use crate::recording::scene::FrameScene;
 use crate::world::assets::WorldAssets;
 use crate::world::cameras::CameraRig;
 use crate::world::chunk_geometry::ObjectGeometry;
-use crate::world::chunk_ground::ChunkGround;
-use crate::world::trajectory::{RobotTrajectory, Surroundings};
+use crate::world::trajectory::RobotTrajectory;
 use crate::world::uncovered::{Trunks, UncoveredGeometry};
 
 /// Strips the [`WorldAssets`] to their [`Trunks`].
@@ -79,7 +78,8 @@ impl Stage<Forest> for UncoveredGeometryStage {
     }
 }
 
-/// Makes the annotations that the cameras were asked for.
+/// Makes the annotations that the cameras were asked for. Flow asks for the next frame's pose and
+/// for what its cameras see, which that frame needs, too; nothing else does.
 #[derive(Clone, Debug)]
 pub struct AnnotationStage(pub(crate) AnnotationRecipe);
 
@@ -88,16 +88,14 @@ impl Stage<Forest> for AnnotationStage {
     type Inputs = (
         OfWorld<Vec<CameraRig>>,
         OfWorld<RobotTrajectory>,
-        Node<u64, FramePose>,
-        Node<u64, FrameScene>,
+        AnyFrame<FramePose>,
+        AnyFrame<FrameScene>,
         Node<u64, Vec<CameraImages>>,
-        AnyChunk<ChunkGround>,
-        AnyChunk<SceneObjects>,
         AnyChunk<UncoveredGeometry>,
     );
     type Output = Vec<Annotations>;
     const ID: &'static str = "frame.annotations";
-    const VERSION: u32 = 2;
+    const VERSION: u32 = 3;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         self.0.fingerprint(hasher);
@@ -107,15 +105,18 @@ impl Stage<Forest> for AnnotationStage {
         &self,
         at: u64,
         _: Key,
-        (rigs, trajectory, pose, scene, images, ground, objects, uncovered): Values<'_, Self>,
+        (rigs, trajectory, poses, scenes, images, uncovered): Values<'_, Self>,
     ) -> Result<Vec<Annotations>, Error> {
-        let next = if rigs.iter().any(|rig| rig.annotations.flow) {
-            let surroundings = Surroundings { ground, objects };
-            let pictures_s = self.0.pictures_s;
-            next_body(at, &trajectory, surroundings, scene.origin_m, pictures_s)?
+        let has_flow = rigs.iter().any(|rig| rig.annotations.flow);
+        let next = if has_flow && trajectory.trajectory.goes_on_after(at) {
+            Some(NextFrame {
+                pose: poses.at(at + 1)?,
+                scene: scenes.at(at + 1)?,
+            })
         } else {
             None
         };
+        let (pose, scene) = (poses.at(at)?, scenes.at(at)?);
         (self.0).annotate(&rigs, (&pose, &scene, &images), uncovered, next)
     }
 }

@@ -203,7 +203,7 @@ impl Stage<Forest> for ImageStage {
     );
     type Output = Vec<CameraImages>;
     const ID: &'static str = "frame.images";
-    const VERSION: u32 = 17;
+    const VERSION: u32 = 18;
 
     fn fingerprint(&self, _: &mut Hasher) {}
 

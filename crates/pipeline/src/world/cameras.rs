@@ -54,9 +54,8 @@ pub struct CameraRig {
     pub lamps: Arc<[MountedLamp]>,
     /// The annotations that are asked for.
     pub annotations: AnnotationKinds,
-    /// Whether its pictures show light, or need to know of surfaces, that no ray through a pixel
-    /// leads to: light that is followed comes from anywhere, and optical flow asks what hides a
-    /// surface from where the camera is next.
+    /// Whether its pictures show light from where no ray through a pixel leads: light that is
+    /// followed comes from anywhere.
     pub looks_all_around: bool,
     /// Objects farther away than this, metres, get no boxes.
     pub boxes_range_m: f64,
@@ -95,17 +94,21 @@ impl CameraRig {
     ) -> Result<Self, Error> {
         // This is checked before the first picture, and so before anything is written.
         renderer.check_size(camera.width_px, camera.height_px)?;
+        let intrinsics = intrinsics(path, camera)?;
+        let (tone, lens) = camera.tone_and_lens();
+        let of_lens = |e: ParamError| Error::request(format!("{path}.vignetting: {e}"));
+        lens.check_for(&intrinsics).map_err(of_lens)?;
         let name = config::sensor_name(path);
         let serial = world.domain(SPECIMEN).domain(Domain::new(name));
         Ok(Self {
             name: name.to_owned(),
-            intrinsics: intrinsics(path, camera)?,
+            intrinsics,
             body_from_camera: camera.body_from_camera(),
             renderer,
             exposure: camera.exposure_mode(),
             metering: camera.metering_mode(),
             exposure_error_ev: camera.exposure_error_ev,
-            tone: camera.tone_and_lens().0,
+            tone,
             shutter: camera.shutter_times(),
             noise: camera.sensor_noise(serial),
             soiling: camera.soiled(serial),
@@ -114,7 +117,7 @@ impl CameraRig {
             processing: camera.image_processing(),
             lamps,
             annotations: camera.annotation_kinds(),
-            looks_all_around: camera.bounces > 0 || camera.flow,
+            looks_all_around: camera.bounces > 0,
             boxes_range_m: camera.boxes_range_m,
         })
     }

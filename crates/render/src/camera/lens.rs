@@ -37,7 +37,8 @@ pub enum Vignetting {
     /// as behind a plain lens. 0..=1.
     CosineFourth(f32),
     /// To 1 + a2 ρ² + a4 ρ⁴ + a6 ρ⁶, where ρ is the distance from the principal point over half the
-    /// picture's diagonal. It is between 0 and 2 for all ρ up to 1.
+    /// picture's diagonal. It is between 0 and 2 for all ρ up to 1, and as far as the picture goes,
+    /// which is more if the principal point is off its middle.
     Polynomial {
         /// −2..=2, as the others.
         a2: f32,
@@ -51,7 +52,8 @@ pub enum Vignetting {
 impl Vignetting {
     const NONE: Self = Self::CosineFourth(0.0);
 
-    fn check(&self) -> Result<(), ParamError> {
+    /// Checks it up to a distance from the principal point, in half diagonals.
+    fn check(&self, farthest: f64) -> Result<(), ParamError> {
         match *self {
             Self::CosineFourth(share) => check("lens.vignetting", share.into(), 0.0, 1.0, "0..=1"),
             Self::Polynomial { a2, a4, a6 } => {
@@ -59,8 +61,9 @@ impl Vignetting {
                     let field = format!("lens.vignetting.{field}");
                     check(&field, a.into(), -2.0, 2.0, "-2..=2")?;
                 }
-                (0..=64).try_for_each(|i| {
-                    let share = polynomial([a2, a4, a6], i as f32 / 64.0);
+                (0_u32..=64).try_for_each(|i| {
+                    let rho = farthest * f64::from(i) / 64.0;
+                    let share = polynomial([a2, a4, a6], rho as f32);
                     let allowed = "shares of light from 0 to 2 everywhere";
                     check("lens.vignetting", share.into(), 0.0, 2.0, allowed)
                 })
@@ -77,13 +80,17 @@ impl Vignetting {
                 1.0 - share * falls_off
             }
             Self::Polynomial { a2, a4, a6 } => {
-                let size = DVec2::new(intrinsics.width.into(), intrinsics.height.into());
-                let centre = DVec2::new(intrinsics.cx, intrinsics.cy);
-                let rho = (pixel - centre).length() / (0.5 * size.length());
-                polynomial([a2, a4, a6], rho as f32).max(0.0)
+                polynomial([a2, a4, a6], half_diagonals(pixel, intrinsics) as f32).max(0.0)
             }
         }
     }
+}
+
+/// The distance from the principal point over half the picture's diagonal.
+fn half_diagonals(pixel: DVec2, intrinsics: &Intrinsics) -> f64 {
+    let size = DVec2::new(intrinsics.width.into(), intrinsics.height.into());
+    let centre = DVec2::new(intrinsics.cx, intrinsics.cy);
+    (pixel - centre).length() / (0.5 * size.length())
 }
 
 fn polynomial([a2, a4, a6]: [f32; 3], rho: f32) -> f32 {
@@ -116,6 +123,22 @@ impl Lens {
     /// # Errors
     /// If a parameter is out of its range.
     pub fn check(&self) -> Result<(), ParamError> {
+        self.check_within(1.0)
+    }
+
+    /// The same for pictures with these intrinsics, whose corners may be farther from the principal
+    /// point than those of others.
+    ///
+    /// # Errors
+    /// As [`check`](Self::check), and if a polynomial is no share of light in a corner.
+    pub fn check_for(&self, intrinsics: &Intrinsics) -> Result<(), ParamError> {
+        let (w, h) = (f64::from(intrinsics.width), f64::from(intrinsics.height));
+        let corners = [(0.0, 0.0), (w, 0.0), (0.0, h), (w, h)];
+        let distances = corners.map(|(x, y)| half_diagonals(DVec2::new(x, y), intrinsics));
+        self.check_within(distances.into_iter().fold(1.0, f64::max))
+    }
+
+    fn check_within(&self, half_diagonals: f64) -> Result<(), ParamError> {
         for (field, value, most, allowed) in [
             ("lens.veiling_glare", self.veiling_glare, 0.5, "0..=0.5"),
             ("lens.halo", self.halo, 0.5, "0..=0.5"),
@@ -123,7 +146,7 @@ impl Lens {
         ] {
             check(field, value.into(), 0.0, most, allowed)?;
         }
-        self.vignetting.check()?;
+        self.vignetting.check(half_diagonals)?;
         self.aberration.check()
     }
 
@@ -352,7 +375,42 @@ mod tests {
             a4: 0.0,
             a6: 0.0,
         };
-        assert!(black.check().is_err(), "less than no light");
+        assert!(black.check(1.0).is_err(), "less than no light");
+    }
+
+    /// 1.478 half diagonals from the principal point, 3.33 times the light would arrive.
+    #[test]
+    fn a_polynomial_is_checked_in_all_corners() {
+        let optics = |cx_px| {
+            let centre = DVec2::new(cx_px, 360.0);
+            Intrinsics::from_calibration(1280, 720, DVec2::splat(700.0), centre).expect("valid")
+        };
+        let lens = Lens {
+            vignetting: Vignetting::Polynomial {
+                a2: -0.9,
+                a4: 0.9,
+                a6: 0.0,
+            },
+            ..Lens::default()
+        };
+        assert_eq!(lens.check(), Ok(()));
+        assert_eq!(lens.check_for(&optics(640.0)), Ok(()));
+        let e = lens.check_for(&optics(256.0)).expect_err("too bright");
+        assert_eq!(e.field, "lens.vignetting");
+        // 2.34 half diagonals away, this one ends below 0.
+        let darker = Lens {
+            vignetting: Vignetting::Polynomial {
+                a2: -0.3,
+                a4: 0.0,
+                a6: 0.0,
+            },
+            ..lens
+        };
+        assert_eq!(darker.check_for(&optics(256.0)), Ok(()));
+        assert!(
+            darker.check_for(&optics(-400.0)).is_err(),
+            "less than no light"
+        );
     }
 
     #[test]

@@ -58,7 +58,7 @@ impl Spot {
         (0..count).map(move |i| {
             let mut rng = key.item(i.into()).rng();
             let [x, y, s] = [0; 3].map(|_| rng.unit_f64() as f32);
-            // Radii between half the mean one and a half of it; many are small.
+            // Radii between half the mean one and twice it; many are small.
             let radius = radius * (0.5 + s * s * 1.5);
             let at = Vec2::new(x, y) * (size + 2.0 * radius) - radius;
             let (stretch, turn) = (

@@ -44,8 +44,8 @@ pub struct View {
 }
 
 impl View {
-    /// A still view at one instant, with automatic exposure, the filmic curve, a perfect sensor, a
-    /// clean lens, in dry weather, and without processing.
+    /// A still view at one instant, with automatic exposure, the standard curve, a perfect sensor,
+    /// a clean lens, in dry weather, and without processing.
     #[must_use]
     pub fn new(intrinsics: Intrinsics, scene_from_camera: RigidTransform) -> Self {
         Self {

@@ -375,6 +375,7 @@ impl CameraRenderer for GpuCamera {
     ) -> Result<CameraImages, GpuError> {
         view.check()?;
         scene.check()?;
+        self.params.lens.check_for(&view.intrinsics)?;
         let position = view.scene_from_camera.translation_m.as_vec3();
         let open = scene.sky_view_factor_of_camera(position)?;
         if !scene.lamps.is_empty() {

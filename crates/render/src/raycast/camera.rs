@@ -178,6 +178,7 @@ impl CameraRenderer for RayCastCamera {
     ) -> Result<CameraImages, ParamError> {
         view.check()?;
         scene.check()?;
+        self.params.lens.check_for(&view.intrinsics)?;
         let p = &self.params;
         let position = view.scene_from_camera.translation_m.as_vec3();
         let focal_px = 0.5 * (view.intrinsics.fx + view.intrinsics.fy);

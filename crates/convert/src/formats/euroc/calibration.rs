@@ -92,12 +92,15 @@ pub(super) fn camera_yaml(
     if let Some(rate_hz) = rate_hz {
         let _ = writeln!(text, "rate_hz: {}", decimal(rate_hz));
     }
-    if camera.shutter.readout_s > 0.0 {
+    let readout_s = camera.shutter.readout_s;
+    if readout_s > 0.0 {
         let _ = writeln!(
             text,
-            "# The shutter rolls: it takes {} s from the first row to the last, and times are the \
-             middle row's.",
-            decimal(camera.shutter.readout_s)
+            "# The shutter rolls: it takes {} s / {} = {} s from one row to the next, and times \
+             are the middle row's.",
+            decimal(readout_s),
+            k.height,
+            decimal(readout_s / f64::from(k.height))
         );
     }
     let _ = writeln!(

@@ -1,7 +1,6 @@
 //! Disparity from planar depth, at a frame and at the next one, and which of its places the other
 //! pictures show.
 
-use nemoral_dataset::DepthFormat;
 use nemoral_scene::glam::{DVec2, DVec3};
 use nemoral_scene::{Flow, Image, Intrinsics, RigidTransform};
 use png::{BitDepth, ColorType};
@@ -63,15 +62,10 @@ pub(super) fn put(
     }
 }
 
-/// A camera's depth, metres. The greatest that 16 bits hold stands for anything beyond: of such a
-/// place nothing is known but that it is far.
+/// A camera's depth, metres; 0 where it is too far to be known, too.
 fn depth_m(source: &Source, frame: &FrameRef<'_>, camera: usize) -> Result<Image<f32>, Error> {
-    const FAR_M: f32 = 65535.0 / 256.0;
     let depth_m = source.depth_m(frame, camera)?;
-    Ok(match source.depth_format(frame.sequence) {
-        DepthFormat::Png16 => depth_m.map(|&z| if z < FAR_M { z } else { 0.0 }),
-        _ => depth_m,
-    })
+    Ok(depth_m.map(|&z| if z.is_finite() { z } else { 0.0 }))
 }
 
 /// What disparities of a pair of frames are made of.

@@ -10,7 +10,8 @@
 //! - `/NAME/image`: `Image` of a camera, `rgb8`.
 //! - `/NAME/semantic`: `Image`, `mono8`: the class.
 //! - `/NAME/instance`: `Image`, `32SC1`: the object as in instance maps; 0 = none.
-//! - `/NAME/depth`: `Image`, `32FC1`: planar depth, metres; +Inf where nothing is (REP 117, 118).
+//! - `/NAME/depth`: `Image`, `32FC1`: planar depth, metres; +Inf where nothing is, or what is
+//!   farther than the data set can say (REP 117, 118).
 //! - `/NAME/camera_info`: `CameraInfo`; the first pixel's centre is (0, 0), as OpenCV has it;
 //!   `right` has the baseline of its pair in `p`.
 //! - `/label_info`: `LabelInfo`: the names of classes, of all pictures and scans, once.

@@ -118,8 +118,8 @@ section! {
     CameraShutter at "camera.shutter" {
         /// How long each row is exposed; 0 for an instant, without motion blur.
         exposure_ms: f64 = 0.0, Real(0.0, 1000.0), "off; 5 to 20 under crowns, 1 in the sun";
-        /// From the first row's time to the last one's, for a rolling shutter; 0 for a global
-        /// shutter.
+        /// From the upper edge of the first row to the lower edge of the last one, for a rolling
+        /// shutter: the time between rows times their number; 0 for a global shutter.
         readout_ms: f64 = 0.0, Real(0.0, 1000.0), "off; 10 to 33 of rolling CMOS sensors";
         /// Least number of colour samples for each pixel of a picture with motion blur, one in each
         /// of as many parts of the exposure.

@@ -44,7 +44,7 @@ section! {
         /// How much of that fall-off `cos4` has: 0 none, 1 all of it.
         strength: f64 = 1.0, Real(0.0, 1.0), "a plain lens";
         /// The `polynomial` is 1 + a2 ρ² + a4 ρ⁴ + a6 ρ⁶, with ρ = 1 half a diagonal from the
-        /// principal point; it must stay between 0 and 2.
+        /// principal point; it must stay between 0 and 2 all over the picture.
         a2: f64 = -0.3, Real(-2.0, 2.0), "our choice: corners half a stop darker";
         /// Of the fourth power.
         a4: f64 = 0.0, Real(-2.0, 2.0), "none";

@@ -394,6 +394,15 @@ fn what_sets_cameras_apart_is_drawn_and_inherited() {
         text.contains("camera.vignetting") && text.contains("from 0 to 2"),
         "{text}"
     );
+    // Between 0.775 and 1 in pictures with the principal point in the middle.
+    let polynomial = "model = \"polynomial\"\na2 = -0.9\na4 = 0.9\n";
+    for (cx_px, is_sound) in [(640, true), (256, false)] {
+        let text = format!(
+            "[camera]\nwidth_px = 1280\nheight_px = 720\n[camera.calibration]\nfx_px = 700\n\
+             cx_px = {cx_px}\n[camera.vignetting]\n{polynomial}"
+        );
+        assert_eq!(Config::from_toml(&text).is_ok(), is_sound, "{cx_px}");
+    }
     let text = bad("[camera.white_balance]\nkelvin = 100\n");
     assert!(text.contains("from 2500 to 12000"), "{text}");
 }

@@ -79,7 +79,10 @@ impl SizeBin {
         let side_px = |side: DVec3| Some(k.project(in_camera + side * diameter_m)? - middle_px);
         let diameter_px = side_px(across)?.perp_dot(side_px(upwards)?).abs().sqrt();
         let blur_px = diameter_px * APERTURE_M / diameter_m;
-        let reach_px = (0.25 * (diameter_px * diameter_px + blur_px * blur_px) + 1.0).sqrt() as f32;
+        // An edge narrower than two pixels would be jagged.
+        let soft_px = (blur_px * blur_px + 4.0).sqrt();
+        let reach_px = 0.5 * (diameter_px + soft_px);
+        let (soft_px, reach_px) = (soft_px.min(reach_px) as f32, reach_px as f32);
         let margin = Vec2::splat(reach_px);
         let (low, high) = (from_px.min(to_px) - margin, from_px.max(to_px) + margin);
         let inside = high.cmpgt(Vec2::ZERO).all()
@@ -88,6 +91,7 @@ impl SizeBin {
             from_px,
             to_px,
             reach_px,
+            soft_px,
             area_px2: (std::f64::consts::FRAC_PI_4 * diameter_px * diameter_px) as f32,
             depth_m: in_camera.z as f32,
             of: self.of,

@@ -1,6 +1,6 @@
 //! The streak of a particle in the picture.
 
-use std::f32::consts::FRAC_1_PI;
+use std::f32::consts::{FRAC_1_PI, PI};
 
 use glam::{Vec2, Vec3};
 use nemoral_scene::Hydrometeor;
@@ -19,6 +19,8 @@ pub(super) struct Streak {
     pub(super) to_px: Vec2,
     /// From its middle line to where it ends, pixels.
     pub(super) reach_px: f32,
+    /// The width of its soft edge, which ends there, pixels: at most that reach.
+    pub(super) soft_px: f32,
     /// The area of the particle, which its streak covers on average, square pixels.
     pub(super) area_px2: f32,
     pub(super) depth_m: f32,
@@ -50,16 +52,18 @@ impl Streak {
         }
     }
 
-    /// The share of a pixel that it covers on average, by the distance from its middle line: a tent
-    /// whose volume over the picture is what it covers.
+    /// The share of a pixel that it covers on average, by the distance from its middle line: a
+    /// plateau with a soft edge, whose volume over the picture is what it covers. Its height is at
+    /// most 1, since it is at least as wide as the particle.
     fn coverage(&self, at: Vec2) -> f32 {
         let way = self.to_px - self.from_px;
         let along = (at - self.from_px).dot(way) / way.length_squared().max(1e-12);
         let nearest = self.from_px + way * along.clamp(0.0, 1.0);
-        let height = (1.0 - at.distance(nearest) / self.reach_px).max(0.0);
-        let r = self.reach_px;
-        let volume = r * way.length() + std::f32::consts::FRAC_PI_3 * r * r;
-        (self.area_px2 * height / volume).min(1.0)
+        let (r, s) = (self.reach_px, self.soft_px);
+        let height = ((r - at.distance(nearest)) / s).clamp(0.0, 1.0);
+        // Along the way, and at its two ends.
+        let volume = (2.0 * r - s) * way.length() + PI * (r * r - r * s + s * s / 3.0);
+        self.area_px2 * height / volume
     }
 
     pub(super) fn draw(&self, pixels: &mut [Vec3], depth_m: &[f32], width: usize, radiance: Vec3) {
@@ -101,18 +105,22 @@ mod tests {
 
     #[test]
     fn a_streak_covers_as_much_as_its_particle() {
-        for (to, reach_px) in [
-            ((60.0, 60.0), 3.0),
-            ((71.5, 90.25), 2.0),
-            ((60.0, 110.0), 8.0),
-            ((140.0, 20.0), 1.5),
-            ((20.0, 60.5), 2.0),
+        for (to, reach_px, soft_px, area_px2) in [
+            ((60.0, 60.0), 3.0, 3.0, 2.5),
+            ((71.5, 90.25), 2.0, 2.0, 2.5),
+            ((60.0, 110.0), 8.0, 5.0, 2.5),
+            ((140.0, 20.0), 1.5, 1.5, 2.5),
+            ((20.0, 60.5), 2.0, 1.0, 2.5),
+            // A flake of 10 mm at 0.25 m, 30.4 pixels wide, out of focus, in 0.1 ms and in 4 ms.
+            ((60.0, 60.3), 18.4, 6.4, 725.8),
+            ((60.0, 72.2), 18.4, 6.4, 725.8),
         ] {
             let streak = Streak {
                 from_px: Vec2::new(60.0, 60.0),
                 to_px: Vec2::from(to),
                 reach_px,
-                area_px2: 2.5,
+                soft_px,
+                area_px2,
                 depth_m: 1.0,
                 of: Hydrometeor::Snowflake,
                 place_m: Vec3::ZERO,
@@ -120,7 +128,8 @@ mod tests {
             let mut pixels = vec![Vec3::ZERO; 160 * 160];
             streak.draw(&mut pixels, &vec![0.0; 160 * 160], 160, Vec3::ONE);
             let sum: f32 = pixels.iter().map(|p| p.x).sum();
-            assert!((sum / 2.5 - 1.0).abs() < 0.03, "{sum}");
+            assert!((sum / area_px2 - 1.0).abs() < 0.03, "{sum} for {area_px2}");
+            assert!(pixels.iter().all(|p| p.x <= 1.0));
         }
     }
 
@@ -135,6 +144,7 @@ mod tests {
                 from_px: Vec2::ZERO,
                 to_px: Vec2::ONE,
                 reach_px: 1.0,
+                soft_px: 1.0,
                 area_px2: 1.0,
                 depth_m: 1.0,
                 of,
