@@ -22,6 +22,7 @@ FARTHEST_M = 30.0
 OFF_TRAIL_M = 6.0
 NEAR_M = 3.0  # How far along the trail a step may lead: a trail may come near itself.
 ROBOT_M = 0.4
+LOW_M = 0.12  # What is no higher above the ground can be driven over.
 STEPS = 200
 
 
@@ -139,8 +140,11 @@ class TrailEnv(gym.Env[np.ndarray, np.ndarray]):
         pose = self._forest.stand(*self._place, self._heading)
         self._last = self._forest.observe(pose, time_s=self._steps * STEP_S, index=self._steps)
         points = self._last.points.xyz
-        # What stands as high as the robot.
-        tall = points[points[:, 2] > -0.8]
+        points = points[np.linalg.norm(points, axis=1) < FARTHEST_M]
+        world_from_sensor = self._last.lidar.world_from_sensor
+        x, y, z = world_from_sensor[:3, :3] @ points.T + world_from_sensor[:3, 3:]
+        # What stands out of the ground, logs and stumps too, but no slope.
+        tall = points[z - self._forest.ground(x, y)["height_m"] > LOW_M]
         ranges = np.full(SECTORS, FARTHEST_M, np.float32)
         if len(tall):
             angle = np.arctan2(tall[:, 1], tall[:, 0])

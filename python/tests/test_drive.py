@@ -102,14 +102,16 @@ def test_a_log_is_a_row_of_obstacles(cache: Path) -> None:
     middles = objects["position_m"][np.array(objects["kind"]) == "log", :2]
     assert len(middles) > 2
     discs = forest.obstacles(-60, -60, 60, 60)
-    discs = discs[np.isclose(discs[:, 2], 0.3), :2]
     for middle in middles:
-        # Discs lie 0.4 m apart or less, and as far on one side of the middle as on the other.
-        offsets = discs - middle
+        # Discs lie 0.4 m apart or less, and as far on one side of the middle as on the other. They
+        # are all as wide as the log is, and as they have to be to leave nothing between them.
+        offsets, radii = discs[:, :2] - middle, discs[:, 2]
         distances = np.hypot(*offsets.T)
-        near = offsets[(distances > 1e-3) & (distances <= 0.4 + 1e-6)]
-        opposite = np.hypot(*(near[:, None] + near[None]).transpose(2, 0, 1))
-        assert (opposite < 1e-3).any(), (middle, near)
+        near = (distances > 1e-3) & (distances <= 0.4 + 1e-6) & (radii > 0.2)
+        offsets, radii = offsets[near], radii[near]
+        opposite = np.hypot(*(offsets[:, None] + offsets[None]).transpose(2, 0, 1)) < 1e-3
+        alike = np.isclose(radii[:, None], radii[None])
+        assert (opposite & alike).any(), (middle, offsets, radii)
 
 
 def test_rays_meet_the_ground(forest: nemoral.Forest) -> None:

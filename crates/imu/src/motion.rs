@@ -11,7 +11,8 @@ pub const GRAVITY_M_S2: f64 = 9.80665;
 pub struct ImuMotion {
     /// The middle of the interval, seconds after the first one's.
     pub time_s: f64,
-    /// Its pose then.
+    /// Its pose then. Of the two quaternions of its rotation it has the one nearer to that of the
+    /// interval before.
     pub world_from_imu: RigidTransform,
     /// Its velocity in the world, m/s: the mean from the middle before to the next one.
     pub velocity_m_s: DVec3,
@@ -83,7 +84,11 @@ impl<E, F: FnMut(f64) -> Result<RigidTransform, E>> Motions<F> {
                 middle: (self.pose)(at(0.0))?,
             },
         };
-        let (next_edge, after) = ((self.pose)(at(0.5))?, (self.pose)(at(1.0))?);
+        let (next_edge, mut after) = ((self.pose)(at(0.5))?, (self.pose)(at(1.0))?);
+        // Users interpolate quaternions, and between two of unlike signs lie quite other rotations.
+        if after.rotation.dot(middle.rotation) < 0.0 {
+            after.rotation = -after.rotation;
+        }
         self.last = Some(Last {
             before: middle,
             edge: next_edge,
@@ -156,6 +161,28 @@ mod tests {
                 let speed = rate.abs() * radius_m.hypot(lever_m);
                 prop_assert!((motion.velocity_m_s.length() - speed).abs() < 2e-4);
             }
+        }
+    }
+
+    /// Headings are from -180 to 180 degrees, as those of bodies are.
+    #[test]
+    fn quaternions_of_a_turn_keep_their_signs() {
+        use std::f64::consts::{PI, TAU};
+
+        let pose = |t: f64| RigidTransform {
+            rotation: DQuat::from_rotation_z((2.0 * t).rem_euclid(TAU) - PI),
+            ..RigidTransform::IDENTITY
+        };
+        // A whole turn and a half.
+        let motions = all(100.0, 471, pose);
+        for pair in motions.windows(2) {
+            let [a, b] = [pair[0], pair[1]].map(|motion| motion.world_from_imu.rotation);
+            assert!(a.dot(b) > 0.99, "{a} {b}");
+        }
+        for motion in &motions {
+            let wanted = pose(motion.time_s).rotation;
+            assert!(motion.world_from_imu.rotation.angle_between(wanted) < 1e-6);
+            assert!((motion.angular_rate_rad_s - DVec3::Z * 2.0).length() < 1e-6);
         }
     }
 

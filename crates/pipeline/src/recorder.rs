@@ -28,7 +28,7 @@ use crate::recording::pose::{FramePose, pictures_s};
 use crate::recording::scene::FrameScene;
 use crate::stages::assets::{AssetStage, LibraryStage};
 use crate::world::thrown::LOG_REACH_M;
-use crate::world::trajectory::obstacles;
+use crate::world::trajectory::{REACH_OF_WATER_M, obstacles, waters};
 use crate::{Backend, Error, ForestPlan};
 
 /// The noise of what is observed without an index.
@@ -369,21 +369,30 @@ impl Recorder {
         Ok(found)
     }
 
-    /// The disks that reach into a rectangle and that a robot must not drive into: a stem, a shrub
-    /// or a rock is one, a log is a row of them.
+    /// The disks that reach into a rectangle and that a robot must not drive into: a stem, a shrub,
+    /// a rock or a pond is one, a log or a stream is a row of them. Culverts have none.
     ///
     /// # Errors
-    /// As [`Recorder::inventory`].
+    /// As [`Recorder::inventory`], of the rectangle with what is up to 36 m around it.
     pub fn obstacles(&self, low_m: DVec2, high_m: DVec2) -> Result<Vec<Obstacle>, Error> {
         self.prepare()?;
+        let reaches_in = |disk: &Obstacle| {
+            let nearest_m = disk.position_m.clamp(low_m, high_m);
+            nearest_m.distance(disk.position_m) <= disk.radius_m
+        };
         let reach_m = DVec2::splat(LOG_REACH_M);
         let mut found = Vec::new();
         self.for_each_object(low_m - reach_m, high_m + reach_m, |object| {
-            found.extend(obstacles(object).filter(|disk| {
-                let nearest_m = disk.position_m.clamp(low_m, high_m);
-                nearest_m.distance(disk.position_m) <= disk.radius_m
-            }));
+            found.extend(obstacles(object).filter(reaches_in));
         })?;
+        let runner = self.runner();
+        if runner.get(self.forest.trajectory, ())?.has_water {
+            let reach_m = DVec2::splat(REACH_OF_WATER_M);
+            for chunk in self.chunks_in(low_m - reach_m, high_m + reach_m)? {
+                let ground = runner.get(self.forest.ground, chunk)?;
+                found.extend(waters(&ground).filter(reaches_in));
+            }
+        }
         self.stay_near((low_m + high_m) / 2.0);
         Ok(found)
     }
@@ -395,14 +404,18 @@ impl Recorder {
         high_m: DVec2,
         mut visit: impl FnMut(&SceneObject),
     ) -> Result<(), Error> {
-        let size_m = self.config().chunks.size_m;
-        let most = ("rectangle", Self::INVENTORY_CHUNKS);
         let runner = self.runner();
-        for chunk in chunks_of((low_m, high_m), size_m, most)? {
+        for chunk in self.chunks_in(low_m, high_m)? {
             let objects = runner.get(self.forest.objects, chunk)?;
             objects.0.iter().for_each(&mut visit);
         }
         Ok(())
+    }
+
+    /// The chunks that a rectangle meets, which may not be too many.
+    fn chunks_in(&self, low_m: DVec2, high_m: DVec2) -> Result<Vec<ChunkCoord>, Error> {
+        let most = ("rectangle", Self::INVENTORY_CHUNKS);
+        chunks_of((low_m, high_m), self.config().chunks.size_m, most)
     }
 
     /// The most chunks of a rectangle of which an inventory is made.

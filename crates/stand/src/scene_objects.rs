@@ -23,8 +23,10 @@ pub struct SceneObject {
     pub kind: ObjectKind,
     /// World position of its foot.
     pub position_m: DVec3,
-    /// The radius that it occupies at the ground, metres.
+    /// The radius that it occupies at the ground, metres; of a log, half its length.
     pub radius_m: f64,
+    /// Half of its greatest width across its axis, if it lies, else its radius, metres.
+    pub half_width_m: f64,
     /// Index into the library's assets of its kind.
     pub asset: usize,
     /// Size relative to the asset; of what is longer or shorter in proportion, its size across.
@@ -89,7 +91,9 @@ pub struct ObjectSite {
     pub kind: ObjectKind,
     /// World position, metres.
     pub position_m: DVec2,
-    /// The radius that it occupies at the ground, metres.
+    /// The radius that it occupies at the ground, metres: of what is [grown](ObjectSize::Grown) and
+    /// of [saplings](ObjectSize::Sapling) that of the asset, between two scales that of the largest
+    /// copy, else its own.
     pub radius_m: f64,
     /// Index into the library's assets of its kind.
     pub asset: usize,
@@ -113,6 +117,8 @@ pub struct Lying {
     pub pose: LyingPose,
     /// Its size along its axis, and across, relative to its asset.
     pub scale: [f64; 2],
+    /// Half of its greatest width across its axis, metres.
+    pub half_width_m: f64,
 }
 
 /// What decides an object's size relative to its asset.
@@ -154,6 +160,16 @@ impl ObjectSize {
             Self::Sapling => sapling_scale(place),
             Self::Between([low, high]) => low + (high - low) * place,
             Self::Measured(size) => size.across,
+        }
+    }
+
+    /// A copy's radius relative to that of its site, by the copy's scale.
+    fn share_of_radius(self, scale: f64) -> f64 {
+        match self {
+            Self::Given(_) | Self::Measured(_) => 1.0,
+            Self::Grown | Self::Sapling => scale,
+            // The site has room for the largest copy.
+            Self::Between([_, largest]) => scale / largest,
         }
     }
 }
@@ -203,11 +219,13 @@ impl ObjectSite {
         if let Some(size) = measured {
             linear.z_axis *= (size.along / size.across) as f32;
         }
+        let radius_m = self.radius_m * self.size.share_of_radius(scale);
         SceneObject {
             object,
             kind: self.kind,
             position_m: self.position_m.extend(sample.height_m),
-            radius_m: self.radius_m,
+            radius_m,
+            half_width_m: radius_m,
             asset: self.asset,
             scale,
             measured,
@@ -228,6 +246,7 @@ impl ObjectSite {
             kind: self.kind,
             position_m: lying.pose.position_m,
             radius_m: self.radius_m,
+            half_width_m: lying.half_width_m,
             asset: self.asset,
             scale: across,
             measured: None,
@@ -320,6 +339,38 @@ mod tests {
         let scales: Vec<f64> = objects.expect("ids").0.iter().map(|o| o.scale).collect();
         assert!(scales.iter().all(|s| (0.5..=3.0).contains(s)));
         assert!(scales.iter().any(|s| *s < 0.6) && scales.iter().any(|s| *s > 2.9));
+    }
+
+    /// All sites have a radius of 0.2 m.
+    #[test]
+    fn a_copy_is_as_wide_as_its_scale_makes_it() {
+        let variation = InstanceVariation::new(Key::world(7));
+        let measured = MeasuredSize {
+            number: 0,
+            dbh_m: 0.3,
+            height_m: 21.0,
+            across: 1.2,
+            along: 0.9,
+        };
+        for (size, radius_of_scale_1_m) in [
+            (ObjectSize::Grown, Some(0.2)),
+            (ObjectSize::Sapling, Some(0.2)),
+            (ObjectSize::Between([0.5, 2.0]), Some(0.1)),
+            (ObjectSize::Given(0.4), None),
+            (ObjectSize::Measured(measured), None),
+        ] {
+            let site = |i| ObjectSite {
+                size,
+                ..site(ObjectKind::Tree, i)
+            };
+            let sites: Vec<_> = (0..50).map(site).collect();
+            let chunk = ChunkCoord::new(0, 0);
+            let objects = SceneObjects::stand(chunk, &sites, &FlatSurface::default(), &variation);
+            for object in objects.expect("ids").0 {
+                let radius_m = radius_of_scale_1_m.map_or(0.2, |radius_m| radius_m * object.scale);
+                assert!((object.radius_m - radius_m).abs() < 1e-12, "{object:?}");
+            }
+        }
     }
 
     #[test]

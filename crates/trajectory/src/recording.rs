@@ -9,7 +9,9 @@ use crate::spline::NaturalSpline;
 /// Poses with their times; frame k is at pose k.
 ///
 /// Between poses the body moves smoothly, as a drive does: positions and rotations follow natural
-/// cubic splines through the poses, so that velocities and accelerations are continuous.
+/// cubic splines through the poses, so that velocities and accelerations are continuous. An
+/// interval of more than three times the median one is a pause, as recordings have where a robot
+/// stood or was not tracked: there the body moves straight and evenly from one pose to the other.
 #[derive(Clone, Debug)]
 pub struct Recording {
     times_s: Vec<f64>,
@@ -64,10 +66,10 @@ impl Recording {
             let ([x, y, z], [i, j, k, w]) = (pose.translation_m.to_array(), last.to_array());
             [x, y, z, i, j, k, w]
         });
-        let values = values.collect();
-        let since_s = times_s.iter().map(|t| t - times_s[0]).collect();
+        let values: Vec<[f64; 7]> = values.collect();
+        let since_s: Vec<f64> = times_s.iter().map(|t| t - times_s[0]).collect();
         Ok(Self {
-            curve: NaturalSpline::through(since_s, values),
+            curve: curve_through(&since_s, &values),
             times_s,
             on_ground,
         })
@@ -124,6 +126,51 @@ impl Recording {
             translation_m: DVec3::new(x, y, z),
         }
     }
+}
+
+/// An interval longer than so many median ones is a pause.
+const PAUSE: f64 = 3.0;
+/// The most poses that are added at either end of a pause. Each leaves 0.27 of the bend before it,
+/// so that after these less than 1e-9 is left, however long the pause is.
+const ADDED: u64 = 16;
+
+/// The curve through poses at times, seconds. A cubic over a long interval would leave the straight
+/// line by more than a tenth of what a body drives in that time at the speed it had before, so a
+/// pause gets poses on the straight line, a median interval apart from its ends on.
+fn curve_through(times_s: &[f64], poses: &[[f64; 7]]) -> NaturalSpline<7> {
+    let mut intervals_s: Vec<f64> = times_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    intervals_s.sort_by(f64::total_cmp);
+    let median_s = intervals_s.get(intervals_s.len() / 2).copied();
+    let median_s = median_s.unwrap_or(f64::INFINITY);
+    let (mut all_s, mut all) = (vec![times_s[0]], vec![poses[0]]);
+    for (ends_s, ends) in times_s.windows(2).zip(poses.windows(2)) {
+        let interval_s = ends_s[1] - ends_s[0];
+        if interval_s > PAUSE * median_s {
+            let parts = (interval_s / median_s).ceil() as u64;
+            let early = 1..=ADDED.min(parts - 1);
+            let late = parts.saturating_sub(ADDED).max(ADDED + 1)..parts;
+            for part in early.chain(late) {
+                let share = part as f64 / parts as f64;
+                let time_s = ends_s[0] + share * interval_s;
+                // Times that cannot be told apart would have no slope between them.
+                if all_s.last().is_some_and(|&last_s| last_s < time_s) && time_s < ends_s[1] {
+                    all_s.push(time_s);
+                    all.push(between(&ends[0], &ends[1], share));
+                }
+            }
+        }
+        all_s.push(ends_s[1]);
+        all.push(ends[1]);
+    }
+    NaturalSpline::through(all_s, all)
+}
+
+/// A pose at a share of the straight way from one to the next, whose quaternions are less than a
+/// right angle apart.
+fn between(from: &[f64; 7], to: &[f64; 7], share: f64) -> [f64; 7] {
+    let blend = |n: usize| from[n] + share * (to[n] - from[n]);
+    let turn = DQuat::from_xyzw(blend(3), blend(4), blend(5), blend(6)).normalize();
+    [blend(0), blend(1), blend(2), turn.x, turn.y, turn.z, turn.w]
 }
 
 /// Whether poses move along their own z axes: on nine tenths of at least a metre.
@@ -203,6 +250,32 @@ mod tests {
             );
             assert!(is.translation_m.distance(wanted.translation_m) < 1e-14);
             assert!(is.rotation.dot(wanted.rotation).abs() > 1.0 - 1e-15);
+        }
+    }
+
+    /// Ten metres at 1 m/s, a rest, and ten more: keyframes of a robot that stood.
+    #[test]
+    fn between_poses_far_apart_in_time_a_robot_rests() {
+        for rest_s in [5.0, 60.0, 1e6] {
+            let pose = |i: u32| {
+                let driven = 0.1 * f64::from(if i > 100 { i - 1 } else { i });
+                let rested_s = if i > 100 { rest_s } else { 0.0 };
+                let pose = RigidTransform {
+                    translation_m: DVec3::X * driven,
+                    ..RigidTransform::IDENTITY
+                };
+                (Some(driven + rested_s), pose)
+            };
+            let poses = (0..202).map(pose).collect();
+            let recording = Recording::new(poses, 1.0, false, "poses").expect("increasing");
+            assert_eq!(recording.count(), 202);
+            assert!((recording.time_s(101) - (10.0 + rest_s)).abs() < 1e-9);
+            let x_m = |time_s: f64| recording.at(time_s).translation_m.x;
+            for i in 0..=1000 {
+                let x_m = x_m(10.0 + rest_s * f64::from(i) / 1000.0);
+                assert!((x_m - 10.0).abs() < 0.02, "{rest_s}: {x_m}");
+            }
+            assert!((x_m(5.0) - 5.0).abs() < 1e-6 && (x_m(rest_s + 15.0) - 15.0).abs() < 1e-6);
         }
     }
 

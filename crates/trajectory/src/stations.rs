@@ -64,7 +64,8 @@ impl Stations {
     }
 
     /// The place of a station: its place on the grid, or the nearest one around it, up to a third
-    /// of the stations' distance away, that is clear of everything.
+    /// of the stations' distance away, that is clear of everything. Where none is, it is the one
+    /// farthest from all surfaces, which is inside of something only if all these places are.
     ///
     /// # Errors
     /// The error of `obstacles`.
@@ -86,9 +87,11 @@ impl Stations {
         let wanted = self.middle_m + cell * self.distance_m;
         let reach = self.distance_m / 3.0;
         let near = obstacles.near(wanted, reach + clearance_m)?;
-        let clear = |p: DVec2| {
-            let is_clear = |o: &Obstacle| o.position_m.distance(p) >= o.radius_m + clearance_m;
-            near.iter().all(is_clear)
+        let gap_m = |p: DVec2| {
+            let gaps_m = near
+                .iter()
+                .map(|o: &Obstacle| o.position_m.distance(p) - o.radius_m);
+            gaps_m.fold(f64::INFINITY, f64::min)
         };
         let rings = (reach / STEP_M) as u32;
         let places = (0..=rings).flat_map(|ring| {
@@ -98,7 +101,18 @@ impl Stations {
                 wanted + DVec2::from_angle(angle) * (STEP_M * f64::from(ring))
             })
         });
-        Ok(places.into_iter().find(|p| clear(*p)).unwrap_or(wanted))
+        // Of equally good places, the nearest: the first.
+        let (mut best_m, mut best) = (f64::NEG_INFINITY, wanted);
+        for place in places {
+            let gap_m = gap_m(place);
+            if gap_m >= clearance_m {
+                return Ok(place);
+            }
+            if gap_m > best_m {
+                (best_m, best) = (gap_m, place);
+            }
+        }
+        Ok(best)
     }
 }
 
@@ -182,12 +196,18 @@ mod tests {
             assert!(p.distance(stem.position_m) >= stem.radius_m + 1.0);
         }
         assert!(p.distance(DVec2::new(10.0, 26.0)) < 1.6);
-        // Where no place is clear, the station stays at its place on the grid.
+        // Where no place is clear, the station is where there is most room, and in no stem: here,
+        // almost in the middle of four.
         let thicket: Vec<Obstacle> = (-9..=9)
             .flat_map(|x| {
                 (-9..=9).map(move |y| stem(10.0 + f64::from(x), 26.0 + f64::from(y), 0.5))
             })
             .collect();
-        assert_eq!(place(4, &thicket), DVec2::new(10.0, 26.0));
+        let p = place(4, &thicket);
+        let gap_m = |stem: &Obstacle| p.distance(stem.position_m) - stem.radius_m;
+        assert!(thicket.iter().all(|stem| gap_m(stem) > 0.1), "{p}");
+        // Inside one rock that reaches beyond all places, it is nearest to its border.
+        let p = place(4, &[stem(9.0, 26.0, 9.0)]);
+        assert!(p.distance(DVec2::new(14.0, 26.0)) < 1e-9, "{p}");
     }
 }

@@ -55,7 +55,8 @@ type Memory<T> = Mutex<Vec<(i64, Arc<T>)>>;
 
 impl Wander {
     /// A wander from `start_m` along `forward`, which deviates by up to `amplitude_m` to either
-    /// side and keeps `clearance_m` from obstacles where there is room.
+    /// side and keeps `clearance_m` from obstacles where there is room. Where there is not, it
+    /// passes several too near rather than touch one.
     #[must_use]
     pub fn new(
         start_m: DVec2,
@@ -248,6 +249,27 @@ mod tests {
                 );
             }
         }
+    }
+
+    /// A wall with two ways through it: one between two obstacles, 0.7 m wide, and one at the edge
+    /// of the amplitude, 0.05 m from a stem.
+    #[test]
+    fn two_stems_passed_too_near_are_better_than_one_that_is_touched() {
+        let obstacle = |y_m: f64, radius_m| Obstacle {
+            position_m: DVec2::new(36.0, y_m),
+            radius_m,
+        };
+        let wall = [obstacle(1.75, 0.2), obstacle(-2.15, 3.0)];
+        let obstacles = |_: DVec2, _: f64| Ok::<_, Never>(wall.to_vec());
+        let w = Wander::new(DVec2::ZERO, DVec2::X, 2.0, 0.8, Key::world(9));
+        let mut least_m = f64::INFINITY;
+        for i in 0..700 {
+            let (p, _) = w.at(f64::from(i) * 0.1, &obstacles).expect("never");
+            for o in &wall {
+                least_m = least_m.min(p.distance(o.position_m) - o.radius_m);
+            }
+        }
+        assert!(least_m > 0.2, "passes at {least_m} m");
     }
 
     #[test]

@@ -318,14 +318,16 @@ class Forest:
 
     def imu(self, *, sequence: SupportsIndex = 0) -> dict[str, Array]:
         """What an inertial measurement unit on the robot measures along the drive of a sequence,
-        from frame 0's time to the last frame's, and how it truly moves. ``[imu]`` describes it.
+        from frame 0's time until the last scan has ended, and how it truly moves. ``[imu]``
+        describes it.
 
         Returns:
             Columns of N float64: ``time_s``; ``angular_rate_rad_s`` and ``specific_force_m_s2``
             (N, 3), with their errors, in the unit's frame (x forward, y left, z up; at rest it
             feels 9.81 m/s² upwards); the truth in the world: ``position_m``, ``velocity_m_s``
-            (N, 3) and ``rotation_xyzw`` (N, 4); ``gyroscope_bias_rad_s`` and
-            ``accelerometer_bias_m_s2`` (N, 3).
+            (N, 3) and ``rotation_xyzw`` (N, 4), quaternions of which each has the sign that is
+            nearer to the one before; ``gyroscope_bias_rad_s`` and ``accelerometer_bias_m_s2``
+            (N, 3).
 
         Raises:
             ValueError: if the robot stands at stations or flies along lines, or frames are
@@ -343,8 +345,8 @@ class Forest:
         sequence: SupportsIndex = 0,
     ) -> Array:
         """(N, 3) float64: x, y and radius, metres, of the discs that reach into a rectangle of the
-        world and that a robot must not run into. A stem, a shrub or a rock is one; a log is a row
-        of them."""
+        world and that a robot must not run into. A stem, a shrub, a rock or a pond is one; a log or
+        a stream is a row of them. Culverts, and what lies on a trail, have none."""
         low, high = self._rectangle(xmin, ymin, xmax, ymax)
         return self._live.obstacles(self._sequence(sequence), low, high)
 

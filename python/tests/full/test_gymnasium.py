@@ -5,11 +5,14 @@ from __future__ import annotations
 import sys
 import warnings
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 from conftest import SMALL
+
+import nemoral
 
 pytest.importorskip("gymnasium", reason="gymnasium is not installed")
 import gymnasium  # noqa: E402
@@ -70,6 +73,28 @@ def test_each_step_is_rewarded_by_its_way_along_the_trail(small: dict[str, Any])
     assert len(shares) > 20 and (shares > 0.3).mean() > 0.9 and shares.max() < 1.5
     with pytest.raises(ValueError, match="frames = 1: must be at least 2"):
         TrailEnv(**{**small, "frames": 1})
+
+
+def test_low_things_are_seen_and_the_ground_is_not(
+    small: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    env = TrailEnv(**small)
+    _, info = env.reset(seed=3)
+    x, y = info["place_m"]
+    world_from_sensor = env.forest.stand(x, y, info["heading_rad"]).copy()
+    world_from_sensor[2, 3] += 1.35
+    # A log 4 m to one side, and the bare ground 3 m to the other side and ahead.
+    places = np.array([[x + 4.0, y], [x - 3.0, y], [x, y + 3.0]])
+    heights = env.forest.ground(*places.T)["height_m"] + [0.3, 0.0, 0.0]
+    points = np.column_stack([places, heights, np.ones(3)])
+    xyz = (np.linalg.inv(world_from_sensor) @ points.T).T[:, :3].astype(np.float32)
+    frame = SimpleNamespace(
+        points=SimpleNamespace(xyz=xyz),
+        lidar=SimpleNamespace(world_from_sensor=world_from_sensor),
+    )
+    monkeypatch.setattr(nemoral.Forest, "observe", lambda *_, **__: frame)
+    ranges = 30.0 * env._observe()[:-2]
+    assert (ranges < 29.0).sum() == 1 and ranges.min() == pytest.approx(4.0, abs=0.3)
 
 
 def test_a_robot_that_drives_at_a_tree_crashes(small: dict[str, Any]) -> None:

@@ -4,6 +4,7 @@
 use std::collections::HashSet;
 use std::sync::{Arc, LazyLock};
 
+use nemoral_assets::PlantKind;
 use nemoral_pipeline::ForestPlan;
 use nemoral_pipeline::config::Config;
 use nemoral_pipeline::plan::Runner;
@@ -71,6 +72,17 @@ static STANDS: LazyLock<Vec<Stand>> = LazyLock::new(|| {
 /// `pipeline/tests/deadwood.rs` tests where it may be.
 fn stands(thing: &SceneObject) -> bool {
     !matches!(thing.kind, ObjectKind::Log | ObjectKind::RootPlate)
+}
+
+/// The radius of the room that a thing has among others, metres: that of its shape, of which it is
+/// a larger or smaller copy, and of shrubs, whose crowns may touch, that of their cores.
+fn room_m(thing: &SceneObject) -> f64 {
+    let core = if thing.kind == ObjectKind::Shrub {
+        0.4
+    } else {
+        1.0
+    };
+    core * thing.radius_m / thing.scale
 }
 
 impl Chunk {
@@ -164,13 +176,32 @@ fn stumps_shrubs_and_rocks_meet_their_numbers() {
 }
 
 #[test]
+fn what_stands_is_as_wide_as_its_shape() {
+    for stand in &*STANDS {
+        for (kind, shapes) in [
+            (ObjectKind::Rock, PlantKind::Rock),
+            (ObjectKind::Shrub, PlantKind::Shrub),
+            (ObjectKind::Stump, PlantKind::Stump),
+        ] {
+            let shapes = &stand.assets.library.plants[shapes];
+            let mut things = stand.chunks.iter().flat_map(|c| c.of(kind)).peekable();
+            assert!(things.peek().is_some(), "{}: no {kind:?}", stand.name);
+            for thing in things {
+                let radius_m = shapes[thing.asset].radius_m * thing.scale;
+                assert!((thing.radius_m - radius_m).abs() < 1e-9, "{thing:?}");
+            }
+        }
+    }
+}
+
+#[test]
 fn no_two_things_are_too_near_across_borders_too() {
     for stand in &*STANDS {
         let p = &stand.config.placement;
         let factor = p.spacing_factor * p.density_factor;
         let placed = |c: &Chunk| -> Vec<(ObjectKind, DVec2, f64)> {
             let of = (c.things.0.iter()).filter(|t| !t.on_trail && stands(t));
-            of.map(|t| (t.kind, t.position_m.truncate(), t.radius_m))
+            of.map(|t| (t.kind, t.position_m.truncate(), room_m(t)))
                 .collect()
         };
         let chunks: Vec<_> = stand.chunks.iter().map(placed).collect();
@@ -225,7 +256,7 @@ fn nothing_but_stones_stands_on_a_trail() {
                 if thing.on_trail {
                     assert!(edge_m < 0.0, "a stone {edge_m} m beside its trail");
                 } else {
-                    let free = edge_m - thing.radius_m;
+                    let free = edge_m - room_m(thing);
                     assert!(
                         free > 0.0,
                         "{:?} at {}: {free} m",

@@ -28,7 +28,7 @@ impl Stage<Forest> for SceneObjectStage {
     );
     type Output = SceneObjects;
     const ID: &'static str = "chunk.objects";
-    const VERSION: u32 = 6;
+    const VERSION: u32 = 7;
 
     fn fingerprint(&self, _: &mut Hasher) {}
 

@@ -17,7 +17,7 @@ impl Stage<Forest> for TrajectoryStage {
     type Inputs = (OfWorld<GroundModel>,);
     type Output = RobotTrajectory;
     const ID: &'static str = "world.trajectory";
-    const VERSION: u32 = 7;
+    const VERSION: u32 = 8;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         self.0.fingerprint(hasher);

@@ -228,6 +228,7 @@ fn log_site(stem: &FallenStem, log: &LogAsset, may_roll: bool, ground: &ChunkGro
         lying: Some(Lying {
             pose,
             scale: [stem.length_scale, stem.radius_scale],
+            half_width_m: stem.radius_m,
         }),
     }
 }
@@ -273,7 +274,11 @@ fn thrown_sites(tree: &ThrownTree, library: &Library, ground: &ChunkGround) -> V
             of.logs.len() + number,
             0.5 * stem.length_m,
             middle,
-            Lying { pose, scale },
+            Lying {
+                pose,
+                scale,
+                half_width_m: stem.radius_m,
+            },
         ),
         site(
             ObjectKind::RootPlate,
@@ -283,6 +288,7 @@ fn thrown_sites(tree: &ThrownTree, library: &Library, ground: &ChunkGround) -> V
             Lying {
                 pose: of_plate,
                 scale: [size, size],
+                half_width_m: tree.plate_radius_m(),
             },
         ),
     ]

@@ -13,6 +13,7 @@ use super::deadwood::lying_sites;
 use super::edge_trees::light_from;
 use super::ground::GroundModel;
 use super::meadows::Meadows;
+use super::placement::SHRUB_CORE;
 use super::stream_stones::boulders;
 use crate::site::PLOT_LAYER;
 
@@ -94,7 +95,11 @@ fn woody_plant(site: &Site, assets: &WorldAssets, plot: &[usize]) -> ObjectSite 
     match StandLayer::ALL[usize::from(site.layer)] {
         StandLayer::Trees => grown(ObjectKind::Tree, site, assets),
         StandLayer::Stumps => grown(ObjectKind::Stump, site, assets),
-        StandLayer::Shrubs => grown(ObjectKind::Shrub, site, assets),
+        // A site has the core alone, which others keep clear of.
+        StandLayer::Shrubs => ObjectSite {
+            radius_m: site.radius_m / SHRUB_CORE,
+            ..grown(ObjectKind::Shrub, site, assets)
+        },
         StandLayer::Saplings => ObjectSite {
             asset: assets.first_sapling + usize::from(site.variety),
             size: ObjectSize::Sapling,

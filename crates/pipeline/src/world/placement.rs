@@ -31,8 +31,8 @@ const fn layer_key(layer: StandLayer) -> &'static str {
     }
 }
 
-/// Shrubs may overlap; their hard core is this share of their spread.
-const SHRUB_CORE: f64 = 0.4;
+/// Shrubs may overlap: their sites have a hard core, which is this share of their radius.
+pub(crate) const SHRUB_CORE: f64 = 0.4;
 
 const PLOT_SITES: Domain = Domain::new("pipeline.plot_sites");
 

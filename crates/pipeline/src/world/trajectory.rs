@@ -128,7 +128,7 @@ impl Obstacles for ChunkObstacles<'_> {
         for chunk in ChunkCoord::within(place_m, reach_of_logs_m, self.chunk_size_m) {
             for object in &self.objects.at(chunk)?.0 {
                 let near = object.position_m.truncate().distance(place_m) - object.radius_m;
-                if near < reach_m {
+                if near < reach_m + object.half_width_m + DISKS_M {
                     out.extend(obstacles(object).filter(|disk| {
                         disk.position_m.distance(place_m) - disk.radius_m < reach_m
                     }));
@@ -150,13 +150,13 @@ impl Obstacles for ChunkObstacles<'_> {
 }
 
 /// How far the waters of a chunk reach into its neighbours, metres.
-const REACH_OF_WATER_M: f64 = 36.0;
+pub(crate) const REACH_OF_WATER_M: f64 = 36.0;
 /// How far a robot keeps from the water, besides its clearance, metres.
 const BANK_M: f64 = 0.3;
 
 /// What the streams and ponds of a chunk take of the ground: disks along streams, but in culverts,
 /// and a disk for each pond.
-fn waters(ground: &ChunkGround) -> impl Iterator<Item = Obstacle> {
+pub(crate) fn waters(ground: &ChunkGround) -> impl Iterator<Item = Obstacle> {
     let water = ground.water();
     let streams = water.into_iter().flat_map(|w| w.sections().flatten());
     let streams = streams
@@ -173,12 +173,12 @@ fn waters(ground: &ChunkGround) -> impl Iterator<Item = Obstacle> {
     }))
 }
 
-/// Distance of the disks that stand for a log, metres.
+/// Greatest distance of the disks that stand for a log, metres.
 const DISKS_M: f64 = 0.4;
 
-/// What an object takes of the ground: a disk, disks along a log, or nothing if it lies on a trail
-/// as stones do.
-pub(crate) fn obstacles(object: &SceneObject) -> impl Iterator<Item = Obstacle> {
+/// What an object takes of the ground: a disk, disks along a log, which cover it, or nothing if it
+/// lies on a trail as stones do.
+pub fn obstacles(object: &SceneObject) -> impl Iterator<Item = Obstacle> {
     let middle = object.position_m.truncate();
     let (half, count, radius_m) = if object.kind == ObjectKind::Log {
         let axis = object
@@ -188,7 +188,9 @@ pub(crate) fn obstacles(object: &SceneObject) -> impl Iterator<Item = Obstacle> 
             .truncate()
             .normalize_or_zero();
         let count = (2.0 * object.radius_m / DISKS_M).ceil().max(1.0);
-        (axis * object.radius_m, count, LOG_ROOM_M)
+        // The stem is covered up to halfway between two disks.
+        let radius_m = DVec2::new(object.half_width_m, 0.5 * DISKS_M).length();
+        (axis * object.radius_m, count, radius_m)
     } else {
         (DVec2::ZERO, 0.0, object.radius_m)
     };
@@ -198,9 +200,6 @@ pub(crate) fn obstacles(object: &SceneObject) -> impl Iterator<Item = Obstacle> 
         radius_m,
     })
 }
-
-/// Radius of the disks along a log, metres.
-const LOG_ROOM_M: f64 = 0.3;
 
 /// A trail as a line.
 #[derive(Debug)]
@@ -217,5 +216,46 @@ impl Polyline for TrailLine {
 
     fn tangent(&self, s_m: f64) -> DVec2 {
         self.0.tangent(s_m)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nemoral_scene::ObjectId;
+    use nemoral_scene::glam::{DVec3, Mat3};
+
+    use super::*;
+
+    #[test]
+    fn disks_cover_a_log_and_little_more() {
+        for half_width_m in [0.065, 0.3, 0.58] {
+            let log = SceneObject {
+                object: ObjectId::new(ChunkCoord::new(0, 0), 1).expect("in range"),
+                kind: ObjectKind::Log,
+                position_m: DVec3::new(3.0, 4.0, 5.0),
+                radius_m: 2.1,
+                half_width_m,
+                asset: 0,
+                scale: 1.0,
+                measured: None,
+                linear: Mat3::from_rotation_z(0.5),
+                variation: 0.0,
+                on_trail: false,
+            };
+            let disks: Vec<Obstacle> = obstacles(&log).collect();
+            let axis = DVec2::from_angle(0.5);
+            let is_covered = |along_m: f64, across_m: f64| {
+                let place = DVec2::new(3.0, 4.0) + axis * along_m + axis.perp() * across_m;
+                let is_in = |d: &Obstacle| d.position_m.distance(place) < d.radius_m + 1e-6;
+                disks.iter().any(is_in)
+            };
+            for i in -50..=50 {
+                let along_m = 2.1 * f64::from(i) / 50.0;
+                for side in [-1.0, 1.0] {
+                    assert!(is_covered(along_m, side * half_width_m), "{along_m}");
+                    assert!(!is_covered(along_m, side * (half_width_m + 0.2)));
+                }
+            }
+        }
     }
 }

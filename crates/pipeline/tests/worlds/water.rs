@@ -3,24 +3,27 @@
 
 use std::sync::LazyLock;
 
-use nemoral_pipeline::config::Preset;
-use nemoral_realism::World;
+use nemoral_pipeline::config::{Layers, Preset};
+use nemoral_pipeline::world::chunk_ground::ChunkGround;
+use nemoral_pipeline::{Backend, Recorder};
+use nemoral_realism::{World, grown};
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, ObjectKind, PlantCommunity, Prototype, Semantic, Surface};
 use nemoral_stand::PatchKind;
+use nemoral_water::{Pond, WaterNear};
 
 /// Streams, ponds and trails in most chunks.
-static VALLEY: LazyLock<World> = LazyLock::new(|| {
-    let settings = [
-        "assets.individuals=1",
-        "water.springs_per_km2=300",
-        "water.ponds=1",
-        "water.puddles=1",
-        "trails.spawn_probability=0.05",
-        "trails.forks=0",
-    ];
-    World::without_cameras("stream-valley", &settings)
-});
+const SETTINGS: [&str; 6] = [
+    "assets.individuals=1",
+    "water.springs_per_km2=300",
+    "water.ponds=1",
+    "water.puddles=1",
+    "trails.spawn_probability=0.05",
+    "trails.forks=0",
+];
+
+static VALLEY: LazyLock<World> =
+    LazyLock::new(|| World::without_cameras("stream-valley", &SETTINGS));
 
 fn chunks() -> impl Iterator<Item = ChunkCoord> {
     ChunkCoord::new(0, 0).square(2)
@@ -143,6 +146,45 @@ fn water_is_inside_of_its_banks() {
         above * 100 < border && worst_m < 0.08,
         "{above} of {border}, {worst_m}"
     );
+}
+
+/// The middles of a chunk's ponds.
+fn ponds(ground: &ChunkGround) -> Vec<DVec2> {
+    let ponds = ground.water().into_iter().flat_map(WaterNear::ponds);
+    let middles = ponds.map(Pond::middle_m);
+    middles.filter(|&p| ground.owns(p)).collect()
+}
+
+#[test]
+fn a_robot_must_not_drive_into_ponds_and_streams() {
+    let settings = [&SETTINGS[..], &["camera.enabled=false"]].concat();
+    let layers = Layers {
+        preset: Some("stream-valley".to_owned()),
+        settings: settings.into_iter().map(str::to_owned).collect(),
+        ..Layers::default()
+    };
+    let sequence = layers.sequences().expect("sound").get(0).expect("one");
+    let recorder = Recorder::new(sequence, Backend::Cpu, grown(), 2).expect("sound");
+    let runner = VALLEY.runner(2);
+    let mut grounds = chunks().map(|at| {
+        let ground = runner.get(VALLEY.forest.ground, at).expect("a ground");
+        (at.origin_m(50.0), ground)
+    });
+    let (low_m, ground) = (grounds.find(|(_, ground)| !ponds(ground).is_empty())).expect("a pond");
+    let disks = recorder.obstacles(low_m, low_m + 50.0).expect("disks");
+    let is_one_about = |p: DVec2| disks.iter().any(|d| d.position_m == p && d.radius_m > 0.3);
+    for pond in ponds(&ground) {
+        assert!(is_one_about(pond), "no disk about the pond at {pond}");
+    }
+    let streams = ground
+        .water()
+        .into_iter()
+        .flat_map(|w| w.sections().flatten());
+    for p in streams.map(|section| section.middle_m) {
+        if ground.owns(p) && ground.bank_m(p) < 0.0 {
+            assert!(is_one_about(p), "no disk about the stream at {p}");
+        }
+    }
 }
 
 #[test]

@@ -181,16 +181,7 @@ impl Surroundings {
                     .min(to(late, last)),
             };
             let gap = away_m - radius_m;
-            let lack = (self.clearance_m + 0.4 - gap).max(0.0);
-            // A lack of clearance costs more than any detour, and what cannot be passed more than
-            // any lack of clearance.
-            if gap < 0.0 {
-                100_000.0 + 1000.0 * lack
-            } else if gap < self.clearance_m {
-                1000.0 + 1000.0 * lack
-            } else {
-                30.0 * lack
-            }
+            obstacle_cost(gap, self.clearance_m)
         };
         let [up, down] = [(here_m - before_m) / KNOT_M, (ahead_m - here_m) / KNOT_M];
         self.obstacles.iter().map(blocked).sum::<f64>()
@@ -200,9 +191,57 @@ impl Surroundings {
     }
 }
 
+/// Beyond the clearance, so much more room is worth a small detour, metres.
+const SPARE_M: f64 = 0.4;
+
+/// What it costs to pass an obstacle at a gap, which is negative inside of it; metres. It is finite
+/// and never less for a smaller gap:
+///
+/// - From the clearance on it is at most 12: other terms decide.
+/// - Below the clearance it is at least 1000, which is more than any detour. With the cube of what
+///   is missing, an obstacle that is nearly touched costs more than several that the body passes
+///   somewhat too near; linear in it, one touch would be cheaper than two narrow passages.
+/// - Inside it is more than all of that, whatever the clearance, and grows with the depth, so that
+///   a curve that cannot avoid an obstacle crosses it where it is thin.
+fn obstacle_cost(gap_m: f64, clearance_m: f64) -> f64 {
+    let lack_m = (clearance_m + SPARE_M - gap_m).max(0.0);
+    if gap_m < 0.0 {
+        100_000.0 * (1.0 + lack_m)
+    } else if gap_m < clearance_m {
+        let missing = 1.0 - gap_m / clearance_m;
+        1000.0 * (1.0 + lack_m) + 40_000.0 * missing.powi(3)
+    } else {
+        30.0 * lack_m
+    }
+}
+
 /// The distance of a point from a segment.
 fn to_segment(point: DVec2, a: DVec2, b: DVec2) -> f64 {
     let way = b - a;
     let t = ((point - a).dot(way) / way.length_squared()).clamp(0.0, 1.0);
     point.distance(a + way * t)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_smaller_gap_never_costs_less() {
+        for clearance_m in [0.0, 1e-9, 0.4, 0.8, 10.0] {
+            let gaps_m = (-4000..4000).rev().map(|i| f64::from(i) * 0.005);
+            let costs: Vec<f64> = gaps_m.map(|gap| obstacle_cost(gap, clearance_m)).collect();
+            assert!(costs.iter().all(|cost| cost.is_finite()), "{clearance_m}");
+            assert!(costs.windows(2).all(|c| c[0] <= c[1]), "{clearance_m}");
+            assert!(costs[0] < costs[costs.len() - 1]);
+        }
+    }
+
+    #[test]
+    fn one_touch_costs_more_than_several_narrow_passages() {
+        let cost = |gap_m: f64| obstacle_cost(gap_m, 0.8);
+        assert!(cost(0.05) > 3.0 * cost(0.35) && cost(0.05) > 20.0 * cost(0.7));
+        assert!(cost(-0.01) > 5.0 * cost(0.05));
+        assert!(cost(0.79) > 80.0 * cost(0.8));
+    }
 }

@@ -7,6 +7,7 @@ use nemoral_pipeline::plan::Runner;
 use nemoral_pipeline::recording::scene::FrameScene;
 use nemoral_pipeline::world::cameras::CameraRig;
 use nemoral_pipeline::world::lidars::LidarRig;
+use nemoral_pipeline::world::trajectory::obstacles;
 use nemoral_pipeline::{Backend, ForestPlan, InputFiles};
 use nemoral_scene::glam::{DVec2, DVec3};
 use nemoral_scene::{ChunkCoord, MaterialLibrary, Ontology};
@@ -17,6 +18,8 @@ use crate::Error;
 
 /// Distance that is kept from stems and rocks, metres.
 const CLEARANCE_M: f64 = 0.3;
+/// How far what is in the way reaches into neighbouring chunks, metres: half of the longest log.
+const REACH_M: f64 = 10.0;
 /// The names of the cameras of drafts, in the order of [`World::cameras`] after the first.
 const DRAFTS: [&str; 2] = ["drafts", "drafts by halves"];
 
@@ -132,7 +135,7 @@ impl World {
         keys(self) == keys(other) && self.config.chunks == other.config.chunks
     }
 
-    /// The nearest place that is not within a stem or a rock, or about it.
+    /// The nearest place that is not within a stem, a log or a rock, or about it.
     pub(super) fn clear_of_stems(
         &self,
         shared: &Shared,
@@ -143,14 +146,13 @@ impl World {
         // Two stems may stand close to each other.
         for _ in 0..3 {
             let mut moved = false;
-            for chunk in ChunkCoord::within(place_m, 3.0, size_m) {
-                for object in objects.at(chunk)?.0.iter().filter(|o| !o.on_trail) {
-                    let stem_m = object.position_m.truncate();
-                    let keep_m = object.radius_m + CLEARANCE_M;
-                    if stem_m.distance(place_m) < keep_m {
-                        let away = (place_m - stem_m).normalize_or(DVec2::X);
+            for chunk in ChunkCoord::within(place_m, REACH_M, size_m) {
+                for disk in objects.at(chunk)?.0.iter().flat_map(obstacles) {
+                    let keep_m = disk.radius_m + CLEARANCE_M;
+                    if disk.position_m.distance(place_m) < keep_m {
+                        let away = (place_m - disk.position_m).normalize_or(DVec2::X);
                         // A little further, so that rounding does not bring it back.
-                        place_m = stem_m + away * (keep_m + 1e-6);
+                        place_m = disk.position_m + away * (keep_m + 1e-6);
                         moved = true;
                     }
                 }

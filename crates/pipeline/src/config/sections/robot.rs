@@ -133,7 +133,8 @@ section! {
 
 section! {
     /// Fixed stations, as in terrestrial scanning: a grid around the start. Each station is level
-    /// and still, and is moved to the nearest clear place.
+    /// and still, and is moved to the nearest clear place up to a third of their distance away, or
+    /// where none is clear, to the one with most room.
     PathStations at "robot.stations", one of "the robot's path" {
         /// Stations from west to east.
         columns: u32 = 3, Whole(1, 1000), "a plot of 30 m";
