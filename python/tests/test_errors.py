@@ -102,6 +102,7 @@ def test_frames_that_do_not_exist(forest: nemoral.Forest, written: Path) -> None
 
 def test_errors_speak_python(forest: nemoral.Forest, written: Path, tmp_path: Path) -> None:
     cases: list[tuple[Callable[[], object], str]] = [
+        (lambda: forest.observe(np.eye(4) + 1e8 * np.outer(np.eye(4)[2], np.eye(4)[3])), "m high"),
         (lambda: forest.observe(np.eye(4), velocity=(1e3, 0, 0)), "velocity"),
         (lambda: forest.observe(np.eye(4), turn_rate=(1e3, 0, 0)), "turn_rate"),
         (lambda: nemoral.Scanner("avia", pulses=2**31 - 1), "pulses = "),

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use nemoral_export::{
-    ExportScene, GltfParams, Instancing, UsdParams, check_folder, check_height_map, check_name,
-    write_glb, write_height_map, write_sdf, write_usd,
+    ExportScene, GltfParams, Instancing, UsdParams, check_apart, check_folder, check_height_map,
+    check_name, write_glb, write_height_map, write_sdf, write_usd,
 };
 use nemoral_pipeline::{ExportArea, tree_scene};
 
@@ -58,6 +58,13 @@ pub(crate) fn run(a: &Export, program: Option<&Path>) -> Result<bool, Failure> {
         },
     };
     let (recorder, no_cache) = recorder(&a.of, program)?;
+    let inputs: Vec<&Path> = recorder.sequence().inputs.paths().collect();
+    match a.to {
+        ExportFormat::Glb => check_apart(&a.out, &inputs)?,
+        ExportFormat::Heightmap => check_height_map(&a.out, &inputs)?,
+        // These are in folders that are empty.
+        ExportFormat::Usd | ExportFormat::Sdf => {}
+    }
     let instancing = if a.plain_nodes {
         Instancing::Nodes
     } else {

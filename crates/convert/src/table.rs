@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use nemoral_scene::{Ontology, Semantic};
+use nemoral_scene::{Ontology, Semantic, on_deep_stack};
 use serde::Deserialize;
 
 use crate::Error;
@@ -137,7 +137,9 @@ impl Table {
     /// # Errors
     /// [`Error::Ontology`] if it is not valid.
     pub fn parse(name_or_file: &str, text: &str) -> Result<Self, Error> {
-        let file: File = toml::from_str(text).map_err(|e| error(name_or_file, e.to_string()))?;
+        let read = on_deep_stack(|| toml::from_str::<File>(text));
+        let read = read.map_err(|e| error(name_or_file, e.to_string()))?;
+        let file = read.map_err(|e| error(name_or_file, e.to_string()))?;
         let table = Self {
             name: file.name,
             source: file.source,

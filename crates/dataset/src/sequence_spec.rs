@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::header::{check_sensor_name, is_place, validate_camera};
 use crate::{
-    CameraSpec, DepthFormat, Error, FileRecord, ImuSpec, LidarSpec, SiteSpec, layout, limits,
+    CameraSpec, DepthFormat, Error, FileRecord, ImuSpec, Json, LidarSpec, SiteSpec, layout, limits,
 };
 
 /// The part of a data set that a sequence is for.
@@ -57,8 +57,8 @@ pub struct SequenceSpec {
     pub split: Option<Split>,
     /// What was drawn for this sequence, by key of the configuration; absent from `dataset.json`
     /// if nothing was.
-    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    pub drawn: BTreeMap<String, serde_json::Value>,
+    #[serde(default, skip_serializing_if = "Json::is_empty")]
+    pub drawn: Json,
     /// Where its world lies on the earth; absent from `dataset.json` if it is invented.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub site: Option<SiteSpec>,
@@ -91,7 +91,7 @@ pub struct SequenceSpec {
     pub inputs: Vec<FileRecord>,
     /// The resolved configuration. It has what decides the content and nothing else (no threads, no
     /// output folder, no frame range), because a resumed run compares it.
-    pub config: serde_json::Value,
+    pub config: Json,
     /// The same for human readers, written to the sequence's `config.toml`: at most 4 MiB. It is
     /// not compared, and empty in a data set that was opened, of which
     /// [`Dataset::sequence_config`](crate::Dataset::sequence_config) reads it.
@@ -108,7 +108,7 @@ impl SequenceSpec {
             number,
             seed,
             split: None,
-            drawn: BTreeMap::new(),
+            drawn: Json::default(),
             site: None,
             chunk_size_m: 50.0,
             has_deadwood: false,
@@ -120,7 +120,7 @@ impl SequenceSpec {
             imu: None,
             stage_keys: BTreeMap::new(),
             inputs: Vec::new(),
-            config: serde_json::Value::Object(serde_json::Map::new()),
+            config: Json::default(),
             config_toml: String::new(),
         }
     }
@@ -152,6 +152,9 @@ impl SequenceSpec {
                 "[]",
                 "at least one camera or LiDAR",
             ));
+        }
+        if !self.drawn.value().is_object() {
+            return Err(Error::invalid("drawn", "no object", "an object of keys"));
         }
         let sensors = self.cameras.len() + self.lidars.len();
         if sensors > limits::MAX_SENSORS {

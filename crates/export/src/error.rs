@@ -21,12 +21,19 @@ pub enum Error {
         /// The folder.
         path: PathBuf,
     },
-    /// A file that is no height map's would be replaced by what a map's levels stand for.
+    /// A file that is no height map's, or from which the map is made, would be replaced by what a
+    /// map's levels stand for.
     #[error(
-        "{}: the height map's levels would replace it, but it belongs to no map; choose another \
-         name for the map", path.display()
+        "{}: the height map's levels would replace it, but it is no text of a map or is read for \
+         this one; choose another name for the map", path.display()
     )]
     NotOfMap {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A file that the scene is made from would be replaced.
+    #[error("{}: the scene is made from this file; choose another name", path.display())]
+    Input {
         /// The file.
         path: PathBuf,
     },

@@ -7,7 +7,7 @@ use nemoral_files::{PendingFile, is_same};
 use nemoral_scene::ParamError;
 use nemoral_scene::glam::DVec2;
 
-use crate::{Error, check_name, picture};
+use crate::{Error, check_apart, check_name, picture};
 
 /// Heights at the posts of a grid.
 #[derive(Clone, Debug, PartialEq)]
@@ -64,21 +64,34 @@ impl HeightGrid {
     }
 }
 
+/// How the text beside a height map begins, by which it is known.
+const HEAD: &str = "# The height map beside this file:";
+
+/// More than the text beside a height map has.
+const MOST_TEXT_BYTES: u64 = 1 << 16;
+
 /// The file beside a height map that says what its levels stand for.
 fn levels_path(map: &Path) -> PathBuf {
     map.with_extension("toml")
 }
 
-/// Refuses a name for a height map that does not end in `.png`, or whose `.toml` file is something
-/// else: it is there though the map is not, or it is one of `others`, which are files that stay.
+/// Whether a file is the text that [`write_height_map`] writes beside a map.
+fn is_of_map(levels: &Path) -> bool {
+    nemoral_files::read_text(levels, MOST_TEXT_BYTES).is_ok_and(|text| text.starts_with(HEAD))
+}
+
+/// Refuses a name for a height map that does not end in `.png`, that is one of `others`, which are
+/// files that stay, or whose `.toml` file is one of them or is there and was not written by
+/// [`write_height_map`].
 ///
 /// # Errors
-/// [`Error::Name`], [`Error::NotOfMap`].
+/// [`Error::Name`], [`Error::NotOfMap`], [`Error::Input`].
 pub fn check_height_map(path: &Path, others: &[&Path]) -> Result<(), Error> {
     check_name(path, "png")?;
     let levels = levels_path(path);
+    check_apart(path, others)?;
     let is_other = others.iter().any(|other| is_same(other, &levels));
-    if is_other || (levels.exists() && !path.exists()) {
+    if is_other || (levels.exists() && !is_of_map(&levels)) {
         return Err(Error::NotOfMap { path: levels });
     }
     Ok(())
@@ -132,7 +145,7 @@ fn sidecar(grid: &HeightGrid, levels: Levels) -> String {
     } = grid;
     let north_m = south_west_m.y + (*rows - 1) as f64 * spacing_m;
     format!(
-        "# The height map beside this file: 16-bit levels at the posts of a grid, the first row\n\
+        "{HEAD} 16-bit levels at the posts of a grid, the first row\n\
          # in the north. Height of a post = lowest_m + metres_per_level * level.\n\
          columns = {columns}\n\
          rows = {rows}\n\

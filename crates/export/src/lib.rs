@@ -89,6 +89,23 @@ pub fn check_name(path: &Path, ending: &'static str) -> Result<(), Error> {
     })
 }
 
+/// Refuses a name that is one of `inputs`, the files that a scene is made from, whatever the ways
+/// to them are called.
+///
+/// # Errors
+/// [`Error::Input`].
+pub fn check_apart(path: &Path, inputs: &[&Path]) -> Result<(), Error> {
+    if inputs
+        .iter()
+        .any(|input| nemoral_files::is_same(input, path))
+    {
+        return Err(Error::Input {
+            path: path.to_owned(),
+        });
+    }
+    Ok(())
+}
+
 /// Refuses a folder that has something in it; it need not exist.
 ///
 /// # Errors

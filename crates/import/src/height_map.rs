@@ -70,7 +70,8 @@ impl HeightMap {
             return Ok(());
         }
         Err(ImportError::file(format!(
-            "has posts {spacing_m} apart: must be {least} to {most} metres; degrees are not allowed"
+            "has posts {spacing_m:?} apart: must be {least} to {most} metres; degrees are not \
+             allowed"
         )))
     }
 

@@ -1,5 +1,6 @@
 //! Height maps from a 16-bit grey PNG and a sidecar.
 
+use nemoral_scene::on_deep_stack;
 use png::{BitDepth, ColorType, Decoder, Limits, Transformations};
 use serde::Deserialize;
 
@@ -73,7 +74,9 @@ impl Sidecar {
                 no_data: json.no_data,
             }
         } else {
-            let toml: Toml = toml::from_slice(bytes).map_err(|e| wrong(e.message()))?;
+            let read = on_deep_stack(|| toml::from_slice::<Toml>(bytes));
+            let read = read.map_err(|e| wrong(&e.to_string()))?;
+            let toml = read.map_err(|e| wrong(e.message()))?;
             Self {
                 place: SidecarPlace::FirstPost([toml.west_m, toml.north_m]),
                 spacing_m: toml.spacing_m,

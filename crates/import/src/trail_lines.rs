@@ -44,9 +44,9 @@ pub struct TrailLines {
 /// several: a row is a vertex, and rows with the same name, one after the other, are a line.
 ///
 /// # Errors
-/// The file is neither, is in degrees, has a vertex that is no place, a line with one vertex, no
-/// line at all, more than [`MAX_LINES`] lines or [`MAX_VERTICES`] vertices, or lines longer than
-/// [`MAX_LENGTH_M`] together.
+/// The file is neither, is in degrees, has a vertex that is no place, a line with less than two
+/// vertices, no line at all, more than [`MAX_LINES`] lines or [`MAX_VERTICES`] vertices, or lines
+/// longer than [`MAX_LENGTH_M`] together.
 pub fn read_trail_lines(bytes: &[u8]) -> Result<TrailLines, ImportError> {
     let (lines, epsg) = if bytes.trim_ascii_start().starts_with(b"{") {
         let json: Value = serde_json::from_slice(bytes)
@@ -70,7 +70,8 @@ pub fn read_trail_lines(bytes: &[u8]) -> Result<TrailLines, ImportError> {
         return Err(ImportError::file(message));
     }
     if let Some(short) = lines.iter().position(|line| line.len() < 2) {
-        let message = format!("line {short}, from 0, has one vertex: must have at least two");
+        let vertices = lines[short].len();
+        let message = format!("line {short}, from 0, has {vertices} of at least 2 vertices");
         return Err(ImportError::file(message));
     }
     let is_degrees = |v: &[f64; 2]| v[0].abs() <= 180.0 && v[1].abs() <= 90.0;
@@ -252,7 +253,9 @@ mod tests {
         let wrong = r#"{"type":"LineString","coordinates":[[1,2],[3]]}"#;
         assert!(refused(wrong).contains("[3]"));
         let short = r#"{"type":"LineString","coordinates":[[1,2]]}"#;
-        assert!(refused(short).contains("one vertex"));
+        assert!(refused(short).contains("has 1 of at least 2 vertices"));
+        let empty = short.replace("[[1,2]]", "[]");
+        assert!(refused(&empty).contains("has 0 of at least 2 vertices"));
         let degrees = r#"{"type":"LineString","coordinates":[[-8.4,40.2],[-8.401,40.201]]}"#;
         assert!(refused(degrees).contains("degrees"));
         let long = r#"{"type":"LineString","coordinates":[[0,0],[9e6,0]]}"#;

@@ -275,6 +275,21 @@ fn the_sidecars_of_exports_are_read() {
 }
 
 #[test]
+fn a_sidecar_of_values_deep_in_each_other_ends_no_program() {
+    // 6,000 tables in each other in 12 kB, which the parser lets pass.
+    let key = ["a"; 79].join(".");
+    let value = (0..75).fold("1".to_owned(), |inner, _| format!("{{{key}={inner}}}"));
+    let text = format!("[{key}]\n{key}={value}\n");
+    let refused = Sidecar::read(text.as_bytes())
+        .expect_err("refused")
+        .to_string();
+    assert!(
+        refused.contains("is no sidecar: missing field"),
+        "{refused}"
+    );
+}
+
+#[test]
 fn what_is_wrong_with_a_png_is_named() {
     let no = |json: &str| Sidecar::read(json.as_bytes()).expect_err(json).to_string();
     assert!(no("{}").contains("origin_m"));

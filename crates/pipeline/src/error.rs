@@ -18,9 +18,9 @@ pub enum Error {
     #[error("{0}")]
     Request(Arc<str>),
     /// A stage failed.
-    #[error("stage {stage} at {at}: {source}")]
+    #[error("{}{source}", place_of(.stage, .at))]
     Stage {
-        /// The stage's id.
+        /// The stage's id; empty until the error has left the stage, or if there was none.
         stage: &'static str,
         /// The coordinate.
         at: String,
@@ -45,6 +45,14 @@ pub enum Error {
     /// The run was asked to stop.
     #[error("interrupted: the data set is whole up to its last frame, and can be resumed")]
     Interrupted,
+}
+
+/// What stands before the error of a stage.
+fn place_of(stage: &str, at: &str) -> String {
+    if stage.is_empty() {
+        return String::new();
+    }
+    format!("stage {stage} at {at}: ")
 }
 
 impl Error {
@@ -145,5 +153,21 @@ impl From<nemoral_files::Error> for Error {
 impl From<ConfigErrors> for Error {
     fn from(errors: ConfigErrors) -> Self {
         Self::Config(Arc::new(errors))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nemoral_scene::ParamError;
+
+    use super::*;
+
+    #[test]
+    fn an_error_names_its_stage_if_it_was_in_one() {
+        let error = Error::of_stage(ParamError::new("size_m", 0, "positive"));
+        assert_eq!(error.to_string(), "size_m = 0: must be positive");
+        let error = error.in_stage("frame.images", At::Frame(3));
+        let told = "stage frame.images at frame 3: size_m = 0: must be positive";
+        assert_eq!(error.to_string(), told);
     }
 }

@@ -107,7 +107,7 @@ pub(crate) fn sequence_spec(
         number: sequence.number,
         seed: config.seed,
         split: sequence.split,
-        drawn: drawn.collect(),
+        drawn: serde_json::Value::Object(drawn.collect()).into(),
         site: config.place(&sequence.inputs)?,
         chunk_size_m: config.chunks.size_m,
         has_deadwood: config.deadwood.has_objects(),
@@ -124,7 +124,8 @@ pub(crate) fn sequence_spec(
         stage_keys: stage_keys.collect(),
         inputs,
         config: (serde_json::to_value(config.with_files(&carried)))
-            .expect("a config is plain data"),
+            .expect("a config is plain data")
+            .into(),
         config_toml: config.with_files(&from_sequence).to_toml(),
     })
 }

@@ -214,6 +214,11 @@ impl InputFiles {
         (Self(Arc::new(files)), problems)
     }
 
+    /// The paths of the files, in order of their names.
+    pub fn paths(&self) -> impl Iterator<Item = &Path> {
+        self.0.values().map(InputFile::path)
+    }
+
     /// The name of a file in a data set that carries it, below the data set's folder. A file that
     /// was not read, because no sequence has it, has the name of an empty one.
     pub(crate) fn carried_name(&self, path: &str) -> String {

@@ -111,7 +111,7 @@ impl Dataset {
 
     /// The config of a sequence as JSON.
     fn config(&self, sequence: u32) -> PyResult<String> {
-        Ok(self.spec(sequence)?.config.to_string())
+        Ok(self.spec(sequence)?.config.value().to_string())
     }
 
     /// `poses.txt`: poses of the reference camera relative to frame 0.

@@ -9,6 +9,10 @@ use crate::failure::Failure;
 /// The farthest place from the world's origin, metres.
 const FARTHEST_M: f64 = 1e7;
 
+/// The greatest height above and below 0 of a body, metres: the renderer's is 100,000 m, with room
+/// for where sensors are on the body.
+const HIGHEST_M: f64 = 9e4;
+
 /// A place that is not beyond the world.
 pub(crate) fn place(name: &str, x_m: f64, y_m: f64) -> Result<DVec2, Failure> {
     let place_m = DVec2::new(x_m, y_m);
@@ -23,6 +27,11 @@ pub(crate) fn place(name: &str, x_m: f64, y_m: f64) -> Result<DVec2, Failure> {
 pub(crate) fn pose_of(numbers: &[f64; 16]) -> Result<RigidTransform, Failure> {
     let pose = arrays::transform("pose", numbers)?;
     place("pose", pose.translation_m.x, pose.translation_m.y)?;
+    let z_m = pose.translation_m.z;
+    if z_m.abs() > HIGHEST_M {
+        let allowed = format!("at most {HIGHEST_M} m above or below 0");
+        return Err(Failure::argument("pose", format!("{z_m} m high"), allowed));
+    }
     Ok(pose)
 }
 

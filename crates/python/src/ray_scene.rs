@@ -139,8 +139,7 @@ impl RayScene {
                     "at most 65,535",
                 ));
             }
-            let mut materials = parts.materials.clone();
-            let material = materials.add(material);
+            let material = parts.materials.add(material);
             let triangle = |corners| Triangle { corners, material };
             let mesh = Mesh {
                 positions,
@@ -148,15 +147,18 @@ impl RayScene {
                 triangles: corners.into_iter().map(triangle).collect(),
                 ..Mesh::default()
             };
-            let shape = Prototype::new("mesh", mesh, Vec::new(), &materials);
+            let shape = Prototype::new("mesh", mesh, Vec::new(), &parts.materials);
+            if shape.is_err() {
+                parts.materials.pop();
+            }
             let shape = shape.map_err(|e| Failure::Argument {
                 key: "mesh".to_owned(),
                 message: e.to_string(),
                 value: None,
                 allowed: None,
             })?;
-            let shape = Arc::new(pool.install(|| Blas::build(Arc::new(shape), &materials)));
-            parts.materials = materials;
+            let materials = &parts.materials;
+            let shape = Arc::new(pool.install(|| Blas::build(Arc::new(shape), materials)));
             parts.meshes.push(MeshPart {
                 shape,
                 material,

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use nemoral_dataset::{Dataset, Quantiles, Stats};
+use nemoral_dataset::{Dataset, Json, Quantiles, Stats};
 use nemoral_scene::TreeRecord;
 use serde::Serialize;
 
@@ -57,7 +57,7 @@ struct Sequence {
     number: u32,
     seed: String,
     split: Option<&'static str>,
-    drawn: BTreeMap<String, serde_json::Value>,
+    drawn: Json,
     /// Frames, which need not all be listed.
     frames: usize,
     /// LiDAR points by class id.

@@ -112,6 +112,11 @@ impl MaterialLibrary {
         MaterialId(id)
     }
 
+    /// Takes back the material that was added last; `None` if there is none.
+    pub fn pop(&mut self) -> Option<Material> {
+        self.materials.pop()
+    }
+
     /// The material of an id that this library gave out.
     ///
     /// # Panics
@@ -191,6 +196,18 @@ impl Material {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_last_material_can_be_taken_back() {
+        let grey = |name| Material::plain(name, Semantic::Stone, Vec3::splat(0.5));
+        let mut library = MaterialLibrary::new();
+        assert_eq!(library.add(grey("first")), MaterialId(0));
+        assert_eq!(library.add(grey("second")), MaterialId(1));
+        assert_eq!(library.pop().expect("a material").name, "second");
+        assert_eq!(library.add(grey("third")), MaterialId(1));
+        assert_eq!(library.get(MaterialId(1)).name, "third");
+        assert!(MaterialLibrary::new().pop().is_none());
+    }
 
     #[test]
     fn water_mirrors_as_tables_say() {

@@ -4,13 +4,18 @@ use std::error::Error;
 use std::fmt;
 use std::ops::RangeInclusive;
 
+use crate::excerpt;
+
+/// The most characters of a value that are shown.
+const MOST_SHOWN: usize = 200;
+
 /// A parameter is outside of what is allowed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct ParamError {
     /// The refused field, as a path such as `errors.dropout` or `layers[0].per_chunk`.
     pub field: String,
-    /// Its value, as text.
+    /// Its value, as text of at most 200 characters.
     pub value: String,
     /// What is allowed, with units.
     pub allowed: String,
@@ -26,7 +31,7 @@ impl ParamError {
     ) -> Self {
         Self {
             field: field.into(),
-            value: value.to_string(),
+            value: excerpt(&value.to_string(), MOST_SHOWN),
             allowed: allowed.into(),
         }
     }
@@ -58,7 +63,7 @@ impl ParamError {
         range: RangeInclusive<f64>,
         allowed: &str,
     ) -> Result<(), Self> {
-        Self::check(range.contains(&value), field, value, allowed)
+        Self::check(range.contains(&value), field, Shown(value), allowed)
     }
 
     /// The same, with an error that states the range.
@@ -74,7 +79,11 @@ impl ParamError {
         if (low..=high).contains(&value) {
             Ok(())
         } else {
-            Err(Self::new(field, value, format!("from {low} to {high}")))
+            Err(Self::new(
+                field,
+                Shown(value),
+                format!("from {low} to {high}"),
+            ))
         }
     }
 
@@ -84,7 +93,7 @@ impl ParamError {
     /// If `value` is not finite or below 0.
     pub fn check_at_least_zero(field: &str, value: f64) -> Result<(), Self> {
         let holds = value.is_finite() && value >= 0.0;
-        Self::check(holds, field, value, "finite and at least 0")
+        Self::check(holds, field, Shown(value), "finite and at least 0")
     }
 
     /// Refuses a number that is not above 0, infinite or NaN.
@@ -93,7 +102,21 @@ impl ParamError {
     /// If `value` is not finite or not above 0.
     pub fn check_positive(field: &str, value: f64) -> Result<(), Self> {
         let holds = value.is_finite() && value > 0.0;
-        Self::check(holds, field, value, "finite and greater than 0")
+        Self::check(holds, field, Shown(value), "finite and greater than 0")
+    }
+}
+
+/// A number; one that would have many digits is written with an exponent.
+struct Shown(f64);
+
+impl fmt::Display for Shown {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self(value) = self;
+        if *value == 0.0 || !value.is_finite() || (1e-7..1e16).contains(&value.abs()) {
+            write!(f, "{value}")
+        } else {
+            write!(f, "{value:e}")
+        }
     }
 }
 
@@ -118,6 +141,13 @@ mod tests {
     fn the_message_names_field_value_and_range() {
         let error = ParamError::check_range("dropout", 1.5, 0.0..=1.0, "0..=1").expect_err("1.5");
         assert_eq!(error.to_string(), "dropout = 1.5: must be 0..=1");
+        let error = ParamError::check_within("scale_m", 1e-300, 1.0, 1000.0).expect_err("1e-300");
+        assert_eq!(
+            error.to_string(),
+            "scale_m = 1e-300: must be from 1 to 1000"
+        );
+        let error = ParamError::new("name", "x".repeat(1 << 20), "short");
+        assert_eq!(error.value, "x".repeat(200) + "…");
         assert!(ParamError::check_range("dropout", f64::NAN, 0.0..=1.0, "0..=1").is_err());
         assert!(ParamError::check_range("dropout", 1.0, 0.0..=1.0, "0..=1").is_ok());
         assert!(ParamError::check_positive("range_m", 0.0).is_err());

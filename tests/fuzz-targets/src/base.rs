@@ -140,7 +140,7 @@ fn header(depth_format: DepthFormat) -> DatasetHeader {
         }],
         lidars: vec![lidar("top", 0.1), lidar("rear", -0.3)],
         stage_keys: BTreeMap::from([("terrain".to_owned(), "0f".repeat(32))]),
-        config: serde_json::json!({ "placement": { "trees": 60 } }),
+        config: serde_json::json!({ "placement": { "trees": 60 } }).into(),
         config_toml: "[placement]\ntrees = 60\n".to_owned(),
         ..SequenceSpec::new(0, 7)
     };

@@ -1,7 +1,7 @@
 //! The built-in species, which are data files in `species/`, and the reader of a user's own file.
 
 use super::Species;
-use nemoral_scene::ParamError;
+use nemoral_scene::{ParamError, on_deep_stack};
 
 /// Why a species file was refused.
 #[derive(Debug, thiserror::Error)]
@@ -125,10 +125,13 @@ impl Species {
     /// # Errors
     /// If the text is not TOML, a field is missing, unknown, of the wrong type or out of its range.
     pub fn from_toml(text: &str, origin: &str) -> Result<Self, SpeciesError> {
-        let species: Self = toml::from_str(text).map_err(|e| SpeciesError::Syntax {
+        let wrong = |message: String| SpeciesError::Syntax {
             origin: origin.to_owned(),
-            message: e.to_string().trim_end().to_owned(),
-        })?;
+            message: message.trim_end().to_owned(),
+        };
+        let read = on_deep_stack(|| toml::from_str::<Self>(text));
+        let read = read.map_err(|e| wrong(e.to_string()))?;
+        let species = read.map_err(|e| wrong(e.to_string()))?;
         species.check().map_err(|source| SpeciesError::Value {
             origin: origin.to_owned(),
             source,

@@ -327,7 +327,7 @@ fn classes_json(labels: &Labels, things: &BTreeSet<u16>) -> Value {
     let class = |c: &crate::labels::LabelClass| {
         let is_thing = u8::from(things.contains(&c.id));
         json!({
-            "id": c.id + 1, "name": c.name, "color": c.colour, "isthing": is_thing,
+            "id": u32::from(c.id) + 1, "name": c.name, "color": c.colour, "isthing": is_thing,
             "supercategory": if is_thing == 1 { "thing" } else { "stuff" },
         })
     };
@@ -346,7 +346,7 @@ fn panoptic(image: u64, picture: &Picture, things: &BTreeSet<u16>) -> Value {
     let segment = |(id, s): (u32, &Segment)| {
         let is_crowd = s.instance == 0 && things.contains(&s.class);
         json!({
-            "id": id, "category_id": s.class + 1, "area": s.area, "bbox": s.bounds,
+            "id": id, "category_id": u32::from(s.class) + 1, "area": s.area, "bbox": s.bounds,
             "iscrowd": u8::from(is_crowd), "instance_id": s.instance,
         })
     };
@@ -393,5 +393,38 @@ impl List {
 
     fn end(self, out: &mut Stream) -> Result<(), Error> {
         out.put("\n]")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nemoral_scene::Ontology;
+
+    use super::*;
+    use crate::Table;
+
+    #[test]
+    fn the_greatest_class_is_a_category_of_its_own() {
+        let table = "name = \"x\"\nsource = \"s\"\nrest = \"a\"\n[[class]]\nid = 65535\n\
+                     name = \"a\"\ncolour = [0, 0, 0]\nfrom = []\n";
+        let table = Table::parse("x", table).expect("valid");
+        let labels = Labels::of(&Ontology::paper(), Some(&table)).expect("it fits");
+        let things = BTreeSet::new();
+        assert_eq!(classes_json(&labels, &things)[0]["id"], 65_536);
+        let segment = Segment {
+            class: 65_535,
+            instance: 0,
+            area: 1,
+            bounds: [0, 0, 1, 1],
+        };
+        let picture = Picture {
+            name: "a.png".to_owned(),
+            width: 1,
+            height: 1,
+            objects: Vec::new(),
+            segments: vec![segment],
+        };
+        let json = panoptic(1, &picture, &things);
+        assert_eq!(json["segments_info"][0]["category_id"], 65_536);
     }
 }

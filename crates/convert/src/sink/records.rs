@@ -21,8 +21,9 @@ const FINISHED: &str = "finished";
 /// The most bytes of a file of our own that is read.
 const RECORD_BYTES: u64 = 2 << 30;
 
-/// `conversion.json`.
-#[derive(Serialize, Deserialize)]
+/// `conversion.json`. It is read in two parts: what `flatten` does not know it would keep as values
+/// that take many times the memory of their text.
+#[derive(Serialize)]
 pub(super) struct Manifest {
     #[serde(flatten)]
     pub(super) request: Request,
@@ -30,7 +31,19 @@ pub(super) struct Manifest {
     pub(super) files: Vec<FileRecord>,
 }
 
+/// What a [`Manifest`] has beside its request, to be read.
+#[derive(Deserialize)]
+struct Files {
+    files: Vec<FileRecord>,
+}
+
 impl Manifest {
+    fn parse(json: &str) -> Option<Self> {
+        let Files { files } = serde_json::from_str(json).ok()?;
+        let request = serde_json::from_str(json).ok()?;
+        Some(Self { request, files })
+    }
+
     pub(super) fn put(&self, folder: &Folder) -> Result<(), Error> {
         let json = serde_json::to_string(self).expect("a manifest has string keys");
         Ok(folder.put_synced(&inner(MANIFEST)?, seal(&json).as_bytes())?)
@@ -82,7 +95,7 @@ pub(super) fn look(folder: &Folder) -> Result<Option<Found>, Error> {
     let has = |name: &str| entries.iter().any(|e| e.name == name);
     if has(MANIFEST) {
         let text = folder.read_text(&inner(MANIFEST)?, RECORD_BYTES)?;
-        let manifest = unseal(&text).and_then(|json| serde_json::from_str::<Manifest>(json).ok());
+        let manifest = unseal(&text).and_then(Manifest::parse);
         // A file that is listed once is compared once.
         let manifest = manifest.filter(|m| m.files.is_sorted_by(|a, b| a.path < b.path));
         let Some(Manifest { request, files }) = manifest else {
@@ -340,4 +353,20 @@ fn unseal(text: &str) -> Option<&str> {
 /// A name as a path.
 pub(super) fn inner(path: impl Into<String>) -> Result<InnerPath, Error> {
     Ok(InnerPath::new(path)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_no_manifest_has_is_skipped_without_being_kept() {
+        // Values in each other that deep are an error wherever they are kept.
+        let deep = format!("{}{}", "[".repeat(1000), "]".repeat(1000));
+        let json = format!(
+            "{{\"converter\":\"c\",\"format\":\"f\",\"source\":\"s\",\"x\":{deep},\"files\":[]}}"
+        );
+        assert!(Manifest::parse(&json).is_some());
+        assert!(Manifest::parse(&json.replace("\"files\"", "\"others\"")).is_none());
+    }
 }

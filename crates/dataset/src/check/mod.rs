@@ -12,7 +12,7 @@ use std::collections::BTreeSet;
 use std::fmt;
 use std::path::Path;
 
-use nemoral_files::InnerPath;
+use nemoral_files::{EntryKind, InnerPath};
 
 pub use self::agreement::{Agreement, ClassAgreement, JudgedAgreement, Residual};
 
@@ -177,7 +177,17 @@ impl Checker<'_> {
                 self.problem(path, "belongs to no frame of dataset.json");
             }
         }
-        if folder.kind(&layout::inner(layout::STATE))?.is_some() {
+        // Other files may stay in the folder of a writer that has ended: NFS keeps a removed file
+        // that is open, as the lock is, under another name.
+        let state = folder.kind(&layout::inner(layout::STATE))?;
+        let is_written = match state {
+            Some(EntryKind::Folder) => {
+                let header = layout::inner(layout::STATE_HEADER);
+                folder.kind(&header)?.is_some()
+            }
+            state => state.is_some(),
+        };
+        if is_written {
             self.problem(
                 layout::STATE,
                 "the data set is being written, or its writer was killed",

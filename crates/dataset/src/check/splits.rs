@@ -46,13 +46,12 @@ pub(super) fn common_sources(header: &DatasetHeader) -> Vec<String> {
 /// if they grow from the world's, and the digests of a site's files.
 fn sources(sequence: &SequenceSpec) -> Vec<(&'static str, String)> {
     let mut found = vec![("seed", sequence.seed.to_string())];
-    let plants = sequence.config.pointer("/assets/seed");
+    let config = sequence.config.value();
+    let plants = config.pointer("/assets/seed");
     let plants = plants.and_then(serde_json::Value::as_u64);
     found.extend((plants.filter(|&seed| seed != 0)).map(|seed| ("assets.seed", seed.to_string())));
     for key in SITE_FILES {
-        let path = sequence
-            .config
-            .pointer(&format!("/{}", key.replace('.', "/")));
+        let path = config.pointer(&format!("/{}", key.replace('.', "/")));
         let path = path.and_then(serde_json::Value::as_str);
         let input = path.and_then(|p| sequence.inputs.iter().find(|i| i.path.as_str() == p));
         found.extend(input.map(|input| (key, input.blake3.clone())));

@@ -91,7 +91,7 @@ impl Cloud {
     pub fn open(dir: &Path, params: CloudParams) -> Result<Self, Error> {
         if let Some(side) = params.voxel_m.filter(|v| !VOXEL_M.contains(v)) {
             let allowed = format!("{} to {} m", VOXEL_M.start(), VOXEL_M.end());
-            return Err(Error::invalid("voxel_m", side, allowed));
+            return Err(Error::invalid("voxel_m", format!("{side:?}"), allowed));
         }
         let dataset = Dataset::open(dir)?;
         let sequences = (dataset.manifest().tracks.iter()).map(|t| t.sequence);
@@ -179,7 +179,8 @@ impl Cloud {
         (header.sequence(self.number)).expect("a manifest's tracks are of sequences")
     }
 
-    /// Refuses a name that does not end in `.extension`, or that is one of the data set's files.
+    /// Refuses a name that does not end in `.extension`, or that is one of the data set's files or
+    /// that of the poses.
     ///
     /// # Errors
     /// [`Error::Invalid`].
@@ -191,6 +192,12 @@ impl Cloud {
         }
         if self.dataset.owns(out) {
             let allowed = "none of the data set's own files";
+            return Err(Error::invalid("out", out.display(), allowed));
+        }
+        if let CloudPoses::File(poses) = &self.params.poses
+            && nemoral_files::is_same(poses, out)
+        {
+            let allowed = "another file than that of the poses";
             return Err(Error::invalid("out", out.display(), allowed));
         }
         Ok(())

@@ -1,8 +1,10 @@
 //! Where two headers differ.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use nemoral_scene::excerpt;
+use serde::Serialize;
 use serde_json::Value;
 
 use crate::{DatasetHeader, Error};
@@ -13,25 +15,44 @@ pub(crate) fn compare(
     found: &DatasetHeader,
     asked: &DatasetHeader,
 ) -> Result<(), Error> {
-    let value = |h| serde_json::to_value(h).expect("a header has string keys");
-    let (found, asked) = (value(found), value(asked));
+    let count = [found, asked].map(|header| Value::from(header.sequences.len()));
+    let sequences = found.sequences.iter().zip(&asked.sequences);
+    let (found, asked) = (without_sequences(found), without_sequences(asked));
     // The most informative fields come first.
     for field in ["generator", "version", "seed", "backend"] {
         differs(root, field, &found[field], &asked[field])?;
     }
-    let sequences = |header: &'_ Value| header["sequences"].as_array().map_or(0, Vec::len);
-    for i in 0..sequences(&found).min(sequences(&asked)) {
-        let (found, asked) = (&found["sequences"][i], &asked["sequences"][i]);
+    // The values of one sequence at a time are in memory.
+    for (i, (found, asked)) in sequences.enumerate() {
+        let (found, asked) = (value(found), value(asked));
         for field in ["seed", "split", "config"] {
             let path = format!("sequences.{i}.{field}");
             differs(root, &path, &found[field], &asked[field])?;
         }
-        differs(root, &format!("sequences.{i}"), found, asked)?;
+        differs(root, &format!("sequences.{i}"), &found, &asked)?;
     }
     // Lists of different lengths are told by their lengths.
-    let [there, wanted] = [&found, &asked].map(|h| Value::from(sequences(h)));
-    differs(root, "number of sequences", &there, &wanted)?;
+    differs(root, "number of sequences", &count[0], &count[1])?;
     differs(root, "", &found, &asked)
+}
+
+fn value(of: &impl Serialize) -> Value {
+    serde_json::to_value(of).expect("a header has string keys")
+}
+
+/// What a header says of the whole data set.
+fn without_sequences(header: &DatasetHeader) -> Value {
+    value(&DatasetHeader {
+        generator: header.generator.clone(),
+        version: header.version.clone(),
+        seed: header.seed,
+        backend: header.backend.clone(),
+        licence: header.licence.clone(),
+        ontology: header.ontology.clone(),
+        sequences: Vec::new(),
+        config_toml: String::new(),
+        input_files: BTreeMap::new(),
+    })
 }
 
 fn differs(root: &Path, field: &str, found: &Value, asked: &Value) -> Result<(), Error> {

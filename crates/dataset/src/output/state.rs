@@ -125,7 +125,8 @@ pub(crate) fn remove(folder: &Folder) -> Result<(), Error> {
         }
     }
     folder.remove_empty_folder(&frames)?;
-    // The header is removed last, because without it nothing says what the rest is.
+    // The header is removed last: without it nothing says what the rest is, and with it `check`
+    // says that a writer is at work.
     for name in [layout::STATE_LOCK, layout::STATE_HEADER] {
         folder.remove_file(&layout::inner(name))?;
     }

@@ -53,6 +53,21 @@ fn a_sound_data_set_passes() {
 }
 
 #[test]
+fn a_writer_is_at_work_while_its_header_is_there() {
+    let (dir, _) = sound();
+    let state = dir.path().join(".nemoral");
+    fs::create_dir(&state).expect("a folder");
+    // What NFS leaves of a lock that was removed while it was open.
+    fs::write(state.join(".nfs000000000001"), "").expect("written");
+    let found = report(dir.path());
+    assert!(found.passed(), "{found}");
+    fs::write(state.join("header.json"), "{}").expect("written");
+    let found = report(dir.path());
+    assert_eq!(about(&found, ".nemoral").len(), 1, "{found}");
+    assert!(!found.passed());
+}
+
+#[test]
 fn of_few_points_chance_is_forgiven() {
     let failures = |comparable, same| {
         let class = ClassAgreement {

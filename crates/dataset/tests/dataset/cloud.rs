@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use nemoral_dataset::{Cloud, CloudFormat, CloudParams, Crop, Dataset, Error, cloud};
+use nemoral_dataset::{Cloud, CloudFormat, CloudParams, CloudPoses, Crop, Dataset, Error, cloud};
 use nemoral_scene::glam::DVec3;
 
 use crate::common::{START, header, spheres, write};
@@ -180,6 +180,36 @@ fn clouds_that_cannot_be_are_refused() {
     );
     assert!(nemoral_dataset::stats(&second).is_ok());
     assert!(!out.exists());
+}
+
+#[test]
+fn the_file_of_the_poses_is_not_replaced() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let data = folder.path().join("data");
+    write(&data, &header(), &[0]);
+    let poses = std::fs::read(data.join("sequences/00/poses.txt")).expect("poses");
+    for name in ["my.ply", "my.csv"] {
+        let mine = folder.path().join(name);
+        std::fs::write(&mine, &poses).expect("written");
+        let params = CloudParams {
+            poses: CloudPoses::File(mine.clone()),
+            ..CloudParams::default()
+        };
+        let opened = Cloud::open(&data, params).expect("a cloud");
+        // The same file by another way.
+        let out = data.join("..").join(name);
+        let refused = if name.ends_with("ply") {
+            opened.write_ply(&out).map(|_| ())
+        } else {
+            opened.write_trajectory(&out, CloudFormat::Ply).map(|_| ())
+        };
+        let refused = refused.expect_err("refused").to_string();
+        assert!(
+            refused.contains("another file than that of the poses"),
+            "{refused}"
+        );
+        assert!(std::fs::read(&mine).expect("kept") == poses);
+    }
 }
 
 #[test]

@@ -149,7 +149,8 @@ pub(crate) fn sequence(number: u32) -> SequenceSpec {
         config: serde_json::json!({
             "placement": { "density": 0.1, "species": ["fagus"] },
             "lidar": { "pulses": 20_000 },
-        }),
+        })
+        .into(),
         config_toml: "[placement]\ndensity = 0.1\n".to_owned(),
         ..SequenceSpec::new(number, u64::MAX - 6)
     }

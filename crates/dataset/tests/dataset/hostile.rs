@@ -494,6 +494,26 @@ fn pictures_and_scans_that_lie_about_their_size_take_no_memory() {
 }
 
 #[test]
+fn what_no_manifest_has_is_skipped_without_being_kept() {
+    let dir = tempfile::tempdir().expect("a folder");
+    write(dir.path(), &small(), &[0]);
+    let path = dir.path().join("dataset.json");
+    let text = fs::read_to_string(&path).expect("read");
+    // Values in each other that deep are an error wherever they are kept.
+    let deep = format!("{}{}", "[".repeat(1000), "]".repeat(1000));
+    let with = text.replacen('{', &format!("{{\"x\": {deep},"), 1);
+    fs::write(&path, with).expect("write");
+    Dataset::open(dir.path()).expect("a data set");
+    // A config is kept, and is no longer than those that are read.
+    let long = format!("\"config\": {{\"x\": \"{}\",", "y".repeat(4 << 20));
+    let with = text.replacen("\"config\": {", &long, 1);
+    assert!(with.len() > text.len());
+    fs::write(&path, with).expect("write");
+    let refused = Dataset::open(dir.path()).expect_err("too long").to_string();
+    assert!(refused.contains("at most 4194304 are read"), "{refused}");
+}
+
+#[test]
 fn a_broken_manifest_says_what_to_do() {
     let dir = tempfile::tempdir().expect("a folder");
     let root = dir.path().join("set");

@@ -155,12 +155,12 @@ fn resume_refuses_what_differs_and_says_what() {
         refused(&|h| h.backend = "gpu".to_owned()).contains("backend = \"cpu\", asked for \"gpu\"")
     );
     assert!(refused(&|h| h.version = "0.2.0".to_owned()).contains("version = \"0.1.0\""));
-    let e = refused(&|h| h.sequences[0].config["placement"]["density"] = 0.2.into());
+    let e = refused(&|h| h.sequences[0].config.to_mut()["placement"]["density"] = 0.2.into());
     assert!(
         e.contains("config.placement.density = 0.1, asked for 0.2"),
         "{e}"
     );
-    let e = refused(&|h| h.sequences[0].config["trails"] = true.into());
+    let e = refused(&|h| h.sequences[0].config.to_mut()["trails"] = true.into());
     assert!(e.contains("config.trails = nothing, asked for true"), "{e}");
     assert!(refused(&|h| h.ontology = Ontology::fuel()).contains("ontology"));
     assert!(

@@ -22,7 +22,7 @@ fn three() -> DatasetHeader {
         spec.cameras[0].intrinsics = Intrinsics::from_fov(width, 24, 1.3).expect("valid");
         spec.seed = 7 + u64::from(spec.number);
         spec.split = Some(Split::Train);
-        spec.config["seed"] = spec.seed.into();
+        spec.config.to_mut()["seed"] = spec.seed.into();
         spec.config_toml = format!("seed = {}\n", spec.seed);
     }
     header.sequences[2].split = Some(Split::Test);
@@ -146,7 +146,7 @@ fn worlds_that_two_splits_have_are_found() {
     let plants = |seeds: [u64; 3]| {
         move |header: &mut DatasetHeader| {
             for (spec, seed) in header.sequences.iter_mut().zip(seeds) {
-                spec.config["assets"]["seed"] = seed.into();
+                spec.config.to_mut()["assets"]["seed"] = seed.into();
             }
         }
     };
@@ -171,7 +171,8 @@ fn worlds_that_two_splits_have_are_found() {
                 b"x_m,y_m\n1,2\n"
             };
             let path = input_path(name, map);
-            spec.config["site"] = serde_json::json!({ "stems": { "path": path.as_str() } });
+            spec.config.to_mut()["site"] =
+                serde_json::json!({ "stems": { "path": path.as_str() } });
             spec.inputs = vec![FileRecord::of(path.clone(), map)];
             header.input_files.insert(path, map.into());
         }
@@ -221,7 +222,7 @@ fn shards_merge_to_the_bytes_of_one_run_wherever_they_are_cut() {
         "{none}"
     );
     // Parts with other configs are of another data set.
-    config_of_parts.sequences[1].config["seed"] = 1.into();
+    config_of_parts.sequences[1].config.to_mut()["seed"] = 1.into();
     let other = dir.path().join("other");
     write(&other, &config_of_parts, &frames[4..]);
     let differs = merge(

@@ -7,7 +7,7 @@
 mod collision;
 mod xml;
 
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -20,6 +20,7 @@ use xml::{Xml, numbers};
 
 use crate::decomposition::{Decomposition, RotationScale};
 use crate::gltf::{GltfParams, Instancing, to_glb};
+use crate::name::Names;
 use crate::scene::{ExportScene, Inventory};
 use crate::{Error, check_folder, is_ground, name};
 
@@ -72,8 +73,11 @@ pub fn write_sdf(scene: &ExportScene, folder: &Path) -> Result<u64, Error> {
         },
         visuals: HashMap::new(),
         stems: HashMap::new(),
-        names: [GROUND, LOW_PLANTS].map(str::to_owned).into(),
+        names: Names::default(),
     };
+    for taken in [GROUND, LOW_PLANTS] {
+        world.names.unique(taken.to_owned());
+    }
     let (mut ground, mut low_plants) = (Vec::new(), Vec::new());
     let mut objects: BTreeMap<ObjectId, Vec<(&Instance, Decomposition)>> = BTreeMap::new();
     for (number, instance) in scene.instances.iter().enumerate() {
@@ -134,13 +138,13 @@ struct World<'a> {
     visuals: HashMap<*const Prototype, Vec<Visual>>,
     /// The stems of shapes, by where these are.
     stems: HashMap<*const Prototype, Vec<Cylinder>>,
-    names: BTreeSet<String>,
+    names: Names,
 }
 
 impl World<'_> {
     /// A file name that no other file has.
     fn unique(&mut self, name: String) -> String {
-        name::unique(&mut self.names, name)
+        self.names.unique(name)
     }
 
     /// Writes some instances, a file for each class of their surfaces.

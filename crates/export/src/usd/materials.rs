@@ -1,11 +1,11 @@
 //! Materials: preview surfaces with their pictures.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use nemoral_scene::{Material, MaterialId};
 
 use super::text::{Text, quoted};
-use crate::name;
+use crate::name::{self, Names};
 use crate::picture::Pictures;
 use crate::scene::ExportScene;
 
@@ -13,7 +13,7 @@ use crate::scene::ExportScene;
 pub(super) struct Materials<'a> {
     scene: &'a ExportScene,
     names: BTreeMap<MaterialId, String>,
-    known: BTreeSet<String>,
+    known: Names,
 }
 
 impl<'a> Materials<'a> {
@@ -21,7 +21,7 @@ impl<'a> Materials<'a> {
         Self {
             scene,
             names: BTreeMap::new(),
-            known: BTreeSet::new(),
+            known: Names::default(),
         }
     }
 
@@ -30,9 +30,7 @@ impl<'a> Materials<'a> {
         let known = &mut self.known;
         let of = |id| name::plain(&self.scene.materials.get(id).name);
         let named = self.names.entry(material);
-        named
-            .or_insert_with(|| name::unique(known, of(material)))
-            .clone()
+        named.or_insert_with(|| known.unique(of(material))).clone()
     }
 
     /// Writes all of them, and returns their pictures with the names of their files.

@@ -7,7 +7,6 @@
 mod materials;
 mod text;
 
-use std::collections::BTreeSet;
 use std::path::Path;
 
 use nemoral_files::{Folder, InnerPath};
@@ -16,6 +15,7 @@ use nemoral_scene::{Bounds, Instance, ObjectId, Prototype};
 
 use crate::decomposition::{Decomposition, RotationScale};
 use crate::gltf::Instancing;
+use crate::name::Names;
 use crate::parts::is_double_sided;
 use crate::scene::{ExportScene, Inventory, ShapeInstances};
 use crate::{Error, check_folder, name, parts};
@@ -53,14 +53,14 @@ pub fn write_usd(scene: &ExportScene, folder: &Path, params: UsdParams) -> Resul
         scene,
         inventory,
         text: Text::default(),
-        names: BTreeSet::new(),
+        names: Names::default(),
     };
     stage.header();
     stage.text.open("class Scope \"Shapes\"");
-    let mut names = BTreeSet::new();
+    let mut names = Names::default();
     let mut named = Vec::new();
     for shape in &shapes {
-        let name = name::unique(&mut names, name::plain(shape.shape.name()));
+        let name = names.unique(name::plain(shape.shape.name()));
         stage.shape(&name, shape.shape, &mut materials);
         named.push((name, shape));
     }
@@ -89,14 +89,14 @@ struct Stage<'a> {
     inventory: Inventory<'a>,
     text: Text,
     /// The names of prims below the root.
-    names: BTreeSet<String>,
+    names: Names,
 }
 
 impl Stage<'_> {
     fn header(&mut self) {
         let scene = self.scene;
         for taken in ["Shapes", "Materials"] {
-            self.names.insert(taken.to_owned());
+            self.names.unique(taken.to_owned());
         }
         let text = &mut self.text;
         text.line("#usda 1.0");
@@ -206,7 +206,7 @@ impl Stage<'_> {
         } else {
             format!("{shape}_{}", instance.object.to_u64())
         };
-        let unique = name::unique(&mut self.names, wanted);
+        let unique = self.names.unique(wanted);
         let record = self.inventory.object(instance.object);
         let schemas = if record.is_some() {
             "\n    prepend apiSchemas = [\"SemanticsLabelsAPI:kind\", \
@@ -240,7 +240,7 @@ impl Stage<'_> {
 
     /// Many copies as one prim.
     fn instancer(&mut self, name: &str, batch: &[(&Instance, RotationScale)]) {
-        let unique = name::unique(&mut self.names, format!("{name}_copies"));
+        let unique = self.names.unique(format!("{name}_copies"));
         let text = &mut self.text;
         text.open(&format!("def PointInstancer {}", quoted(&unique)));
         if batch.iter().any(|(i, _)| !i.object.is_none()) {
@@ -287,7 +287,7 @@ impl Stage<'_> {
     fn cameras(&mut self) {
         for camera in &self.scene.cameras {
             let k = &camera.intrinsics;
-            let unique = name::unique(&mut self.names, name::plain(&camera.name));
+            let unique = self.names.unique(name::plain(&camera.name));
             let pose = &camera.scene_from_camera;
             let axes = nemoral_scene::glam::DMat3::from_quat(pose.rotation);
             let text = &mut self.text;

@@ -109,6 +109,14 @@ fn only_the_text_of_an_older_map_is_replaced() {
     assert!(error.is_request() && !map.exists());
     let kept = std::fs::read_to_string(&text).expect("a text");
     assert_eq!(kept, "preset = \"beech\"");
+    // A picture beside the text does not make it a map's.
+    std::fs::write(&map, "a picture").expect("written");
+    let error = write_height_map(&hill(), &map).expect_err("refused");
+    assert!(matches!(&error, Error::NotOfMap { path } if *path == text));
+    let kept = std::fs::read_to_string(&text).expect("a text");
+    assert_eq!(kept, "preset = \"beech\"");
+    assert_eq!(std::fs::read(&map).expect("a picture"), b"a picture");
+    std::fs::remove_file(&map).expect("removed");
     std::fs::remove_file(&text).expect("removed");
     for _ in 0..2 {
         write_height_map(&hill(), &map).expect("written");
@@ -116,4 +124,6 @@ fn only_the_text_of_an_older_map_is_replaced() {
     assert!(check_height_map(&map, &[&folder.path().join("b.toml")]).is_ok());
     let error = check_height_map(&map, &[&text]).expect_err("refused");
     assert!(matches!(error, Error::NotOfMap { .. }));
+    let error = check_height_map(&map, &[&map]).expect_err("refused");
+    assert!(matches!(error, Error::Input { path } if path == map));
 }

@@ -67,16 +67,20 @@ pub(super) fn bake(raw: &RawModel, semantics: &[Semantic]) -> Result<Baked, Impo
     Ok(baked)
 }
 
-/// How often a part's picture is repeated within any of its triangles, if it cuts the part out: a
-/// mask shows itself once.
+/// How often a part's pictures are repeated within any of its triangles, if one of them cuts the
+/// part out: a mask shows itself once, with the colours over it.
 fn repetitions(raw: &RawModel, part: &RawPart) -> Result<[usize; 2], ImportError> {
     let material = &raw.materials[part.material];
-    let picture = match material.alpha {
-        Alpha::From(_) => material.picture,
-        Alpha::White(picture) => Some(picture),
-        Alpha::Everywhere | Alpha::Nowhere => None,
+    let pictures = match material.alpha {
+        Alpha::From(_) => [material.picture, None],
+        Alpha::White(mask) => [Some(mask), material.picture],
+        Alpha::Everywhere | Alpha::Nowhere => [None, None],
     };
-    let Some(picture) = picture.map(|i| &raw.pictures[i]) else {
+    let pictures = pictures.into_iter().flatten().map(|i| &raw.pictures[i]);
+    let Some(sides) = pictures
+        .map(|picture| [picture.width, picture.height])
+        .reduce(|a, b| [a[0].max(b[0]), a[1].max(b[1])])
+    else {
         return Ok([1, 1]);
     };
     let mut most = [1.0, 1.0_f64];
@@ -85,11 +89,10 @@ fn repetitions(raw: &RawModel, part: &RawPart) -> Result<[usize; 2], ImportError
         let span = end - least;
         most = [most[0].max(span.x), most[1].max(span.y)];
     }
-    let sides = [picture.width, picture.height];
     for (repeated, side) in most.into_iter().zip(sides) {
         if repeated * side as f64 > MAX_REPEATED_SIDE as f64 {
             return Err(ImportError::file(format!(
-                "material {}: a triangle shows its picture of {side} pixels, which cuts it out, \
+                "material {}: a triangle, which is cut out, shows its picture of {side} pixels \
                  {repeated} times along a side: at most {MAX_REPEATED_SIDE} pixels are allowed",
                 shown(&material.name)
             )));
@@ -313,5 +316,52 @@ fn linear(s: f32) -> f32 {
         s / 12.92
     } else {
         libm::powf((s + 0.055) / 1.055, 2.4)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Cursor;
+
+    use image::{ImageFormat, RgbaImage};
+
+    use super::*;
+
+    fn picture(width: u32, height: u32) -> Picture {
+        let mut png = Cursor::new(Vec::new());
+        let pixels = RgbaImage::new(width, height);
+        pixels.write_to(&mut png, ImageFormat::Png).expect("a PNG");
+        let mut left = u64::MAX;
+        Picture::read(&png.into_inner(), "picture", &mut left).expect("a picture")
+    }
+
+    #[test]
+    fn neither_a_mask_nor_the_colours_over_it_have_too_many_pixels() {
+        let of = |repeats: f64, [colours, mask]: [u32; 2]| {
+            let part = RawPart {
+                names: Vec::new(),
+                material: 0,
+                positions: vec![DVec3::ZERO, DVec3::X, DVec3::Y],
+                normals: Vec::new(),
+                uvs: vec![DVec2::ZERO, DVec2::X * repeats, DVec2::Y],
+                triangles: vec![[0, 1, 2]],
+            };
+            let material = RawMaterial {
+                picture: Some(0),
+                alpha: Alpha::White(1),
+                ..RawMaterial::plain("leaf")
+            };
+            let raw = RawModel {
+                materials: vec![material],
+                pictures: vec![picture(colours, 1), picture(mask, 1)],
+                ..RawModel::default()
+            };
+            repetitions(&raw, &part).map_err(|e| e.to_string())
+        };
+        assert_eq!(of(2.0, [4096, 2]), Ok([2, 1]));
+        for sides in [[4096, 2], [2, 4096]] {
+            let refused = of(3.0, sides).expect_err("refused");
+            assert!(refused.contains("of 4096 pixels 3 times"), "{refused}");
+        }
     }
 }

@@ -17,12 +17,17 @@ pub(super) struct RawModel {
     pub(super) notes: Vec<String>,
 }
 
-/// A name of a node or a group, of which the first part is enough.
-pub(super) fn cut(name: &str) -> Arc<str> {
+/// The first part of a name, which is enough to know what has it: at most 256 bytes.
+pub(super) fn first_part(name: &str) -> &str {
     const MOST: usize = 256;
-    let end = (0..=name.len().min(MOST)).rev();
-    let end = end.into_iter().find(|&i| name.is_char_boundary(i));
-    name[..end.unwrap_or(0)].into()
+    let mut ends = (0..=name.len().min(MOST)).rev();
+    let end = ends.find(|&i| name.is_char_boundary(i));
+    &name[..end.unwrap_or(0)]
+}
+
+/// The first part of a name of a node or a group.
+pub(super) fn cut(name: &str) -> Arc<str> {
+    first_part(name).into()
 }
 
 /// Triangles of one material of one node. Indices are valid, and arrays are as long as positions or

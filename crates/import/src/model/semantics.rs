@@ -6,7 +6,7 @@ use std::sync::Arc;
 use nemoral_scene::Semantic;
 
 use super::ModelKind;
-use super::raw::{RawModel, RawPart};
+use super::raw::{RawModel, RawPart, first_part};
 use super::sidecar::{ModelSidecar, names};
 use crate::ImportError;
 use crate::error::shown;
@@ -43,7 +43,7 @@ const WORDS: [(&str, Semantic); 25] = [
 
 /// The names of a part: its material's, then its nodes', the nearest first.
 fn names_of<'a>(raw: &'a RawModel, part: &'a RawPart) -> impl Iterator<Item = &'a str> {
-    let material = raw.materials[part.material].name.as_str();
+    let material = first_part(&raw.materials[part.material].name);
     let nodes = part.names.iter().map(|name| &**name);
     std::iter::once(material)
         .chain(nodes)
@@ -198,7 +198,26 @@ fn words(name: &str) -> Vec<String> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::raw::RawMaterial;
     use super::*;
+
+    #[test]
+    fn of_a_long_name_the_first_part_is_looked_at() {
+        let raw = RawModel {
+            materials: vec![RawMaterial::plain(&"0".repeat(1000))],
+            ..RawModel::default()
+        };
+        let part = RawPart {
+            names: Vec::new(),
+            material: 0,
+            positions: Vec::new(),
+            normals: Vec::new(),
+            uvs: Vec::new(),
+            triangles: Vec::new(),
+        };
+        let names: Vec<&str> = names_of(&raw, &part).collect();
+        assert_eq!(names, ["0".repeat(256)]);
+    }
 
     #[test]
     fn words_of_names() {

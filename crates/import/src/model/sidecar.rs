@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use nemoral_scene::glam::{DMat3, DVec3, Vec3};
-use nemoral_scene::{Mesh, Semantic};
+use nemoral_scene::{Mesh, Semantic, on_deep_stack};
 use serde::Deserialize;
 
 use crate::ImportError;
@@ -68,7 +68,9 @@ impl ModelSidecar {
         }
         let text = std::str::from_utf8(bytes)
             .map_err(|_| ImportError::file("its sidecar is not UTF-8 text"))?;
-        let written: Written = toml::from_str(text).map_err(|e| {
+        let read = on_deep_stack(|| toml::from_str::<Written>(text));
+        let read = read.map_err(|e| ImportError::file(format!("its sidecar: {e}")))?;
+        let written = read.map_err(|e| {
             let before = e.span().and_then(|span| text.get(..span.start));
             let line = before.map_or(1, |before| 1 + before.matches('\n').count());
             let message = shown(e.message());

@@ -1,8 +1,11 @@
 //! The TOML sources of a request: their values, and the places of these.
 
+use std::ops::Range;
 use std::path::Path;
 
+use nemoral_scene::on_deep_stack;
 use toml::Table;
+use toml::de::{DeTable, DeValue};
 
 use super::dotted_keys::join;
 use super::errors::{ConfigError, ConfigErrors, Place};
@@ -15,6 +18,9 @@ pub(super) const VARY_TABLES: [&str; 2] = ["vary", "ranges"];
 
 /// The largest config file: as large as those that a data set may have.
 const FILE_BYTES: u64 = nemoral_dataset::CONFIG_BYTES;
+
+/// The most values in each other: a config has six levels, and what walks values recurses.
+const MOST_LEVELS: usize = 32;
 
 /// TOML text with its name and its values.
 #[derive(Clone)]
@@ -66,7 +72,9 @@ impl Source {
     }
 
     pub(super) fn parse(name: &str, is_argument: bool, text: String) -> Result<Self, Error> {
-        match text.parse::<Table>() {
+        let read = on_deep_stack(|| table_of(&text))
+            .map_err(|e| Error::request(format!("{}: {e}", cut(name))))?;
+        match read {
             Ok(table) => Ok(Self {
                 name: name.to_owned(),
                 is_argument,
@@ -75,15 +83,16 @@ impl Source {
                 is_drawn: false,
                 base: Base::WorkingFolder,
             }),
-            Err(error) => {
-                let place = match error.span() {
-                    _ if is_argument => Some(Place::Argument(name.to_owned())),
-                    span => Some(place(name, &text, span.unwrap_or_default())),
+            Err((message, span)) => {
+                let place = if is_argument {
+                    Place::Argument(name.to_owned())
+                } else {
+                    place(name, &text, span)
                 };
                 let error = ConfigError {
                     path: String::new(),
-                    message: cut(error.message()),
-                    place,
+                    message,
+                    place: Some(place),
                 };
                 Err(ConfigErrors::from_iter([error]).into())
             }
@@ -127,7 +136,7 @@ impl Source {
 
     /// The place of a key whose parts may contain dots.
     pub(super) fn place_of_parts(&self, parts: &[&str]) -> Option<Place> {
-        let parsed = toml::de::DeTable::parse(&self.text).ok()?;
+        let parsed = DeTable::parse(&self.text).ok()?;
         let mut table = parsed.get_ref();
         let mut parts = parts.iter().peekable();
         while let Some(part) = parts.next() {
@@ -149,7 +158,34 @@ impl Source {
     }
 }
 
-fn place(name: &str, text: &str, span: std::ops::Range<usize>) -> Place {
+/// The values of a text, or what is wrong with it, and where. It needs a deep stack.
+fn table_of(text: &str) -> Result<Table, (String, Range<usize>)> {
+    let wrong = |e: toml::de::Error| (cut(e.message()), e.span().unwrap_or_default());
+    let parsed = DeTable::parse(text).map_err(wrong)?;
+    if is_deeper(parsed.get_ref(), MOST_LEVELS) {
+        let message = format!("values lie in each other deeper than {MOST_LEVELS} levels");
+        return Err((message, 0..0));
+    }
+    text.parse::<Table>().map_err(wrong)
+}
+
+/// Whether values lie in each other on more levels than `most`.
+fn is_deeper(table: &DeTable<'_>, most: usize) -> bool {
+    let mut left: Vec<_> = table.values().map(|v| (v.get_ref(), 1)).collect();
+    while let Some((value, level)) = left.pop() {
+        if level > most {
+            return true;
+        }
+        match value {
+            DeValue::Table(inner) => left.extend(inner.values().map(|v| (v.get_ref(), level + 1))),
+            DeValue::Array(inner) => left.extend(inner.iter().map(|v| (v.get_ref(), level + 1))),
+            _ => {}
+        }
+    }
+    false
+}
+
+fn place(name: &str, text: &str, span: Range<usize>) -> Place {
     let start = span.start.min(text.len());
     let line_start = text[..start].rfind('\n').map_or(0, |i| i + 1);
     let line_end = text[start..].find('\n').map_or(text.len(), |i| start + i);

@@ -3,6 +3,8 @@
 use std::io::{self, Read, Write};
 use std::time::{Duration, Instant};
 
+use nemoral_scene::excerpt;
+
 use super::guard::{Claims, Token, refusal};
 use super::{MAX_BODY_BYTES, MAX_HEAD_BYTES, Method, Request, Response};
 
@@ -65,7 +67,8 @@ impl<S: Read + Write> Connection<S> {
             match parse(&self.ahead, port) {
                 Ok(Some(whole)) => break whole,
                 Ok(None) if self.ahead.len() >= MAX_HEAD_BYTES => {
-                    return Arrived::Refused(Response::text(431, "headers: too long"));
+                    let why = format!("headers: must be at most {MAX_HEAD_BYTES} bytes");
+                    return Arrived::Refused(Response::text(431, &why));
                 }
                 Ok(None) => {}
                 Err(refused) => return Arrived::Refused(refused),
@@ -193,16 +196,17 @@ fn parse(bytes: &[u8], port: u16) -> Result<Option<(Head, usize)>, Response> {
     if !values("Transfer-Encoding").is_empty() {
         return Err(Response::text(501, "Transfer-Encoding: must not be given"));
     }
-    let body_bytes = match only("Content-Length")? {
-        None => 0,
-        // Digits alone: `parse` takes a sign, too.
-        Some(n) if n.bytes().all(|b| b.is_ascii_digit()) && n.len() < 10 => n
-            .parse()
-            .map_err(|_| Response::text(400, "Content-Length: must be a number"))?,
-        Some(_) => return Err(Response::text(400, "Content-Length: must be a number")),
+    let told = only("Content-Length")?.unwrap_or("0");
+    // Digits alone: `parse` takes a sign, too.
+    let is_number = told.bytes().all(|b| b.is_ascii_digit()) && told.len() < 10;
+    let Some(body_bytes) = told.parse::<usize>().ok().filter(|_| is_number) else {
+        let told = excerpt(told, 40);
+        let why = format!("Content-Length = {told}: must be one number of at most 9 digits");
+        return Err(Response::text(400, &why));
     };
     if body_bytes > MAX_BODY_BYTES {
-        return Err(Response::text(413, "body: too long"));
+        let why = format!("body: {body_bytes} bytes: must be at most {MAX_BODY_BYTES}");
+        return Err(Response::text(413, &why));
     }
     let closes = values("Connection")
         .iter()
@@ -400,6 +404,35 @@ mod tests {
             let arrived = connection(&text, 64).next(5, &token);
             let shown = &text[..text.len().min(90)];
             assert_eq!(status(&arrived), expected, "{shown}: {arrived:?}");
+        }
+    }
+
+    #[test]
+    fn refusals_of_sizes_say_what_is_allowed() {
+        let token = Token::random().unwrap();
+        let t = token.as_str();
+        let start = format!("GET /{t}/ HTTP/1.1\r\nHost: 127.0.0.1:5\r\n");
+        let long = "x".repeat(MAX_HEAD_BYTES);
+        for (rest, told) in [
+            (
+                "Content-Length: 1e3",
+                "Content-Length = 1e3: must be one number",
+            ),
+            (
+                "Content-Length: 8193",
+                "body: 8193 bytes: must be at most 8192",
+            ),
+            (
+                &*format!("a: {long}"),
+                "headers: must be at most 8192 bytes",
+            ),
+        ] {
+            let text = format!("{start}{rest}\r\n\r\n");
+            let Arrived::Refused(response) = connection(&text, 64).next(5, &token) else {
+                panic!("{told}");
+            };
+            let body = String::from_utf8(response.body).unwrap();
+            assert!(body.starts_with(told), "{body}");
         }
     }
 

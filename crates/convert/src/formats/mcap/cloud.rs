@@ -113,13 +113,35 @@ pub(super) fn notes(manifest: &Manifest) -> Vec<String> {
     )]
 }
 
+/// The bytes of a point: a multiple of the widest field's size. Nothing reads the places of fields
+/// that are left out.
+const STEP: u32 = 40;
+
+/// The number of a scan's points, if a message holds them, whose sizes have 32 bits.
+fn count(points: usize, name: &str, [sequence, frame]: [u64; 2]) -> Result<u32, Error> {
+    let most = u32::MAX / STEP;
+    match u32::try_from(points) {
+        Ok(count) if count <= most => Ok(count),
+        _ => Err(Error::Unsuitable {
+            format: "mcap",
+            reason: format!(
+                "LiDAR '{name}' has {points} points in frame {frame} of sequence {sequence:02}: must \
+                 be at most {most}, as messages are at most 4 GiB"
+            ),
+        }),
+    }
+}
+
 /// `PointCloud2`.
+///
+/// # Errors
+/// If the scan has too many points for one.
 pub(super) fn message(
     scan: &[PlyPoint],
     labels: &Labels,
     frame: &FrameRef<'_>,
     (name, timing): (&str, Timing),
-) -> Vec<u8> {
+) -> Result<Vec<u8>, Error> {
     const U16: u8 = 4;
     const U32: u8 = 6;
     const F32: u8 = 7;
@@ -136,8 +158,7 @@ pub(super) fn message(
         ("range", 32, U32),
         ("reflectivity", 36, U16),
     ];
-    // A multiple of the widest field's size; nothing reads the places of fields that are left out.
-    const STEP: u32 = 40;
+    let count = count(scan.len(), name, [frame.sequence.into(), frame.index])?;
     let mut data = Vec::with_capacity(scan.len() * STEP as usize);
     for p in scan {
         let point = &p.point;
@@ -164,24 +185,28 @@ pub(super) fn message(
         all.filter(|(field, ..)| timing.has(field))
     };
     let mut out = Cdr::new();
-    out.header(timing.stamp_ns(frame), name)
-        .u32(1)
-        .u32(scan.len() as u32);
+    out.header(timing.stamp_ns(frame), name).u32(1).u32(count);
     out.u32(fields().count() as u32);
     for (field, offset, data_type) in fields() {
         out.text(field).u32(offset).u8(data_type).u32(1);
     }
-    out.u8(0)
-        .u32(STEP)
-        .u32(STEP * scan.len() as u32)
-        .bytes(&data)
-        .u8(1);
-    out.finish()
+    out.u8(0).u32(STEP).u32(STEP * count).bytes(&data).u8(1);
+    Ok(out.finish())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_message_has_as_many_points_as_its_sizes_hold() {
+        let counted = |points| count(points, "top", [2, 7]).map_err(|e| e.to_string());
+        assert_eq!(counted(107_374_182), Ok(107_374_182));
+        let refused = counted(107_374_183).expect_err("refused");
+        let told = "LiDAR 'top' has 107374183 points in frame 7 of sequence 02: must be at most \
+                    107374182";
+        assert!(refused.contains(told), "{refused}");
+    }
 
     #[test]
     fn nanoseconds_are_left_out_where_32_bits_do_not_hold_them() {

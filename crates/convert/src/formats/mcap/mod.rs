@@ -173,7 +173,7 @@ fn write_messages(
         let mut channel = LABELS + 1;
         for (l, (lidar, &timing)) in sequence.lidars.iter().zip(&timings).enumerate() {
             let scan = source.scan(frame, l)?.ply;
-            let data = cloud::message(&scan, labels, frame, (&lidar.name, timing));
+            let data = cloud::message(&scan, labels, frame, (&lidar.name, timing))?;
             messages.push(message(channel, frame, data));
             channel += 1;
         }

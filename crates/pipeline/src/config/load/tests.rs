@@ -43,6 +43,19 @@ fn layers_lie_over_each_other() {
 }
 
 #[test]
+fn values_that_lie_deep_in_each_other_are_refused() {
+    // 6,000 tables in each other in 12 kB, which the parser lets pass.
+    let key = ["a"; 79].join(".");
+    let value = (0..75).fold("1".to_owned(), |inner, _| format!("{{{key}={inner}}}"));
+    let text = format!("[{key}]\n{key}={value}\n");
+    let refused = message(load("", &text, &[]));
+    assert!(refused.contains("deeper than 32 levels"), "{refused}");
+    let argument = format!("{key}={value}");
+    let refused = message(load("", "preset = \"demo\"", &[&argument]));
+    assert!(refused.contains("deeper than 32 levels"), "{refused}");
+}
+
+#[test]
 fn a_variant_replaces_the_presets() {
     let config = load("", "[lidar.lines]\nlines = 16\nlow_deg = -10", &[]).expect("fine");
     let LidarLinesOnly(lines) = lines(&config);
