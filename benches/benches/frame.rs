@@ -4,7 +4,7 @@ use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use nemoral_benches::{DENSITIES, Grown, config};
-use nemoral_pipeline::plan::At;
+use nemoral_pipeline::plan::ForestCoordinate;
 
 fn frames(c: &mut Criterion) {
     let mut group = c.benchmark_group("frame_1280x720");
@@ -19,7 +19,9 @@ fn frames(c: &mut Criterion) {
         });
         group.bench_function(BenchmarkId::new("image_and_scan", preset), |b| {
             b.iter(|| {
-                grown.store.retain(|_, at| !matches!(at, At::Frame(_)));
+                grown
+                    .store
+                    .retain(|_, at| !matches!(at, ForestCoordinate::Frame(_)));
                 let runner = grown.runner();
                 let images = runner.get(grown.forest.images, 0).expect("grown");
                 black_box((images, runner.get(grown.forest.scans, 0).expect("grown")))

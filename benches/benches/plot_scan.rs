@@ -23,7 +23,7 @@ use std::time::Instant;
 
 use cpu_time::ProcessTime;
 use nemoral_lidar::{
-    Beam, ExactRange, Panorama, PanoramaParams, Returns, ScanRequest, Scanner, ScannerParams,
+    Beam, ExactRange, Panorama, PanoramaParams, ReturnMode, ScanRequest, Scanner, ScannerParams,
 };
 use nemoral_raycast::{Blas, Group, RayScene};
 use nemoral_scene::glam::{DVec3, Mat3, Vec3};
@@ -74,8 +74,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     let pose = |_: f64| RigidTransform::from_xyz_rpy(DVec3::new(0.0, 0.0, 1.7), 0.0, 0.0, 0.0);
     for (name, rings, returns) in [
-        ("1 ray", 0, Returns::Strongest),
-        ("19 sub-rays, all echoes", 2, Returns::All(8)),
+        ("1 ray", 0, ReturnMode::Strongest),
+        ("19 sub-rays, all echoes", 2, ReturnMode::All(8)),
     ] {
         let params = ScannerParams {
             pulses_per_scan: rows * (pulses / rows),

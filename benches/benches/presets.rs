@@ -12,7 +12,7 @@ use std::time::Instant;
 use nemoral_benches::{Grown, settings};
 use nemoral_pipeline::ForestPlan;
 use nemoral_pipeline::config::Preset;
-use nemoral_pipeline::plan::{At, Cache, Runner, Store};
+use nemoral_pipeline::plan::{Cache, ForestCoordinate, Runner, Store};
 use nemoral_raycast::RayScene;
 use nemoral_scene::ChunkCoord;
 
@@ -65,7 +65,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         // A chunk that the robot drives through. Its neighbours are already computed, as during a
         // drive.
         let at = ChunkCoord::new(0, 0);
-        let of_this = |stage: &str, place| stage.starts_with(OF_CHUNK) && place == At::Chunk(at);
+        let of_this = |stage: &str, place| {
+            stage.starts_with(OF_CHUNK) && place == ForestCoordinate::Chunk(at)
+        };
         let chunk_s = best(&|| {
             grown.store.retain(|stage, place| !of_this(stage, place));
             let runner = grown.runner();

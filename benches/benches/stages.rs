@@ -6,25 +6,25 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use nemoral_assets::Library;
 use nemoral_benches::{Grown, config};
 use nemoral_dataset::{CameraData, DatasetHeader, FrameData, LidarData, OpenMode, Writer};
-use nemoral_lidar::{HorizonLike, Mid40, ScanPattern};
-use nemoral_lidar_noise::{EchoObservation, RangeNoise, RangeSensor};
+use nemoral_lidar::{LivoxHorizonLike, Mid40, ScanPattern};
+use nemoral_lidar_noise::{EchoObservation, RangeNoise, RangeNoiseSampler};
 use nemoral_pipeline::config::{Config, Sequences};
 use nemoral_pipeline::plan::{Node, Runner, Store};
 use nemoral_pipeline::{Backend, ForestPlan};
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{Annotations, ChunkCoord, Surface, Twist};
 use nemoral_seed::{Domain, Key};
-use nemoral_terrain::{Terrain, TerrainParams};
+use nemoral_terrain::{NoiseTerrain, TerrainParams};
 
 fn small(c: &mut Criterion) {
-    let terrain = Terrain::new(TerrainParams::default(), Key::world(7)).expect("valid");
+    let terrain = NoiseTerrain::new(TerrainParams::default(), Key::world(7)).expect("valid");
     c.bench_function("terrain/sample", |b| {
         b.iter(|| black_box(terrain.sample(black_box(DVec2::new(123.4, -56.7)))));
     });
     let mut pulse = 0;
     for (name, pattern) in [
         ("mid40", &Mid40 as &dyn ScanPattern),
-        ("horizon", &HorizonLike),
+        ("horizon", &LivoxHorizonLike),
     ] {
         c.bench_function(&format!("lidar/pulse/{name}"), |b| {
             b.iter(|| {
@@ -33,13 +33,13 @@ fn small(c: &mut Criterion) {
             });
         });
     }
-    let sensor = RangeSensor::new(RangeNoise::default()).expect("valid");
+    let sampler = RangeNoiseSampler::new(RangeNoise::default()).expect("valid");
     let key = Key::world(7).domain(Domain::new("bench.noise"));
     c.bench_function("lidar-noise/measure", |b| {
         let o = EchoObservation::at_angle(20.0, 0.7, 0.4);
         b.iter(|| {
             pulse += 1;
-            black_box(sensor.measure(&o, &mut key.item(pulse).rng()))
+            black_box(sampler.measure(&o, &mut key.item(pulse).rng()))
         });
     });
 }

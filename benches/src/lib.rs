@@ -4,7 +4,7 @@
 //! chunk of 50 m, 25,000, 50,000 and 100,000 points, everything visible to 100 m.
 
 use nemoral_lidar::ScanRequest;
-use nemoral_pipeline::config::{Config, Layers};
+use nemoral_pipeline::config::{Config, ConfigLayers};
 use nemoral_pipeline::plan::{Runner, Store};
 use nemoral_pipeline::{Error, ForestPlan};
 use nemoral_scene::LidarPoint;
@@ -29,7 +29,7 @@ pub fn config(preset: &str, pulses: u32) -> Result<Config, Error> {
 /// # Errors
 /// If there is no such preset, or a setting is refused.
 pub fn settings(preset: &str, settings: &[String]) -> Result<Config, Error> {
-    Layers {
+    ConfigLayers {
         preset: Some(preset.to_owned()),
         file: None,
         settings: settings.to_vec(),

@@ -21,7 +21,7 @@ use nemoral_export::{
     ExportScene, GltfParams, Instancing, UsdParams, write_glb, write_height_map, write_sdf,
     write_usd,
 };
-use nemoral_pipeline::config::Layers;
+use nemoral_pipeline::config::ConfigLayers;
 use nemoral_pipeline::{Backend, ExportArea, Recorder};
 use nemoral_scene::glam::{DVec2, Vec3};
 
@@ -32,12 +32,12 @@ const HIGH_M: DVec2 = DVec2::new(9.5, 27.25);
 fn main() -> Result<(), Box<dyn Error>> {
     let out = PathBuf::from(std::env::args_os().nth(1).ok_or("say where to write")?);
     fs::create_dir_all(&out)?;
-    let layers = Layers {
+    let layers = ConfigLayers {
         preset: Some("demo".to_owned()),
         settings: ["deadwood.volume_m3_ha=60", "terrain.max_height_m=12"]
             .map(str::to_owned)
             .to_vec(),
-        ..Layers::default()
+        ..ConfigLayers::default()
     };
     let recorder = Recorder::new(layers.sequences()?.get(0)?, Backend::Cpu, None, 2)?;
     let area = ExportArea::Region {

@@ -4,7 +4,7 @@ use std::fmt;
 use std::io::Write;
 use std::sync::OnceLock;
 
-use nemoral_render::{Accept, Gpu};
+use nemoral_render::{AcceptedGpus, Gpu};
 use nemoral_scene::{Ontology, TruthImages};
 
 /// A GPU, or a software renderer in its place. Without any, `None`: the test skips itself, and a
@@ -15,7 +15,7 @@ use nemoral_scene::{Ontology, TruthImages};
 /// If there is none and one is required.
 pub fn gpu(test: &str) -> Option<&'static Gpu> {
     static GPU: OnceLock<Result<Gpu, String>> = OnceLock::new();
-    match GPU.get_or_init(|| Gpu::open(Accept::Any).map_err(|e| e.to_string())) {
+    match GPU.get_or_init(|| Gpu::open(AcceptedGpus::Any).map_err(|e| e.to_string())) {
         Ok(gpu) => Some(gpu),
         Err(reason) => {
             let message = format!("SKIPPED: {test}: {reason}\n");

@@ -2,7 +2,7 @@
 
 use std::f32::consts::{FRAC_PI_4, PI, TAU};
 
-use nemoral_lidar::{HorizonLike, ScanPattern};
+use nemoral_lidar::{LivoxHorizonLike, ScanPattern};
 use nemoral_scene::Ray;
 use nemoral_scene::glam::{Mat3, Vec3};
 
@@ -49,7 +49,7 @@ fn ray((origin, axes): &Eye, direction: Vec3) -> Ray {
 }
 
 fn horizon(eye: &Eye) -> Vec<Ray> {
-    let pulse = |i| HorizonLike.pulse(i).direction.as_vec3();
+    let pulse = |i| LivoxHorizonLike.pulse(i).direction.as_vec3();
     (0..50_000).map(|i| ray(eye, pulse(i))).collect()
 }
 

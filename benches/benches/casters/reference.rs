@@ -6,7 +6,7 @@ use std::error::Error;
 use std::f32::consts::TAU;
 use std::sync::Arc;
 
-use nemoral_raycast::{Blas, Group, Quality};
+use nemoral_raycast::{Blas, BuildQuality, Group};
 use nemoral_scene::glam::{Mat3, Vec2, Vec3};
 use nemoral_scene::{
     AlphaMask, Card, ChunkCoord, Instance, InstancePlace, Material, MaterialId, MaterialLibrary,
@@ -61,7 +61,7 @@ pub(crate) fn grow(leaves_are_triangles: bool) -> Result<Forest, Box<dyn Error>>
         Ok::<_, Box<dyn Error>>(Arc::new(Blas::with_quality(
             Arc::new(shape),
             &library,
-            Quality::High,
+            BuildQuality::High,
         )))
     };
     let mut trees = Vec::new();

@@ -56,7 +56,8 @@ pub use serialize::DeserializeError;
 pub use tree::{
     Allometry, BarkKind, BarkLayer, BarkLook, BranchLevel, Competition, Competitors,
     CrownCompetition, CrownForm, DeadBranches, FlareLobe, FoliageCard, FoliageForm, FruitLook,
-    GrownTree, GrowthParams, LeafKind, LeafLook, LeafPhase, LeafStage, Phenology, Season, ShedBark,
-    ShedLook, SizeClass, Species, SpeciesError, StemForm, StemProfile, Taper, TreeMaterials,
-    TreeSize, TreeStructure, WoodNode, WoodVolume, grow, grow_snag, grow_with_structure,
+    GrownTree, GrowthParams, LeafKind, LeafLook, LeafSpectra, LitterBark, LitterLook, Phenology,
+    PhenologyState, Season, SizeClass, Species, SpeciesError, StemForm, StemProfile, Taper,
+    TreeMaterials, TreeSize, TreeStructure, WoodNode, WoodVolume, grow, grow_snag,
+    grow_with_structure,
 };

@@ -6,7 +6,7 @@ use std::str::FromStr;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
-use nemoral_convert::{FormatName, Table};
+use nemoral_convert::{ClassMapping, FormatName};
 use nemoral_dataset::Crop;
 use nemoral_pipeline::BackendChoice;
 
@@ -112,7 +112,7 @@ pub(crate) struct World {
 
 /// Where grown plants are stored, so that the next run need not grow them again.
 #[derive(Args, Clone, Debug)]
-pub(crate) struct Keeping {
+pub(crate) struct CacheArgs {
     /// The folder that stores grown trees between runs; the user's cache folder if not given.
     #[arg(long, value_name = "DIR", env = "NEMORAL_CACHE")]
     pub(crate) cache: Option<PathBuf>,
@@ -123,11 +123,11 @@ pub(crate) struct Keeping {
 
 /// A forest of which one sequence is asked for.
 #[derive(Args, Clone, Debug)]
-pub(crate) struct OneSequence {
+pub(crate) struct SequenceArgs {
     #[command(flatten)]
     pub(crate) world: World,
     #[command(flatten)]
-    pub(crate) keeping: Keeping,
+    pub(crate) cache_args: CacheArgs,
     /// Which sequence.
     #[arg(long, value_name = "K", default_value_t = 0)]
     pub(crate) sequence: u32,
@@ -135,7 +135,7 @@ pub(crate) struct OneSequence {
 
 /// How a long command tells how far it is.
 #[derive(Args, Clone, Copy, Debug)]
-pub(crate) struct Reporting {
+pub(crate) struct ProgressArgs {
     /// How progress is reported.
     #[arg(long, value_enum, default_value_t = Progress::Auto)]
     pub(crate) progress: Progress,
@@ -212,7 +212,7 @@ pub(crate) struct Convert {
     #[arg(long)]
     pub(crate) overwrite: bool,
     #[command(flatten)]
-    pub(crate) reporting: Reporting,
+    pub(crate) progress_args: ProgressArgs,
 }
 
 #[derive(Args, Debug)]
@@ -241,7 +241,7 @@ pub(crate) struct Tree {
 #[derive(Args, Debug)]
 pub(crate) struct Export {
     #[command(flatten)]
-    pub(crate) of: OneSequence,
+    pub(crate) of: SequenceArgs,
     /// What is visible at this frame, with its cameras.
     #[arg(long, value_name = "K", default_value_t = 0, conflicts_with = "region")]
     pub(crate) frame: u64,
@@ -265,7 +265,7 @@ pub(crate) struct Export {
 #[derive(Args, Debug)]
 pub(crate) struct Inventory {
     #[command(flatten)]
-    pub(crate) of: OneSequence,
+    pub(crate) of: SequenceArgs,
     /// West, south, east, north, metres; else around all `--plot`, or a hectare at the start.
     #[arg(long, value_name = "X0,Y0,X1,Y1", allow_hyphen_values = true)]
     pub(crate) region: Option<Region>,
@@ -304,7 +304,7 @@ pub(crate) struct Inventory {
 #[derive(Args, Debug)]
 pub(crate) struct Imu {
     #[command(flatten)]
-    pub(crate) of: OneSequence,
+    pub(crate) of: SequenceArgs,
     /// The folder, which must be empty.
     #[arg(long, short, value_name = "DIR")]
     pub(crate) out: PathBuf,
@@ -359,7 +359,7 @@ fn list_of_formats() -> String {
         let next_line = format!(",\n{}", " ".repeat(title.len()));
         format!("{title}{}", lines.join(&next_line))
     };
-    let tables: Vec<_> = Table::built_in().collect();
+    let tables: Vec<_> = ClassMapping::built_in().collect();
     let formats = list("Formats: ", &FormatName::ALL.map(FormatName::name), 10);
     format!("{formats}\n{}", list("Tables of classes: ", &tables, 5))
 }
@@ -414,9 +414,9 @@ pub(crate) struct Generate {
     #[arg(long)]
     pub(crate) overwrite: bool,
     #[command(flatten)]
-    pub(crate) keeping: Keeping,
+    pub(crate) cache_args: CacheArgs,
     #[command(flatten)]
-    pub(crate) reporting: Reporting,
+    pub(crate) progress_args: ProgressArgs,
 }
 
 #[derive(Args, Debug)]
@@ -468,7 +468,7 @@ pub(crate) struct Preview {
     #[command(flatten)]
     pub(crate) world: World,
     #[command(flatten)]
-    pub(crate) keeping: Keeping,
+    pub(crate) cache_args: CacheArgs,
     /// Which frame.
     #[arg(long, value_name = "K", default_value_t = 0)]
     pub(crate) frame: u64,
@@ -486,7 +486,7 @@ pub(crate) struct Preview {
 #[derive(Args, Debug)]
 pub(crate) struct View {
     #[command(flatten)]
-    pub(crate) of: OneSequence,
+    pub(crate) of: SequenceArgs,
     /// Which renderer takes the pictures.
     #[arg(long, value_enum, default_value_t = Backend::Auto)]
     pub(crate) backend: Backend,
@@ -517,7 +517,7 @@ pub(crate) enum ConfigCommand {
         #[command(flatten)]
         world: World,
         #[command(flatten)]
-        keeping: Keeping,
+        cache_args: CacheArgs,
     },
     /// Prints the JSON schema, for editors that complete TOML.
     Schema,
@@ -530,7 +530,7 @@ pub(crate) struct Plan {
     #[command(flatten)]
     pub(crate) world: World,
     #[command(flatten)]
-    pub(crate) keeping: Keeping,
+    pub(crate) cache_args: CacheArgs,
     /// How the graph is written.
     #[arg(long, value_enum, default_value_t = Graph::Mermaid)]
     pub(crate) format: Graph,
@@ -586,5 +586,5 @@ pub(crate) struct Merge {
     #[arg(long)]
     pub(crate) overwrite: bool,
     #[command(flatten)]
-    pub(crate) reporting: Reporting,
+    pub(crate) progress_args: ProgressArgs,
 }

@@ -6,7 +6,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::CommandFactory;
 use nemoral_convert::{
-    ConvertParams, LazCloudParams, Mode, Table, convert_watched, laz_cloud, laz_note,
+    ClassMapping, ConvertParams, LazCloudParams, OutputMode, convert_with_progress, laz_cloud,
+    laz_note,
 };
 use nemoral_dataset::{CloudFormat, CloudParams, CloudPoses, MergeParams, OpenMode};
 use nemoral_pipeline::config::{
@@ -14,8 +15,8 @@ use nemoral_pipeline::config::{
 };
 use nemoral_pipeline::plan::{GraphFormat, Store};
 use nemoral_pipeline::{
-    Backend, ForestPlan, FrameSelection, Observer, Request, SequenceFrames, check, check_png_name,
-    estimate, generate, merge, preview, write_png,
+    Backend, ForestPlan, FrameSelection, GenerateParams, Observer, SequenceFrames, check,
+    check_png_name, estimate, generate, merge, preview, write_png,
 };
 use serde_json::json;
 
@@ -27,7 +28,7 @@ use crate::failure::{Failure, wrong};
 use crate::frames::Frames;
 use crate::progress::Reporter;
 use crate::request::{cache, layers, load, recorder, threads};
-use crate::terminal::{hand_out, note, say, tell};
+use crate::terminal::{note, print_data, say, tell};
 use crate::{export, inventory, view};
 
 /// Runs a command. The result is `false` if it ran but its answer is no.
@@ -80,11 +81,11 @@ pub(crate) fn run(arguments: Arguments, program: Option<&Path>) -> Result<bool, 
             let mut script = Vec::new();
             let mut program = Arguments::command();
             clap_complete::generate(shell, &mut program, "nemoral", &mut script);
-            hand_out(String::from_utf8_lossy(&script).trim_end())?;
+            print_data(String::from_utf8_lossy(&script).trim_end())?;
             Ok(true)
         }
         Command::Man { command } => {
-            hand_out(manual(command.as_deref())?.trim_end())?;
+            print_data(manual(command.as_deref())?.trim_end())?;
             Ok(true)
         }
     }
@@ -149,7 +150,7 @@ fn run_cloud(a: Cloud) -> Result<bool, Failure> {
     if is_laz {
         let laz = LazCloudParams {
             tile_m: a.tile,
-            ontology: a.ontology.as_deref().map(Table::load).transpose()?,
+            ontology: a.ontology.as_deref().map(ClassMapping::load).transpose()?,
             overwrite: a.overwrite,
         };
         for tile in laz_cloud(&cloud, &a.out, &laz)? {
@@ -208,16 +209,16 @@ fn manual(command: Option<&str>) -> Result<String, Failure> {
 fn run_convert(a: &Convert) -> Result<bool, Failure> {
     let params = ConvertParams {
         format: a.to,
-        ontology: a.ontology.as_deref().map(Table::load).transpose()?,
+        ontology: a.ontology.as_deref().map(ClassMapping::load).transpose()?,
         min_px: a.min_px,
         mode: match (a.resume, a.overwrite) {
-            (true, _) => Mode::Resume,
-            (_, true) => Mode::Overwrite,
-            _ => Mode::Fresh,
+            (true, _) => OutputMode::Resume,
+            (_, true) => OutputMode::Overwrite,
+            _ => OutputMode::Fresh,
         },
     };
-    let reporter = Reporter::of_data_set("converting", a.reporting);
-    let done = convert_watched(&a.dir, &a.out, &params, &reporter.watch());
+    let reporter = Reporter::of_data_set("converting", a.progress_args);
+    let done = convert_with_progress(&a.dir, &a.out, &params, &reporter.monitor());
     let done = done.inspect_err(|_| reporter.clear())?;
     let out = a.out.display().to_string();
     let answer = format!(
@@ -241,13 +242,13 @@ fn run_merge(a: &Merge) -> Result<bool, Failure> {
         mode: open_mode(a.resume, a.overwrite),
         partial: a.partial,
     };
-    let reporter = Reporter::of_data_set("merging", a.reporting);
+    let reporter = Reporter::of_data_set("merging", a.progress_args);
     let never = AtomicBool::new(false);
     let merged = merge(
         &shards,
         &a.out,
         params,
-        &reporter.watch(),
+        &reporter.monitor(),
         &*reporter,
         &never,
     );
@@ -308,16 +309,16 @@ fn run_generate(
         message: format!("cannot listen for signals: {e}"),
         is_request: false,
     })?;
-    let reporter = Reporter::new(frames.count(), sequences.len(), a.reporting);
+    let reporter = Reporter::new(frames.count(), sequences.len(), a.progress_args);
     let (backend, of_backend) = Backend::for_sequences(a.backend.into(), &sequences)?;
     if config.camera.enabled {
         reporter.note_with_first(of_backend);
     }
-    let (cache, no_cache) = cache(&a.keeping, program);
+    let (cache, no_cache) = cache(&a.cache_args, program);
     if let Some(no_cache) = no_cache {
         reporter.note_with_first(no_cache);
     }
-    let request = Request {
+    let params = GenerateParams {
         cache,
         sequences,
         frames,
@@ -327,7 +328,7 @@ fn run_generate(
         threads: threads(&a.world)?,
         backend: backend.with_gpu_memory(a.gpu_memory),
     };
-    let manifest = generate(&request, &reporter, &stop);
+    let manifest = generate(&params, &reporter, &stop);
     let manifest = manifest.inspect_err(|_| reporter.clear())?;
     reporter.finish(manifest.frames.len(), &a.out);
     Ok(true)
@@ -337,7 +338,7 @@ fn run_preview(a: &Preview, program: Option<&Path>) -> Result<bool, Failure> {
     check_png_name(&a.out)?;
     let SequenceConfig { config, inputs, .. } = load(&a.world)?.get(a.sequence)?;
     let (backend, of_backend) = Backend::for_config(a.backend.into(), &config)?;
-    let (cache, no_cache) = cache(&a.keeping, program);
+    let (cache, no_cache) = cache(&a.cache_args, program);
     let threads = threads(&a.world)?;
     let sheet = preview(&config, &inputs, backend, a.frame, threads, cache)?;
     write_png(&sheet, &a.out)?;
@@ -357,14 +358,14 @@ fn run_config(command: &ConfigCommand, program: Option<&Path>) -> Result<bool, F
             }
         }
         ConfigCommand::Init(world) => {
-            hand_out(annotated_toml(load(world)?.asked()).trim_end())?;
+            print_data(annotated_toml(load(world)?.asked()).trim_end())?;
         }
         ConfigCommand::Show { world, sequence } => {
-            hand_out(load(world)?.get(*sequence)?.config.to_toml().trim_end())?;
+            print_data(load(world)?.get(*sequence)?.config.to_toml().trim_end())?;
         }
-        ConfigCommand::Check { world, keeping } => {
+        ConfigCommand::Check { world, cache_args } => {
             let sequences = load(world)?;
-            let (cache, no_cache) = cache(keeping, program);
+            let (cache, no_cache) = cache(cache_args, program);
             let begin = |number: u32| {
                 if sequences.len() > 1 {
                     tell(&format!("sequence {} of {}", number + 1, sequences.len()));
@@ -377,9 +378,9 @@ fn run_config(command: &ConfigCommand, program: Option<&Path>) -> Result<bool, F
             say("fine")?;
         }
         ConfigCommand::Schema => {
-            hand_out(&serde_json::to_string_pretty(&json_schema()).map_err(wrong)?)?;
+            print_data(&serde_json::to_string_pretty(&json_schema()).map_err(wrong)?)?;
         }
-        ConfigCommand::Reference => hand_out(reference_page().trim_end())?,
+        ConfigCommand::Reference => print_data(reference_page().trim_end())?,
     }
     Ok(true)
 }
@@ -392,7 +393,7 @@ fn run_plan(a: &Plan, program: Option<&Path>) -> Result<bool, Failure> {
     let SequenceConfig { config, inputs, .. } = sequences.get(a.sequence)?;
     let forest = ForestPlan::with_inputs(&config, &inputs, Backend::Cpu)?;
     if a.explain {
-        let (cache, no_cache) = cache(&a.keeping, program);
+        let (cache, no_cache) = cache(&a.cache_args, program);
         if let Some(no_cache) = no_cache {
             note(&no_cache);
         }
@@ -404,7 +405,7 @@ fn run_plan(a: &Plan, program: Option<&Path>) -> Result<bool, Failure> {
             Graph::Mermaid => GraphFormat::Mermaid,
             Graph::Dot => GraphFormat::Dot,
         };
-        hand_out(forest.plan().draw(format).trim_end())?;
+        print_data(forest.plan().draw(format).trim_end())?;
     }
     Ok(true)
 }

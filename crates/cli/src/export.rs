@@ -88,7 +88,7 @@ pub(crate) fn run(a: &Export, program: Option<&Path>) -> Result<bool, Failure> {
                 "{} x {} posts, {:.4} m a level; {:.1} MB in {}",
                 grid.columns,
                 grid.rows,
-                grid.levels().metres_per_level,
+                grid.height_scale().metres_per_level,
                 megabytes(bytes),
                 a.out.display()
             ))?;

@@ -55,7 +55,7 @@ pub fn run<A: Into<OsString> + Clone>(
         // The command ran, and its answer is no; for example, `check` found a fault.
         Ok(false) => 1,
         Err(failure) => {
-            terminal::complain(&failure.message);
+            terminal::print_error(&failure.message);
             if failure.is_request { WRONG_REQUEST } else { 1 }
         }
     }

@@ -7,13 +7,13 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
-use nemoral_convert::{Converted, FormatName};
-use nemoral_dataset::{FrameDone, Watch};
-use nemoral_pipeline::{Done, Observer, Spent};
+use nemoral_convert::{ConversionSummary, FormatName};
+use nemoral_dataset::{FrameProgress, ProgressMonitor};
+use nemoral_pipeline::{FrameWritten, Observer, RunTimings};
 use serde_json::{Value, json};
 
-use crate::arguments::{Progress, Reporting};
-use crate::terminal::{hand_out, harmless, say, tell};
+use crate::arguments::{Progress, ProgressArgs};
+use crate::terminal::{harmless, print_data, say, tell};
 
 /// Where a run is reported.
 enum Report {
@@ -24,9 +24,9 @@ enum Report {
 }
 
 impl Report {
-    fn choose(reporting: Reporting, bar: impl FnOnce() -> ProgressBar) -> Self {
-        match reporting.progress {
-            _ if reporting.quiet => Self::Nowhere,
+    fn choose(progress_args: ProgressArgs, bar: impl FnOnce() -> ProgressBar) -> Self {
+        match progress_args.progress {
+            _ if progress_args.quiet => Self::Nowhere,
             Progress::Auto if io::stderr().is_terminal() => Self::Bar(bar()),
             Progress::Auto | Progress::Lines => Self::Lines,
             Progress::Json => Self::Json,
@@ -43,7 +43,7 @@ pub(crate) struct Reporter {
     converting: Mutex<Option<(FormatName, Instant)>>,
     last_line: Mutex<Option<Instant>>,
     bytes: Mutex<u64>,
-    spent: Mutex<Spent>,
+    timings: Mutex<RunTimings>,
     /// Printed with the first frame, so that a request that is refused prints its reason and
     /// nothing else.
     with_first: Mutex<Vec<String>>,
@@ -51,21 +51,26 @@ pub(crate) struct Reporter {
 
 impl Reporter {
     /// Reports a run of this number of frames of so many sequences.
-    pub(crate) fn new(frames: u64, sequences: u32, reporting: Reporting) -> Self {
-        Self::begin("growing the forest", Some(frames), sequences > 1, reporting)
+    pub(crate) fn new(frames: u64, sequences: u32, progress_args: ProgressArgs) -> Self {
+        Self::begin(
+            "growing the forest",
+            Some(frames),
+            sequences > 1,
+            progress_args,
+        )
     }
 
-    /// Reports work on a data set, whose frames it learns from [`watch`](Self::watch); `doing` is
-    /// what a terminal shows until the first one is done.
-    pub(crate) fn of_data_set(doing: &'static str, reporting: Reporting) -> Arc<Self> {
-        Arc::new(Self::begin(doing, None, true, reporting))
+    /// Reports work on a data set, whose frames it learns from [`monitor`](Self::monitor); `doing`
+    /// is what a terminal shows until the first one is done.
+    pub(crate) fn of_data_set(doing: &'static str, progress_args: ProgressArgs) -> Arc<Self> {
+        Arc::new(Self::begin(doing, None, true, progress_args))
     }
 
     fn begin(
         doing: &'static str,
         frames: Option<u64>,
         names_sequences: bool,
-        reporting: Reporting,
+        progress_args: ProgressArgs,
     ) -> Self {
         let bar = || {
             let bar = frames.map_or_else(ProgressBar::no_length, ProgressBar::new);
@@ -78,21 +83,21 @@ impl Reporter {
             bar
         };
         Self {
-            report: Report::choose(reporting, bar),
+            report: Report::choose(progress_args, bar),
             names_sequences,
             started: Instant::now(),
             converting: Mutex::default(),
             last_line: Mutex::new(None),
             bytes: Mutex::new(0),
-            spent: Mutex::default(),
+            timings: Mutex::default(),
             with_first: Mutex::default(),
         }
     }
 
     /// What reports each frame of a data set that work is done with.
-    pub(crate) fn watch(self: &Arc<Self>) -> Watch {
+    pub(crate) fn monitor(self: &Arc<Self>) -> ProgressMonitor {
         let reporter = Arc::clone(self);
-        Watch::new(move |done| {
+        ProgressMonitor::new(move |done| {
             reporter.reach(done, None);
             ControlFlow::Continue(())
         })
@@ -113,7 +118,7 @@ impl Reporter {
 
     /// Writes an event for a program. If nobody reads it any more, the run goes on.
     fn event(&self, event: &Value) {
-        let _ = hand_out(&event.to_string());
+        let _ = print_data(&event.to_string());
     }
 
     /// Takes the bar away; an error or the answer follows.
@@ -145,15 +150,15 @@ impl Reporter {
         let (megabytes, seconds) = self.totals();
         let out = out.display();
         if let Report::Json = self.report {
-            let (bytes, spent) = (*lock(&self.bytes), *lock(&self.spent));
+            let (bytes, timings) = (*lock(&self.bytes), *lock(&self.timings));
             self.event(&json!({
                 "event": "done",
                 "frames": frames,
                 "out": out.to_string(),
                 "bytes": bytes,
                 "elapsed_s": seconds,
-                "growing_s": spent.growing.as_secs_f64(),
-                "sensors_s": spent.sensors.as_secs_f64(),
+                "growing_s": timings.growing.as_secs_f64(),
+                "sensors_s": timings.sensors.as_secs_f64(),
             }));
         }
         self.line(&format!(
@@ -168,7 +173,7 @@ impl Reporter {
     }
 
     /// Reports a frame that is done, and what was written of it if it was recorded.
-    fn reach(&self, at: FrameDone, recorded: Option<&Done>) {
+    fn reach(&self, at: FrameProgress, recorded: Option<&FrameWritten>) {
         let elapsed = self.started.elapsed().as_secs_f64();
         let (format, since) = lock(&self.converting).unzip();
         let since = since.unwrap_or(self.started);
@@ -232,11 +237,11 @@ impl Observer for Reporter {
         self.line(&format!("note: {message}"));
     }
 
-    fn spent(&self, spent: Spent) {
-        *lock(&self.spent) = spent;
+    fn timings(&self, timings: RunTimings) {
+        *lock(&self.timings) = timings;
     }
 
-    fn converting(&self, format: FormatName, frame: FrameDone) {
+    fn converting(&self, format: FormatName, frame: FrameProgress) {
         let mut converting = lock(&self.converting);
         if converting.is_none_or(|(before, _)| before != format) {
             *converting = Some((format, Instant::now()));
@@ -245,9 +250,9 @@ impl Observer for Reporter {
         self.reach(frame, None);
     }
 
-    fn converted(&self, format: FormatName, folder: &Path, converted: Converted) {
+    fn converted(&self, format: FormatName, folder: &Path, converted: ConversionSummary) {
         *lock(&self.converting) = None;
-        let Converted { files, bytes, .. } = converted;
+        let ConversionSummary { files, bytes, .. } = converted;
         let out = folder.display();
         if let Report::Json = self.report {
             self.event(&json!({
@@ -268,13 +273,13 @@ impl Observer for Reporter {
         }
     }
 
-    fn frame(&self, done: Done) {
+    fn frame(&self, done: FrameWritten) {
         *lock(&self.bytes) += done.bytes;
         let first = std::mem::take(&mut *lock(&self.with_first));
         for message in first {
             self.note(&message);
         }
-        let at = FrameDone {
+        let at = FrameProgress {
             done: done.count,
             total: done.total,
             sequence: done.sequence,

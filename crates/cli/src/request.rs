@@ -4,11 +4,11 @@ use std::path::Path;
 use std::sync::Arc;
 
 use etcetera::BaseStrategy;
-use nemoral_pipeline::config::{Layers, Sequences};
+use nemoral_pipeline::config::{ConfigLayers, Sequences};
 use nemoral_pipeline::plan::Cache;
 use nemoral_pipeline::{Backend, Recorder};
 
-use crate::arguments::{Keeping, OneSequence, World};
+use crate::arguments::{CacheArgs, SequenceArgs, World};
 use crate::failure::Failure;
 
 /// The sequences that are asked for.
@@ -17,11 +17,11 @@ pub(crate) fn load(world: &World) -> Result<Sequences, Failure> {
 }
 
 /// What a command line asks for, in layers.
-pub(crate) fn layers(world: &World) -> Layers {
+pub(crate) fn layers(world: &World) -> ConfigLayers {
     let mut settings = world.settings.clone();
     settings.extend(world.seed.map(|seed| format!("seed={seed}")));
     settings.extend(world.sequences.map(|n| format!("sequences={n}")));
-    Layers {
+    ConfigLayers {
         preset: world.preset.clone(),
         file: world.config.clone(),
         settings,
@@ -30,11 +30,11 @@ pub(crate) fn layers(world: &World) -> Layers {
 
 /// A recorder of one sequence, and a message if the cache cannot be used although one was wanted.
 pub(crate) fn recorder(
-    of: &OneSequence,
+    of: &SequenceArgs,
     program: Option<&Path>,
 ) -> Result<(Recorder, Option<String>), Failure> {
     let sequence = load(&of.world)?.get(of.sequence)?;
-    let (cache, no_cache) = cache(&of.keeping, program);
+    let (cache, no_cache) = cache(&of.cache_args, program);
     let recorder = Recorder::new(sequence, Backend::Cpu, cache, threads(&of.world)?)?;
     Ok((recorder, no_cache))
 }
@@ -57,14 +57,14 @@ pub(crate) fn threads(world: &World) -> Result<usize, Failure> {
 
 /// The cache folder, and a message if it cannot be used although one was wanted.
 pub(crate) fn cache(
-    keeping: &Keeping,
+    cache_args: &CacheArgs,
     program: Option<&Path>,
 ) -> (Option<Arc<Cache>>, Option<String>) {
-    if keeping.no_cache {
+    if cache_args.no_cache {
         return (None, None);
     }
     let of_user = || etcetera::choose_base_strategy().map(|base| base.cache_dir().join("nemoral"));
-    let folder = match &keeping.cache {
+    let folder = match &cache_args.cache {
         Some(folder) => folder.clone(),
         None => match of_user() {
             Ok(folder) => folder,

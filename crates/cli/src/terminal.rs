@@ -7,7 +7,7 @@ use std::borrow::Cow;
 use std::io::{self, IsTerminal, Write};
 
 /// Writes an error to standard error.
-pub(crate) fn complain(message: &str) {
+pub(crate) fn print_error(message: &str) {
     tell(&format!("error: {message}"));
 }
 
@@ -28,7 +28,7 @@ pub(crate) fn say(text: &str) -> io::Result<()> {
 
 /// Writes what other programs read to standard output: byte for byte, except on a terminal, where
 /// only people read it.
-pub(crate) fn hand_out(data: &str) -> io::Result<()> {
+pub(crate) fn print_data(data: &str) -> io::Result<()> {
     if io::stdout().is_terminal() {
         say(data)
     } else {

@@ -16,7 +16,7 @@ use crate::terminal::{note, say};
 pub(crate) fn run(a: View, program: Option<&Path>) -> Result<bool, Failure> {
     let sequence = load(&a.of.world)?.get(a.of.sequence)?;
     let (backend, of_backend) = Backend::for_config(a.backend.into(), &sequence.config)?;
-    let (cache, no_cache) = cache(&a.of.keeping, program);
+    let (cache, no_cache) = cache(&a.of.cache_args, program);
     let forest = LiveForest::new(ForestParams {
         sequence,
         backend,
@@ -24,8 +24,8 @@ pub(crate) fn run(a: View, program: Option<&Path>) -> Result<bool, Failure> {
         cache,
     })?;
     let server = Server::bind(a.port)?;
-    let stop = server.stop();
-    ctrlc::set_handler(move || stop.stop()).map_err(|e| Failure {
+    let handle = server.shutdown_handle();
+    ctrlc::set_handler(move || handle.shutdown()).map_err(|e| Failure {
         message: format!("cannot listen for signals: {e}"),
         is_request: false,
     })?;

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use nemoral_convert::{ConvertParams, Mode, convert};
+use nemoral_convert::{ConvertParams, OutputMode, convert};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -11,7 +11,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     let mut params = ConvertParams::new(format.parse()?);
     if mode == ["--resume"] {
-        params.mode = Mode::Resume;
+        params.mode = OutputMode::Resume;
     }
     let done = convert(Path::new(dataset), Path::new(out), &params)?;
     let (frames, files, bytes) = (done.frames, done.files, done.bytes);

@@ -14,7 +14,7 @@ use crate::formats::laz::{
     Laz, LazPoint, LazWriter, START_BYTES, STEP_M, TreeNumbers, crs_note, is_own, place_m,
 };
 use crate::labels::Labels;
-use crate::{Error, Table};
+use crate::{ClassMapping, Error};
 
 /// The most tiles of a cloud, as each is an open file.
 const TILES_MAX: usize = 500;
@@ -31,7 +31,7 @@ pub struct LazCloudParams {
     /// another crop would stay among the new ones. If not, they are refused.
     pub overwrite: bool,
     /// The classes of `classification`; ASPRS's if there is none.
-    pub ontology: Option<Table>,
+    pub ontology: Option<ClassMapping>,
 }
 
 /// A file that was written.
@@ -50,7 +50,7 @@ pub struct LazTile {
 /// near the first point of a file.
 ///
 /// Trees whose foot is outside of the part of the world that is kept have the class
-/// [`Table::outside`], if the table has one, and are no trees: their `treeID` is 0.
+/// [`ClassMapping::outside`], if the table has one, and are no trees: their `treeID` is 0.
 ///
 /// Each file appears when it is whole, after all points have been written. A file `OUT` is
 /// replaced.

@@ -2,7 +2,7 @@
 
 use nemoral_scene::{Ontology, Semantic};
 
-use crate::{Error, Table};
+use crate::{ClassMapping, Error};
 
 /// A class that is written.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -30,7 +30,7 @@ pub(crate) struct Labels {
 
 impl Labels {
     /// The classes of a data set's ontology, through a table if there is one.
-    pub(crate) fn of(own: &Ontology, table: Option<&Table>) -> Result<Self, Error> {
+    pub(crate) fn of(own: &Ontology, table: Option<&ClassMapping>) -> Result<Self, Error> {
         let mut id_of = [0; 256];
         let Some(table) = table else {
             for class in own.classes() {

@@ -10,10 +10,10 @@
 //! - Every file of the data set that is read is compared with its checksum. A damaged one is an
 //!   error, and no file of its frame is written.
 //! - A file appears under its final name only when it is whole. A conversion that was killed goes
-//!   on with [`Mode::Resume`] and ends with the same bytes. `conversion.json`, which is written
-//!   last, says what was converted and lists all files with their checksums.
-//! - A folder with other people's files is refused; [`Mode::Overwrite`] removes what a conversion
-//!   has written, and nothing else: a file that was changed since is an error.
+//!   on with [`OutputMode::Resume`] and ends with the same bytes. `conversion.json`, which is
+//!   written last, says what was converted and lists all files with their checksums.
+//! - A folder with other people's files is refused; [`OutputMode::Overwrite`] removes what a
+//!   conversion has written, and nothing else: a file that was changed since is an error.
 //!
 //! # Example
 //! ```
@@ -64,7 +64,7 @@ mod error;
 mod formats;
 mod geometry;
 mod labels;
-mod pictures;
+mod png_encoding;
 mod rle;
 mod sink;
 mod source;
@@ -72,16 +72,16 @@ mod table;
 
 use std::path::Path;
 
-use nemoral_dataset::{DatasetHeader, FORMAT_VERSION, Manifest, Watch};
+use nemoral_dataset::{DatasetHeader, FORMAT_VERSION, Manifest, ProgressMonitor};
 use nemoral_files::Folder;
 
 pub use cloud::{LazCloudParams, LazTile, laz_cloud, laz_note};
 pub use crs::Crs;
 pub use error::Error;
 pub use formats::FormatName;
-pub use sink::{Files, Mode, Notes, Sink, Stream};
+pub use sink::{FileStream, OutputMode, Sink, StepFiles, StepNotes};
 pub use source::{FrameRef, Sequence, Source};
-pub use table::{Table, TableClass};
+pub use table::{ClassMapping, MappedClass};
 
 /// Raise it when the files of any format change, so that an older conversion is not resumed.
 const LAYOUT: u32 = 7;
@@ -119,12 +119,12 @@ pub struct ConvertParams {
     /// The format.
     pub format: FormatName,
     /// The classes to write in place of the data set's own, or in place of the format's.
-    pub ontology: Option<Table>,
+    pub ontology: Option<ClassMapping>,
     /// The fewest visible pixels of an object that is listed in a picture; 0 lists all. Only
     /// formats that list objects by their pixels take another ([`FormatName::takes_min_px`]).
     pub min_px: u32,
     /// What to do with a folder that holds a conversion.
-    pub mode: Mode,
+    pub mode: OutputMode,
 }
 
 impl ConvertParams {
@@ -135,14 +135,14 @@ impl ConvertParams {
             format,
             ontology: None,
             min_px: 0,
-            mode: Mode::Fresh,
+            mode: OutputMode::Fresh,
         }
     }
 }
 
 /// What a conversion holds.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Converted {
+pub struct ConversionSummary {
     /// Frames of the data set.
     pub frames: usize,
     /// Files that were written, except `conversion.json`.
@@ -160,39 +160,44 @@ pub struct Converted {
 /// [`Error::Inside`], [`Error::Foreign`], [`Error::Exists`], [`Error::Mismatch`],
 /// [`Error::Changed`] and [`Error::Damaged`] for a folder that cannot be used; [`Error::Name`];
 /// [`Error::Dataset`] and [`Error::Files`], naming the file.
-pub fn convert(dataset: &Path, out: &Path, params: &ConvertParams) -> Result<Converted, Error> {
-    convert_watched(dataset, out, params, &Watch::default())
+pub fn convert(
+    dataset: &Path,
+    out: &Path,
+    params: &ConvertParams,
+) -> Result<ConversionSummary, Error> {
+    convert_with_progress(dataset, out, params, &ProgressMonitor::default())
 }
 
 /// As [`convert()`], with news of each frame whose files are read (those that were written before
 /// are not), and of the last one.
 ///
 /// # Errors
-/// As [`convert()`], and [`nemoral_dataset::Error::Stopped`], after which [`Mode::Resume`] goes on.
-pub fn convert_watched(
+/// As [`convert()`], and [`nemoral_dataset::Error::Stopped`], after which [`OutputMode::Resume`]
+/// goes on.
+pub fn convert_with_progress(
     dataset: &Path,
     out: &Path,
     params: &ConvertParams,
-    watch: &Watch,
-) -> Result<Converted, Error> {
-    let source = Source::open(dataset)?.watched_by(watch.clone());
+    monitor: &ProgressMonitor,
+) -> Result<ConversionSummary, Error> {
+    let source = Source::open(dataset)?.with_progress(monitor.clone());
     apart(dataset, out)?;
     let format = suitable(source.manifest(), params)?;
     let request = request(&source.manifest().header, source.digest(), params);
     let frames = source.frame_count();
     let notes = format.notes(source.manifest());
-    let converted = |files: usize, bytes| Converted {
+    let converted = |files: usize, bytes| ConversionSummary {
         frames,
         files,
         bytes,
         notes,
     };
     match Sink::open(out, params.mode, request)? {
-        sink::Opened::Finished { files, bytes } => {
+        sink::OpenOutcome::Finished { files, bytes } => {
             source.finish()?;
             Ok(converted(files, bytes))
         }
-        sink::Opened::Ready(mut sink) => {
+        sink::OpenOutcome::Ready(mut sink) => {
             format.write(&source, &mut sink)?;
             source.finish()?;
             let (files, bytes) = sink.finish()?;

@@ -22,13 +22,13 @@ use nemoral_files::{Folder, InnerPath, Lock, PathError, PendingFile, Syncer};
 use serde::de::DeserializeOwned;
 
 use crate::{Error, digest};
-use compare::{There, changed, compare, is_whole};
+use compare::{FileState, changed, compare, is_whole};
 use records::{Found, Manifest, Record, Records, inner, look, remove_leftovers, remove_state};
 pub(crate) use request::Request;
 
 /// What to do with a folder that holds a conversion.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Mode {
+pub enum OutputMode {
     /// Refuses it.
     #[default]
     Fresh,
@@ -57,7 +57,7 @@ pub struct Sink {
 }
 
 /// What an output folder turned out to be.
-pub(crate) enum Opened {
+pub(crate) enum OpenOutcome {
     /// To be written.
     Ready(Box<Sink>),
     /// Finished for the same request, and whole.
@@ -71,11 +71,11 @@ pub(crate) enum Opened {
 
 /// The notes of steps, on disk.
 #[derive(Clone, Debug)]
-pub struct Notes {
+pub struct StepNotes {
     folder: Folder,
 }
 
-impl Notes {
+impl StepNotes {
     /// What `make` returned at a step.
     ///
     /// # Errors
@@ -88,7 +88,7 @@ impl Notes {
     /// The same, read as JSON.
     ///
     /// # Errors
-    /// As [`Notes::of`], and if it is not what the step returned.
+    /// As [`StepNotes::of`], and if it is not what the step returned.
     pub(crate) fn json<T: DeserializeOwned>(&self, key: &str) -> Result<T, Error> {
         serde_json::from_str(&self.of(key)?).map_err(|_| self.changed(key))
     }
@@ -103,13 +103,13 @@ impl Notes {
 
 /// The files of one step, in memory.
 #[derive(Debug, Default)]
-pub struct Files {
+pub struct StepFiles {
     files: Vec<(InnerPath, Vec<u8>)>,
     /// What is wrong with the first name that is none.
     refused: Option<PathError>,
 }
 
-impl Files {
+impl StepFiles {
     /// Adds a file. If `path` is no inner path, the step fails.
     pub fn put(&mut self, path: impl Into<String>, bytes: impl Into<Vec<u8>>) {
         match InnerPath::new(path) {
@@ -128,20 +128,22 @@ impl Files {
 }
 
 /// A file that is written piece by piece.
-pub struct Stream {
+pub struct FileStream {
     inner: BufWriter<PendingFile>,
     hasher: blake3::Hasher,
     bytes: u64,
     path: PathBuf,
 }
 
-impl std::fmt::Debug for Stream {
+impl std::fmt::Debug for FileStream {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Stream").field("path", &self.path).finish()
+        f.debug_struct("FileStream")
+            .field("path", &self.path)
+            .finish()
     }
 }
 
-impl Stream {
+impl FileStream {
     /// The number of bytes so far.
     #[must_use]
     pub fn position(&self) -> u64 {
@@ -159,7 +161,7 @@ impl Stream {
     }
 }
 
-impl Write for Stream {
+impl Write for FileStream {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         let n = self.inner.write(bytes)?;
         self.hasher.update(&bytes[..n]);
@@ -175,10 +177,10 @@ impl Write for Stream {
 impl Sink {
     /// Refuses a folder that may not be written to, and one that cannot be. The request is of a
     /// data set that may be still to be made: its source does not count.
-    pub(crate) fn probe(root: &Path, mode: Mode, request: &Request) -> Result<(), Error> {
+    pub(crate) fn probe(root: &Path, mode: OutputMode, request: &Request) -> Result<(), Error> {
         let folder = Folder::new(root);
         match (Self::admit(&folder, mode)?, mode) {
-            (Some(found), Mode::Overwrite) => {
+            (Some(found), OutputMode::Overwrite) => {
                 let records = Records::read(&folder, None, found.finished.as_deref())?;
                 records.refuse_changed(&folder)?;
             }
@@ -189,10 +191,10 @@ impl Sink {
     }
 
     /// What a folder holds, unless it may not be written to.
-    fn admit(folder: &Folder, mode: Mode) -> Result<Option<Found>, Error> {
+    fn admit(folder: &Folder, mode: OutputMode) -> Result<Option<Found>, Error> {
         let found = look(folder)?;
         match (mode, found) {
-            (Mode::Fresh, Some(found)) => Err(Error::Exists {
+            (OutputMode::Fresh, Some(found)) => Err(Error::Exists {
                 path: folder.root().to_owned(),
                 finished: found.finished.is_some(),
             }),
@@ -201,7 +203,11 @@ impl Sink {
     }
 
     /// Looks into a folder and takes hold of it.
-    pub(crate) fn open(root: &Path, mode: Mode, request: Request) -> Result<Opened, Error> {
+    pub(crate) fn open(
+        root: &Path,
+        mode: OutputMode,
+        request: Request,
+    ) -> Result<OpenOutcome, Error> {
         let folder = Folder::new(root);
         let found = Self::admit(&folder, mode)?;
         let goes_on = match &found {
@@ -218,7 +224,7 @@ impl Sink {
             remove_state(&folder)?;
             let bytes = files.iter().map(|f| f.bytes).sum();
             let files = files.len();
-            return Ok(Opened::Finished { files, bytes });
+            return Ok(OpenOutcome::Finished { files, bytes });
         }
         let (lock, records) = records::take_over(&folder, &request, goes_on, finished)?;
         let kept = records.kept;
@@ -231,11 +237,11 @@ impl Sink {
             done: BTreeMap::new(),
             _lock: lock,
         };
-        Ok(Opened::Ready(Box::new(sink)))
+        Ok(OpenOutcome::Ready(Box::new(sink)))
     }
 
     /// Writes the files of one step, unless an earlier run has written all of them. What `make`
-    /// returns is kept in the step's [`Notes`].
+    /// returns is kept in the step's [`StepNotes`].
     ///
     /// `key` is unique among the format's steps: letters, digits, `_` and `-`.
     ///
@@ -246,12 +252,12 @@ impl Sink {
     pub fn step(
         &mut self,
         key: &str,
-        make: impl FnOnce(&mut Files) -> Result<String, Error>,
+        make: impl FnOnce(&mut StepFiles) -> Result<String, Error>,
     ) -> Result<(), Error> {
         if self.keep(key)? {
             return Ok(());
         }
-        let mut files = Files::default();
+        let mut files = StepFiles::default();
         let note = make(&mut files)?;
         let files = files.all()?;
         let record = |(path, bytes): &(InnerPath, Vec<u8>)| FileRecord {
@@ -284,7 +290,7 @@ impl Sink {
         &mut self,
         key: &str,
         path: &str,
-        write: impl FnOnce(&mut Stream) -> Result<(), Error>,
+        write: impl FnOnce(&mut FileStream) -> Result<(), Error>,
     ) -> Result<(), Error> {
         if self.keep(key)? {
             return Ok(());
@@ -299,7 +305,7 @@ impl Sink {
         // It says in which folder there may be a temporary file.
         self.put_record(key, &file)?;
         let target = path.below(self.folder.root());
-        let mut stream = Stream {
+        let mut stream = FileStream {
             inner: BufWriter::new(self.folder.begin(&path)?),
             hasher: blake3::Hasher::new(),
             bytes: 0,
@@ -333,7 +339,7 @@ impl Sink {
     /// Refuses to replace a file that this conversion has not written: it is somebody else's.
     fn refuse_others(&self, file: &FileRecord) -> Result<(), Error> {
         let is_ours = self.ours.contains(&file.path) || self.done.contains_key(&file.path);
-        if !is_ours && compare(&self.folder, file)? == There::Other {
+        if !is_ours && compare(&self.folder, file)? == FileState::Other {
             return Err(changed(&self.folder, &file.path));
         }
         Ok(())
@@ -341,8 +347,8 @@ impl Sink {
 
     /// The notes of the steps.
     #[must_use]
-    pub fn notes(&self) -> Notes {
-        Notes {
+    pub fn notes(&self) -> StepNotes {
+        StepNotes {
             folder: self.folder.clone(),
         }
     }
@@ -396,8 +402,8 @@ mod tests {
             ontology: None,
             min_px: 0,
         };
-        let opened = Sink::open(dir.path(), Mode::Fresh, request).expect("opened");
-        let Opened::Ready(mut sink) = opened else {
+        let opened = Sink::open(dir.path(), OutputMode::Fresh, request).expect("opened");
+        let OpenOutcome::Ready(mut sink) = opened else {
             panic!("there is nothing yet");
         };
         let made = sink.step("step", |files| {

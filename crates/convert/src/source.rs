@@ -7,8 +7,9 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use nemoral_dataset::{
-    CameraFile, CameraSpec, Dataset, DepthFormat, FrameDone, FrameRecord, ImuReading, ImuSpec,
-    ImuTexts, LidarFrame, LidarSpec, Manifest, SequenceSpec, SiteSpec, Split, TrackRecord, Watch,
+    CameraFile, CameraSpec, Dataset, DepthFormat, EurocFiles, FrameProgress, FrameRecord,
+    ImuReading, ImuSpec, LidarFrame, LidarSpec, Manifest, ProgressMonitor, SequenceSpec, SiteSpec,
+    Split, TrackRecord,
 };
 use nemoral_scene::{
     ChunkCoord, Flow, Image, ObjectBox, ObjectRecord, Ontology, RigidTransform, TreeRecord,
@@ -25,8 +26,8 @@ const MANIFEST_BYTES: u64 = 2 << 30;
 pub struct Source {
     dataset: Dataset,
     digest: String,
-    watch: Watch,
-    /// How many frames the watcher knows to be done.
+    monitor: ProgressMonitor,
+    /// How many frames the monitor knows to be done.
     told: Arc<AtomicUsize>,
 }
 
@@ -68,15 +69,15 @@ impl Source {
         Ok(Self {
             dataset,
             digest: digest(&manifest),
-            watch: Watch::default(),
+            monitor: ProgressMonitor::default(),
             told: Arc::default(),
         })
     }
 
     /// The same, with news of each frame: it is done when files of a later one are read.
     #[must_use]
-    pub fn watched_by(self, watch: Watch) -> Self {
-        Self { watch, ..self }
+    pub fn with_progress(self, monitor: ProgressMonitor) -> Self {
+        Self { monitor, ..self }
     }
 
     /// Tells whoever watches that the frames before this one are done.
@@ -96,7 +97,7 @@ impl Source {
             return Ok(());
         }
         let last = &self.dataset.frames()[done - 1];
-        Ok(self.watch.tell(FrameDone {
+        Ok(self.monitor.tell(FrameProgress {
             done: done as u64,
             total: self.frame_count() as u64,
             sequence: last.sequence,
@@ -309,7 +310,7 @@ impl Source {
 
     /// When the first and the last point of a LiDAR were fired, over all scans of a sequence:
     /// nanoseconds after the frame's time, which is between them; 0 if there are no such points.
-    /// Those who watch are told nothing of it, as no frame is done.
+    /// The monitor is told nothing of it, as no frame is done.
     pub(crate) fn firing_span_ns(&self, sequence: u32, lidar: usize) -> Result<(i64, i64), Error> {
         let (mut first_ns, mut last_ns) = (0, 0);
         for frame in self.frames(sequence) {
@@ -340,7 +341,7 @@ impl Source {
     ///
     /// # Errors
     /// [`Error::Dataset`], naming the file.
-    pub fn imu_texts(&self, sequence: u32) -> Result<Option<ImuTexts>, Error> {
+    pub fn imu_texts(&self, sequence: u32) -> Result<Option<EurocFiles>, Error> {
         Ok(self.dataset.imu_texts(sequence)?)
     }
 

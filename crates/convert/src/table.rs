@@ -61,7 +61,7 @@ const BUILT_IN: [(&str, &str); 8] = [
 /// A name of `from` is that of a class of the data set. A table may have names for several
 /// ontologies at once, such as the paper's classes and fine semantics.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Table {
+pub struct ClassMapping {
     /// Its name.
     pub name: String,
     /// Where its ids, names and colours come from.
@@ -72,14 +72,14 @@ pub struct Table {
     /// is cropped to ([`laz_cloud`](crate::laz_cloud)). `None` if they have the classes of others.
     pub outside: Option<String>,
     /// The classes, in the file's order.
-    pub classes: Vec<TableClass>,
+    pub classes: Vec<MappedClass>,
     text: String,
 }
 
-/// A class of a [`Table`].
+/// A class of a [`ClassMapping`].
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct TableClass {
+pub struct MappedClass {
     /// The number that is written.
     pub id: u16,
     /// The name.
@@ -100,10 +100,10 @@ struct File {
     source: String,
     rest: Option<String>,
     outside: Option<String>,
-    class: Vec<TableClass>,
+    class: Vec<MappedClass>,
 }
 
-impl Table {
+impl ClassMapping {
     /// The names of the built-in tables.
     pub fn built_in() -> impl Iterator<Item = &'static str> {
         BUILT_IN.into_iter().map(|(name, _)| name)
@@ -245,7 +245,7 @@ impl Table {
     }
 }
 
-impl Table {
+impl ClassMapping {
     /// The id for each fine semantic, by its number: of the class that lists it, or else of that
     /// which lists the ontology's class of it, or else of the rest.
     ///
@@ -277,8 +277,8 @@ mod tests {
 
     #[test]
     fn built_in_tables_fit_every_built_in_ontology() {
-        for name in Table::built_in() {
-            let table = Table::load(name).expect(name);
+        for name in ClassMapping::built_in() {
+            let table = ClassMapping::load(name).expect(name);
             assert_eq!(table.name, name);
             assert!(table.source.len() > 10, "{name} cites its source");
             for own in Ontology::built_in() {
@@ -301,15 +301,15 @@ mod tests {
 
     #[test]
     fn trees_outside_have_a_class_where_a_table_names_one() {
-        let of = |name: &str| Table::load(name).expect("built in").outside_id();
+        let of = |name: &str| ClassMapping::load(name).expect("built in").outside_id();
         assert_eq!(of("for-instance"), Some(3));
-        let mut others = Table::built_in().filter(|name| *name != "for-instance");
+        let mut others = ClassMapping::built_in().filter(|name| *name != "for-instance");
         assert!(others.all(|name| of(name).is_none()));
     }
 
     #[test]
     fn semantics_are_finer_than_classes() {
-        let table = Table::load("for-instance").expect("built in");
+        let table = ClassMapping::load("for-instance").expect("built in");
         let ids = table
             .ids_for_semantics(&Ontology::paper())
             .expect("it fits");
@@ -328,12 +328,12 @@ mod tests {
         assert_eq!(fine, ids);
         let coarse = "name = \"x\"\nsource = \"s\"\nrest = \"a\"\n[[class]]\nid = 7\n\
                       name = \"a\"\ncolour = [0, 0, 0]\nfrom = [\"Trunks\"]\n";
-        let table = Table::parse("x", coarse).expect("valid");
+        let table = ClassMapping::parse("x", coarse).expect("valid");
         let ids = table.ids_for_semantics(&Ontology::paper()).expect("fits");
         assert!(ids.iter().all(|id| *id == 7));
         let both = coarse.replace("[\"Trunks\"]", "[\"Trunks\", \"leaf\"]")
             + "[[class]]\nid = 9\nname = \"b\"\ncolour = [0, 0, 0]\nfrom = [\"Canopy\"]\n";
-        let table = Table::parse("x", &both).expect("valid");
+        let table = ClassMapping::parse("x", &both).expect("valid");
         let ids = table.ids_for(&Ontology::semantics()).expect("fits");
         let of = |semantic: Semantic| ids[semantic as usize];
         assert_eq!(
@@ -354,7 +354,7 @@ mod tests {
         let class = |id: u16, from: &str| {
             format!("[[class]]\nid = {id}\nname = \"c{id}\"\ncolour = [0, 0, 0]\nfrom = [{from}]\n")
         };
-        let ids = |text: &str| Table::parse("x", text)?.ids_for(&Ontology::paper());
+        let ids = |text: &str| ClassMapping::parse("x", text)?.ids_for(&Ontology::paper());
         let e = ids(&format!("{head}{}", class(1, "\"Trunks\", \"Canopy\""))).expect_err("lacks");
         assert!(
             e.to_string()
@@ -384,7 +384,7 @@ mod tests {
             ),
             (format!("{head}typo = 1\n{}", class(1, "")), "typo"),
         ] {
-            let e = Table::parse("x", &text).expect_err("invalid");
+            let e = ClassMapping::parse("x", &text).expect_err("invalid");
             assert!(e.to_string().contains(said), "{e}");
         }
     }

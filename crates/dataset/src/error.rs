@@ -94,7 +94,7 @@ pub enum Error {
         /// The folder.
         path: PathBuf,
     },
-    /// Whoever watched the work ended it.
+    /// The progress monitor ended the work.
     #[error("stopped after {done} of {total} frames")]
     Stopped {
         /// How many frames are done.

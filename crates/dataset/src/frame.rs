@@ -6,7 +6,7 @@ use nemoral_scene::{
     TreeRecord, TruthImages, Twist,
 };
 
-use crate::{BalanceRecord, FrameChoice, ImuTexts};
+use crate::{BalanceRecord, EurocFiles, FrameChoice};
 
 /// One frame, in memory.
 #[derive(Clone, Debug)]
@@ -87,5 +87,5 @@ pub struct Track {
     /// The first frames of flight lines, from 0 on; none if it is no flight along lines.
     pub lines: Vec<u64>,
     /// What the inertial measurement unit measured, if the sequence has one.
-    pub imu: Option<ImuTexts>,
+    pub imu: Option<EurocFiles>,
 }

@@ -25,7 +25,7 @@ pub struct ImuSpec {
 /// The files of a unit, as the EuRoC MAV data set has them (Burri et al. 2016). They cover the
 /// whole drive, whichever frames are made here, so that shards agree.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct ImuTexts {
+pub struct EurocFiles {
     /// `imu0/data.csv`: what it measured.
     pub samples: String,
     /// `imu0/sensor.yaml`: its mount, rate and errors.
@@ -34,7 +34,7 @@ pub struct ImuTexts {
     pub states: String,
 }
 
-impl ImuTexts {
+impl EurocFiles {
     /// The texts with their places below the sequence's folder.
     pub(crate) fn files(&self) -> [(&'static str, &str); 3] {
         let [samples, sensor, states] = layout::IMU_FILES;
@@ -95,14 +95,14 @@ impl Dataset {
     ///
     /// # Errors
     /// [`Error::Io`] and [`Error::Malformed`].
-    pub fn imu_texts(&self, sequence: u32) -> Result<Option<ImuTexts>, Error> {
+    pub fn imu_texts(&self, sequence: u32) -> Result<Option<EurocFiles>, Error> {
         let spec = self.manifest().header.sequence(sequence);
         if spec.is_none_or(|spec| spec.imu.is_none()) {
             return Ok(None);
         }
         let text = |name| self.read_text(&layout::sequence_file(sequence, name));
         let [samples, sensor, states] = layout::IMU_FILES;
-        Ok(Some(ImuTexts {
+        Ok(Some(EurocFiles {
             samples: text(samples)?,
             sensor: text(sensor)?,
             states: text(states)?,

@@ -7,7 +7,7 @@ use crate::formats::tables::{self, Tables};
 use crate::manifest::ranges;
 use crate::writer::Drive;
 use crate::{
-    Dataset, DatasetHeader, Error, FileRecord, Manifest, OpenMode, Watch, Writer, layout,
+    Dataset, DatasetHeader, Error, FileRecord, Manifest, OpenMode, ProgressMonitor, Writer, layout,
     output::compare,
 };
 
@@ -31,18 +31,18 @@ pub struct MergeParams {
 /// if frames are missing and may not be; [`Error::Malformed`] for a damaged or missing file; as
 /// [`Writer::create`] for the output folder; [`Error::Io`].
 pub fn merge(parts: &[&Path], out: &Path, params: MergeParams) -> Result<Manifest, Error> {
-    merge_watched(parts, out, params, &Watch::default())
+    merge_with_progress(parts, out, params, &ProgressMonitor::default())
 }
 
 /// As [`merge`], with news of each frame of each part.
 ///
 /// # Errors
 /// As [`merge`], and [`Error::Stopped`], after which [`OpenMode::Resume`] goes on.
-pub fn merge_watched(
+pub fn merge_with_progress(
     parts: &[&Path],
     out: &Path,
     params: MergeParams,
-    watch: &Watch,
+    monitor: &ProgressMonitor,
 ) -> Result<Manifest, Error> {
     let parts = parts
         .iter()
@@ -118,7 +118,7 @@ pub fn merge_watched(
         .flat_map(|part| part.frames().iter().map(move |f| (part, f)));
     for (i, (part, record)) in frames.enumerate() {
         writer.adopt(part, record)?;
-        watch.done(i + 1, total, record)?;
+        monitor.done(i + 1, total, record)?;
     }
     for (&sequence, drive) in &drives {
         let tables = tables_of(&parts, sequence)?;

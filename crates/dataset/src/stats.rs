@@ -5,7 +5,7 @@ use std::fmt;
 use std::path::Path;
 
 use crate::overlap::Overlap;
-use crate::{Dataset, Error, Manifest, Watch};
+use crate::{Dataset, Error, Manifest, ProgressMonitor};
 
 /// One class's share of pixels and points.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -168,14 +168,14 @@ impl fmt::Display for Stats {
 /// # Errors
 /// If the folder holds no finished data set, or a file is missing or damaged.
 pub fn stats(dir: &Path) -> Result<Stats, Error> {
-    stats_watched(dir, &Watch::default())
+    stats_with_progress(dir, &ProgressMonitor::default())
 }
 
 /// As [`stats`], with news of each frame.
 ///
 /// # Errors
 /// As [`stats`], and [`Error::Stopped`].
-pub fn stats_watched(dir: &Path, watch: &Watch) -> Result<Stats, Error> {
+pub fn stats_with_progress(dir: &Path, monitor: &ProgressMonitor) -> Result<Stats, Error> {
     let dataset = Dataset::open(dir)?;
     let manifest = dataset.manifest();
     let (mut pixels, mut points) = ([0_u64; 256], [0_u64; 256]);
@@ -204,7 +204,7 @@ pub fn stats_watched(dir: &Path, watch: &Watch) -> Result<Stats, Error> {
                 overlap.add(frame.sequence, in_world);
             }
         }
-        watch.done(i + 1, manifest.frames.len(), frame)?;
+        monitor.done(i + 1, manifest.frames.len(), frame)?;
     }
     let mut trees = Vec::new();
     for track in &manifest.tracks {

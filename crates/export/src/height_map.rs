@@ -24,9 +24,9 @@ pub struct HeightGrid {
     pub heights_m: Vec<f64>,
 }
 
-/// The heights that a height map's levels stand for.
+/// Which heights a height map's levels stand for.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Levels {
+pub struct HeightScale {
     /// The height of level 0, metres.
     pub lowest_m: f64,
     /// The height of one level, metres.
@@ -54,10 +54,10 @@ impl HeightGrid {
 
     /// What the levels of its height map stand for: 65,536 between the lowest and the highest post.
     #[must_use]
-    pub fn levels(&self) -> Levels {
+    pub fn height_scale(&self) -> HeightScale {
         let low = self.heights_m.iter().copied().fold(f64::INFINITY, f64::min);
         let high = (self.heights_m.iter().copied()).fold(f64::NEG_INFINITY, f64::max);
-        Levels {
+        HeightScale {
             lowest_m: low,
             metres_per_level: ((high - low) / 65_535.0).max(LEAST_LEVEL_M),
         }
@@ -110,11 +110,11 @@ pub fn check_height_map(path: &Path, others: &[&Path]) -> Result<(), Error> {
 pub fn write_height_map(grid: &HeightGrid, path: &Path) -> Result<u64, Error> {
     check_height_map(path, &[])?;
     grid.check()?;
-    let levels = grid.levels();
+    let scale = grid.height_scale();
     let mut samples = Vec::with_capacity(grid.heights_m.len() * 2);
     for row in grid.heights_m.chunks(grid.columns).rev() {
         for height in row {
-            let level = (height - levels.lowest_m) / levels.metres_per_level;
+            let level = (height - scale.lowest_m) / scale.metres_per_level;
             samples.extend((level.round() as u16).to_be_bytes());
         }
     }
@@ -125,7 +125,7 @@ pub fn write_height_map(grid: &HeightGrid, path: &Path) -> Result<u64, Error> {
         png::BitDepth::Sixteen,
         &samples,
     );
-    let text = sidecar(grid, levels);
+    let text = sidecar(grid, scale);
     // The map is on the disk, though not under its name, before the other file appears.
     let mut map = PendingFile::create(path)?;
     map.write_all(&file)
@@ -135,7 +135,7 @@ pub fn write_height_map(grid: &HeightGrid, path: &Path) -> Result<u64, Error> {
     Ok((text.len() + file.len()) as u64)
 }
 
-fn sidecar(grid: &HeightGrid, levels: Levels) -> String {
+fn sidecar(grid: &HeightGrid, scale: HeightScale) -> String {
     let HeightGrid {
         south_west_m,
         spacing_m,
@@ -158,6 +158,6 @@ fn sidecar(grid: &HeightGrid, levels: Levels) -> String {
          # Height of level 0 above the world's zero, metres.\n\
          lowest_m = {:?}\n\
          metres_per_level = {:?}\n",
-        south_west_m.x, levels.lowest_m, levels.metres_per_level
+        south_west_m.x, scale.lowest_m, scale.metres_per_level
     )
 }

@@ -7,7 +7,7 @@ use nemoral_scene::{Material, MaterialId, MaterialLibrary, Prototype};
 
 /// The triangles of one material of a shape; cards are two triangles each.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Part {
+pub struct Submesh {
     /// Its material.
     pub material: MaterialId,
     /// Positions, metres.
@@ -38,7 +38,7 @@ pub(crate) fn is_double_sided(material: &Material, has_cards: bool) -> bool {
 /// Texture coordinates of the ground are in repetitions of its texture, where those of a shape are
 /// in metres.
 #[must_use]
-pub fn parts(shape: &Prototype, materials: &MaterialLibrary) -> Vec<Part> {
+pub fn parts(shape: &Prototype, materials: &MaterialLibrary) -> Vec<Submesh> {
     let mesh = shape.mesh();
     let mut parts = BTreeMap::new();
     for triangle in &mesh.triangles {
@@ -84,11 +84,11 @@ pub fn parts(shape: &Prototype, materials: &MaterialLibrary) -> Vec<Part> {
 }
 
 /// Parts, each with the numbers that its vertices have in the shape.
-type Parts = BTreeMap<MaterialId, (Part, HashMap<u32, u32>)>;
+type Parts = BTreeMap<MaterialId, (Submesh, HashMap<u32, u32>)>;
 
-fn of(parts: &mut Parts, material: MaterialId) -> &mut (Part, HashMap<u32, u32>) {
+fn of(parts: &mut Parts, material: MaterialId) -> &mut (Submesh, HashMap<u32, u32>) {
     parts.entry(material).or_insert_with(|| {
-        let part = Part {
+        let part = Submesh {
             material,
             positions: Vec::new(),
             normals: Vec::new(),

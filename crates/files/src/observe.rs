@@ -61,25 +61,25 @@ static OBSERVERS: RwLock<Vec<(PathBuf, Observer)>> = RwLock::new(Vec::new());
 /// A guard that observes until it is dropped.
 #[must_use]
 #[derive(Debug)]
-pub struct Observation {
+pub struct ObserverGuard {
     root: PathBuf,
 }
 
-/// Observes all operations at `root` and below it, by any thread. Observations that exist at the
-/// same time must have different roots.
+/// Observes all operations at `root` and below it, by any thread. Guards that exist at the same
+/// time must have different roots.
 pub fn observe(
     root: &Path,
     observer: impl Fn(&Operation<'_>) -> io::Result<()> + Send + Sync + 'static,
-) -> Observation {
+) -> ObserverGuard {
     let root = root.to_owned();
     OBSERVERS
         .write()
         .unwrap_or_else(PoisonError::into_inner)
         .push((root.clone(), Arc::new(observer)));
-    Observation { root }
+    ObserverGuard { root }
 }
 
-impl Drop for Observation {
+impl Drop for ObserverGuard {
     fn drop(&mut self) {
         OBSERVERS
             .write()

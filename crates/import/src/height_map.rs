@@ -1,7 +1,7 @@
 //! Height maps: a grid of posts with heights.
 
 use crate::stem_map::REACH_M;
-use crate::{ImportError, Sidecar};
+use crate::{HeightPngSidecar, ImportError};
 
 /// The most posts of a height map, 4096 × 4096.
 pub const MAX_POSTS: usize = 1 << 24;
@@ -36,7 +36,7 @@ impl HeightMap {
     ///
     /// # Errors
     /// As those two, and if a PNG has no sidecar.
-    pub fn read(bytes: &[u8], sidecar: Option<&Sidecar>) -> Result<Self, ImportError> {
+    pub fn read(bytes: &[u8], sidecar: Option<&HeightPngSidecar>) -> Result<Self, ImportError> {
         if !Self::needs_sidecar(bytes) {
             return Self::from_tiff(bytes);
         }

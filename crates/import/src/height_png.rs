@@ -9,9 +9,9 @@ use crate::{HeightMap, ImportError, MAX_POSTS};
 
 /// What a PNG of heights does not say itself: a file beside it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sidecar {
+pub struct HeightPngSidecar {
     /// Where the map lies.
-    pub place: SidecarPlace,
+    pub origin: GridOrigin,
     /// Distance between posts, metres.
     pub spacing_m: f64,
     /// The height of code 0, metres.
@@ -24,7 +24,7 @@ pub struct Sidecar {
 
 /// Where a PNG of heights lies: an easting and a northing, metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum SidecarPlace {
+pub enum GridOrigin {
     /// The south-west corner of the south-west pixel, which is in the last row.
     SouthWestCorner([f64; 2]),
     /// The first post: that of the first row, the northernmost, and the first column.
@@ -54,7 +54,7 @@ struct Toml {
     no_data: Option<u16>,
 }
 
-impl Sidecar {
+impl HeightPngSidecar {
     /// Reads a sidecar. In JSON it has `origin_m` (the south-west corner, `[x, y]`),
     /// `metres_per_pixel`, `min_height_m` (of code 0) and `max_height_m` (of code 65535); in TOML
     /// `west_m` and `north_m` (the first post), `spacing_m`, `lowest_m` and `metres_per_level`.
@@ -67,7 +67,7 @@ impl Sidecar {
         let sidecar = if bytes.trim_ascii_start().starts_with(b"{") {
             let json: Json = serde_json::from_slice(bytes).map_err(|e| wrong(&e.to_string()))?;
             Self {
-                place: SidecarPlace::SouthWestCorner(json.origin_m),
+                origin: GridOrigin::SouthWestCorner(json.origin_m),
                 spacing_m: json.metres_per_pixel,
                 lowest_m: json.min_height_m,
                 metres_per_level: (json.max_height_m - json.min_height_m) / f64::from(u16::MAX),
@@ -78,7 +78,7 @@ impl Sidecar {
             let read = read.map_err(|e| wrong(&e.to_string()))?;
             let toml = read.map_err(|e| wrong(e.message()))?;
             Self {
-                place: SidecarPlace::FirstPost([toml.west_m, toml.north_m]),
+                origin: GridOrigin::FirstPost([toml.west_m, toml.north_m]),
                 spacing_m: toml.spacing_m,
                 lowest_m: toml.lowest_m,
                 metres_per_level: toml.metres_per_level,
@@ -102,7 +102,7 @@ impl HeightMap {
     ///
     /// # Errors
     /// The file is no such PNG, or is too large; the sidecar has an impossible value.
-    pub fn from_png(bytes: &[u8], sidecar: &Sidecar) -> Result<Self, ImportError> {
+    pub fn from_png(bytes: &[u8], sidecar: &HeightPngSidecar) -> Result<Self, ImportError> {
         let wrong = |e: png::DecodingError| {
             ImportError::file(format!(
                 "is no PNG that can be read: {}",
@@ -123,16 +123,16 @@ impl HeightMap {
         let mut reader = decoder.read_info().map_err(wrong)?;
         let mut codes = vec![0; columns * rows * size_of::<u16>()];
         reader.next_frame(&mut codes).map_err(wrong)?;
-        let Sidecar {
-            place,
+        let HeightPngSidecar {
+            origin,
             spacing_m,
             lowest_m,
             metres_per_level,
             no_data,
         } = *sidecar;
-        let [west_m, north_m] = match place {
-            SidecarPlace::FirstPost(at) => at,
-            SidecarPlace::SouthWestCorner([x, y]) => {
+        let [west_m, north_m] = match origin {
+            GridOrigin::FirstPost(at) => at,
+            GridOrigin::SouthWestCorner([x, y]) => {
                 [x + 0.5 * spacing_m, y + (rows as f64 - 0.5) * spacing_m]
             }
         };

@@ -17,11 +17,11 @@
 //! too. Models are brought to metres, z up, with their foot at the origin.
 //!
 //! ```
-//! use nemoral_import::{HeightMap, Sidecar};
+//! use nemoral_import::{HeightMap, HeightPngSidecar};
 //!
 //! let sidecar = r#"{ "origin_m": [10.0, 20.0], "metres_per_pixel": 0.5,
 //!                    "min_height_m": 100.0, "max_height_m": 120.0 }"#;
-//! assert_eq!(Sidecar::read(sidecar.as_bytes())?.spacing_m, 0.5);
+//! assert_eq!(HeightPngSidecar::read(sidecar.as_bytes())?.spacing_m, 0.5);
 //! let error = HeightMap::from_tiff(b"no TIFF").unwrap_err().to_string();
 //! assert!(error.starts_with("is no GeoTIFF"), "{error}");
 //! # Ok::<(), nemoral_import::ImportError>(())
@@ -45,11 +45,11 @@ struct Readme;
 pub use epsg::EPSG_CODES;
 pub use error::ImportError;
 pub use height_map::{HeightMap, MAX_POSTS};
-pub use height_png::{Sidecar, SidecarPlace};
+pub use height_png::{GridOrigin, HeightPngSidecar};
 pub use model::{
     Extent, FindFile, LogMeasures, MAX_DEPTH, MAX_MATERIALS, MAX_MODEL_BYTES, MAX_NODES,
     MAX_PICTURE_PIXELS, MAX_PICTURE_SIDE, MAX_PICTURES, MAX_TRIANGLES, Model, ModelFiles,
-    ModelKind, ModelSidecar, TreeMeasures, Up,
+    ModelKind, ModelSidecar, TreeMeasures, UpAxis,
 };
 pub use stem_map::{MAX_STEMS, Stem, read_stem_map, unread_columns};
 pub use trail_lines::{

@@ -1,6 +1,6 @@
 //! Height maps: what is written is read back, and what is wrong is named.
 
-use nemoral_import::{HeightMap, Sidecar};
+use nemoral_import::{HeightMap, HeightPngSidecar};
 use tiff::encoder::{TiffEncoder, colortype};
 use tiff::tags::Tag;
 
@@ -238,7 +238,7 @@ const SIDECAR: &str = r#"{ "origin_m": [20.0, -30.0], "metres_per_pixel": 2.0,
 #[test]
 fn a_png_is_read_where_its_sidecar_says() {
     let codes: Vec<u16> = (0..35).map(|i| i * 1000 + 7 * u16::from(i == 0)).collect();
-    let sidecar = Sidecar::read(SIDECAR.as_bytes()).expect("a sidecar");
+    let sidecar = HeightPngSidecar::read(SIDECAR.as_bytes()).expect("a sidecar");
     let map = HeightMap::from_png(&png(&codes), &sidecar).expect("a height map");
     // A file's kind is that of its bytes.
     let read = |sidecar| HeightMap::read(&png(&codes), sidecar);
@@ -266,7 +266,7 @@ fn a_png_is_read_where_its_sidecar_says() {
 fn the_sidecars_of_exports_are_read() {
     let toml = "# A comment.\ncolumns = 7\nrows = 5\nspacing_m = 2.0\nwest_m = 21.0\n\
                 north_m = -21.0\nlowest_m = -10.0\nmetres_per_level = 0.001\n";
-    let sidecar = Sidecar::read(toml.as_bytes()).expect("a sidecar");
+    let sidecar = HeightPngSidecar::read(toml.as_bytes()).expect("a sidecar");
     let codes: Vec<u16> = (0..35).map(|i| i * 1000).collect();
     let map = HeightMap::from_png(&png(&codes), &sidecar).expect("a height map");
     assert_eq!(map.post_m(0, 0), [21.0, -21.0]);
@@ -280,7 +280,7 @@ fn a_sidecar_of_values_deep_in_each_other_ends_no_program() {
     let key = ["a"; 79].join(".");
     let value = (0..75).fold("1".to_owned(), |inner, _| format!("{{{key}={inner}}}"));
     let text = format!("[{key}]\n{key}={value}\n");
-    let refused = Sidecar::read(text.as_bytes())
+    let refused = HeightPngSidecar::read(text.as_bytes())
         .expect_err("refused")
         .to_string();
     assert!(
@@ -291,12 +291,16 @@ fn a_sidecar_of_values_deep_in_each_other_ends_no_program() {
 
 #[test]
 fn what_is_wrong_with_a_png_is_named() {
-    let no = |json: &str| Sidecar::read(json.as_bytes()).expect_err(json).to_string();
+    let no = |json: &str| {
+        HeightPngSidecar::read(json.as_bytes())
+            .expect_err(json)
+            .to_string()
+    };
     assert!(no("{}").contains("origin_m"));
     assert!(no(&SIDECAR.replace("-10.0", "60")).contains("in order"));
     assert!(no(&SIDECAR.replace("[20.0, -30.0]", "[20.0]")).contains("is no sidecar"));
     let with = |json: &str, bytes: &[u8]| {
-        let sidecar = Sidecar::read(json.as_bytes()).expect("a sidecar");
+        let sidecar = HeightPngSidecar::read(json.as_bytes()).expect("a sidecar");
         HeightMap::from_png(bytes, &sidecar)
             .expect_err("it is refused")
             .to_string()

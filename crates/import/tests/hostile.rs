@@ -3,7 +3,8 @@
 mod common;
 
 use nemoral_import::{
-    HeightMap, ImportError, Model, ModelFiles, ModelKind, Sidecar, read_stem_map, read_trail_lines,
+    HeightMap, HeightPngSidecar, ImportError, Model, ModelFiles, ModelKind, read_stem_map,
+    read_trail_lines,
 };
 use tiff::encoder::{TiffEncoder, colortype};
 use tiff::tags::Tag;
@@ -118,7 +119,9 @@ fn a_thousand_mutants_of_each_kind_of_file_are_read_or_refused() {
     assert!(accepted > 20, "{accepted}");
 
     let json = r#"{"origin_m":[0,0],"metres_per_pixel":1,"min_height_m":0,"max_height_m":9}"#;
-    let accepted = survive(json.as_bytes(), |bytes| Sidecar::read(bytes).is_ok());
+    let accepted = survive(json.as_bytes(), |bytes| {
+        HeightPngSidecar::read(bytes).is_ok()
+    });
     assert!(accepted > 5, "{accepted}");
 
     let mut bytes = Vec::new();
@@ -129,7 +132,7 @@ fn a_thousand_mutants_of_each_kind_of_file_are_read_or_refused() {
     let codes: Vec<u8> = (0..108).map(|i| i * 2).collect();
     writer.write_image_data(&codes).expect("an image");
     writer.finish().expect("the end");
-    let sidecar = Sidecar::read(json.as_bytes()).expect("a sidecar");
+    let sidecar = HeightPngSidecar::read(json.as_bytes()).expect("a sidecar");
     survive(&bytes, |bytes| HeightMap::from_png(bytes, &sidecar).is_ok());
 }
 
@@ -301,7 +304,7 @@ fn a_header_cannot_ask_for_more_than_the_largest_map() {
     bytes.extend((!crc).to_be_bytes());
     bytes.extend(b"\0\0\0\0IDAT\x35\xaf\x06\x1e");
     let json = r#"{"origin_m":[0,0],"metres_per_pixel":1,"min_height_m":0,"max_height_m":9}"#;
-    let sidecar = Sidecar::read(json.as_bytes()).expect("a sidecar");
+    let sidecar = HeightPngSidecar::read(json.as_bytes()).expect("a sidecar");
     let error = HeightMap::from_png(&bytes, &sidecar)
         .expect_err("too large")
         .to_string();

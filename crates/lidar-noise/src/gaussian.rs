@@ -3,8 +3,8 @@
 use nemoral_scene::{EchoObservation, ParamError};
 use rand::Rng;
 
+use crate::deviates::{open_unit, quantile};
 use crate::model::{Detection, MeanError, Sigma};
-use crate::uniform::{open_unit, quantile};
 
 /// A range measured with a mean error and a spread that may both depend on the echo: the paper's
 /// noise model, for any pair of functions.

@@ -25,20 +25,20 @@
 //! add what data sheets give: spread and greatest range by reflectance, around which detection
 //! fades by [`SoftThreshold`]. [`DetectedRange`] puts any detection before any measurement. Errors
 //! of pointing are left to the scanner, which knows the directions. [`RangeNoise`] names whole
-//! models for configurations, and [`RangeSensor`] measures with them.
+//! models for configurations, and [`RangeNoiseSampler`] measures with them.
 //!
 //! An echo is described by a [`EchoObservation`]: its range in metres, the cosine of the angle of
 //! incidence, and the surface's reflectance, 0..1. Transcendental functions go through libm and the
 //! normal deviate is a quantile (Wichura's), so equal generators give equal ranges on every
 //! platform.
 
+mod deviates;
 mod gaussian;
 mod laconte;
 mod link_budget;
 mod model;
-mod preset;
+mod range_noise;
 mod soudarissanane;
-mod uniform;
 
 pub use gaussian::{
     ConstantSigma, DetectedRange, GaussianRange, LinearSigma, LinearSigmaParams, NoMeanError,
@@ -49,7 +49,7 @@ pub use link_budget::{
 };
 pub use model::{Detection, MeanError, Sigma};
 pub use nemoral_scene::{EchoObservation, ParamError};
-pub use preset::{LaconteForm, PaperMeanError, RangeNoise, RangeSensor};
+pub use range_noise::{CombinedMeanError, LaconteForm, RangeNoise, RangeNoiseSampler};
 pub use soudarissanane::{IncidenceLaw, IncidenceLawParams};
 
 #[cfg(doctest)]

@@ -3,7 +3,7 @@
 use nemoral_scene::EchoObservation;
 use rand::Rng;
 
-use crate::uniform::unit;
+use crate::deviates::unit;
 
 /// The systematic part of a range error. Any `Fn(&EchoObservation) -> f64` is one.
 pub trait MeanError {

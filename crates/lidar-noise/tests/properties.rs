@@ -1,9 +1,9 @@
 //! Properties that every noise model must have for any echo.
 
 use nemoral_lidar_noise::{
-    ConstantSigma, DetectedRange, Detection, EchoObservation, GaussianRange, IncidenceLaw,
-    IncidenceLawParams, LaconteDevice, LaconteForm, LinearSigma, LinearSigmaParams, MeanError,
-    NoMeanError, PaperMeanError, RangeEquation, RangeNoise, RangeSensor, Sigma, SnrSigma,
+    CombinedMeanError, ConstantSigma, DetectedRange, Detection, EchoObservation, GaussianRange,
+    IncidenceLaw, IncidenceLawParams, LaconteDevice, LaconteForm, LinearSigma, LinearSigmaParams,
+    MeanError, NoMeanError, RangeEquation, RangeNoise, RangeNoiseSampler, Sigma, SnrSigma,
     SoftThreshold,
 };
 use proptest::prelude::*;
@@ -58,7 +58,7 @@ fn measurements_have_the_mean_and_the_spread_of_their_model() {
         observation(60.0, 40.0, 0.9),
     ] {
         let paper = GaussianRange {
-            mean: PaperMeanError::default(),
+            mean: CombinedMeanError::default(),
             sigma: ConstantSigma::new(0.02).unwrap(),
         };
         check(
@@ -92,7 +92,7 @@ fn errors_of(noise: RangeNoise, o: &EchoObservation) -> (Vec<f64>, f64, f64) {
     let waveform = |d: LaconteDevice| d.waveform().mean_error_m(o);
     let (mean_m, sigma_m) = match noise {
         RangeNoise::Off => (0.0, 0.0),
-        RangeNoise::Paper { sigma_m } => (PaperMeanError::default().mean_error_m(o), sigma_m),
+        RangeNoise::Paper { sigma_m } => (CombinedMeanError::default().mean_error_m(o), sigma_m),
         RangeNoise::Laconte {
             device,
             form,
@@ -115,8 +115,8 @@ fn errors_of(noise: RangeNoise, o: &EchoObservation) -> (Vec<f64>, f64, f64) {
     let rngs = std::iter::from_fn(|| seeds.next().map(Xoshiro256PlusPlus::seed_from_u64));
     let mut measured = vec![None; 100_000];
     let os = vec![*o; measured.len()];
-    let sensor = RangeSensor::new(noise).expect("in range");
-    sensor.measure_each(&os, rngs, &mut measured);
+    let sampler = RangeNoiseSampler::new(noise).expect("in range");
+    sampler.measure_each(&os, rngs, &mut measured);
     let error = |m: Option<f64>| m.expect("near enough to be seen") - o.range_m;
     (measured.into_iter().map(error).collect(), mean_m, sigma_m)
 }
@@ -362,14 +362,14 @@ proptest! {
                 false_alarm_probability: 1e-4,
             },
         ] {
-            let sensor = RangeSensor::new(noise).unwrap();
-            let measure = || sensor.measure(&o, &mut Xoshiro256PlusPlus::seed_from_u64(seed));
+            let sampler = RangeNoiseSampler::new(noise).unwrap();
+            let measure = || sampler.measure(&o, &mut Xoshiro256PlusPlus::seed_from_u64(seed));
             if let Some(range_m) = measure() {
                 prop_assert!(range_m.is_finite() && range_m >= 0.0);
             }
             prop_assert_eq!(measure(), measure());
         }
-        let off = RangeSensor::new(RangeNoise::Off).unwrap();
+        let off = RangeNoiseSampler::new(RangeNoise::Off).unwrap();
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
         prop_assert_eq!(off.measure(&o, &mut rng), Some(o.range_m));
     }

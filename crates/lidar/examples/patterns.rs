@@ -18,8 +18,8 @@ use std::path::Path;
 use common::{Cell, coverage, disc, lit};
 use image::{Rgb, RgbImage};
 use nemoral_lidar::{
-    ExactRange, HorizonLike, Mid40, RepeatingLines, RepeatingLinesParams, ScanPattern, ScanRequest,
-    Scanner, ScannerParams,
+    ExactRange, LivoxHorizonLike, Mid40, RepeatingLines, RepeatingLinesParams, ScanPattern,
+    ScanRequest, Scanner, ScannerParams,
 };
 use nemoral_scene::glam::{Vec2, Vec3};
 use nemoral_scene::{
@@ -80,7 +80,7 @@ fn patterns() -> Result<RgbImage, Box<dyn std::error::Error>> {
         ..RepeatingLinesParams::default()
     })?;
     let panels: [Box<dyn ScanPattern>; 3] =
-        [Box::new(lines), Box::new(HorizonLike), Box::new(Mid40)];
+        [Box::new(lines), Box::new(LivoxHorizonLike), Box::new(Mid40)];
     let (width, height, pixels_per_m) = (1000_u32, 400_u32, 54.0);
     let mut picture = RgbImage::from_pixel(width, 3 * (height + 10), Rgb([255; 3]));
     for (row, pattern) in (0_u32..).zip(panels) {
@@ -230,9 +230,9 @@ fn coverages() -> Result<String, Box<dyn std::error::Error>> {
     let curves: [Curve<'_>; 3] = [
         (
             "Horizon-like",
-            &HorizonLike,
+            &LivoxHorizonLike,
             0.32,
-            lit(&HorizonLike, 0..720_000, 0.32),
+            lit(&LivoxHorizonLike, 0..720_000, 0.32),
             &HORIZON,
             "#1e6edc",
         ),

@@ -3,9 +3,9 @@
 use std::f64::consts::PI;
 
 use crate::{
-    AirParams, Beam, HorizonLike, Mid40, Mid70, MotorParams, Motorised, Panorama, PanoramaParams,
-    PulseErrors, Returns, ScanMirror, ScanMirrorParams, ScanPattern, ScannerParams, Spinning,
-    Wavelength,
+    AirParams, Beam, LivoxHorizonLike, Mid40, Mid70, MotorParams, MotorisedPattern, Panorama,
+    PanoramaParams, PulseErrors, ReturnMode, ScanMirror, ScanMirrorParams, ScanPattern,
+    ScannerParams, SpinningPattern, Wavelength,
 };
 
 /// A real scanner that is or was on sale.
@@ -19,7 +19,7 @@ pub enum Device {
     /// Livox Avia.
     Avia,
     /// Like the Livox Horizon, whose optics are not published.
-    HorizonLike,
+    LivoxHorizonLike,
     /// Velodyne VLP-16 at 10 Hz.
     Vlp16,
     /// Velodyne HDL-64E S2 at 10 Hz.
@@ -53,7 +53,7 @@ const TERRESTRIAL: [u32; 2] = [4650, 1292];
 
 /// What is published about a [`Device`] beyond its [`ScannerParams`].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DeviceSheet {
+pub struct DataSheet {
     /// Maker and model.
     pub title: &'static str,
     /// Field of view, degrees, horizontally and vertically; of a scanner that looks down, across
@@ -80,7 +80,7 @@ impl Device {
         Self::Mid40,
         Self::Mid70,
         Self::Avia,
-        Self::HorizonLike,
+        Self::LivoxHorizonLike,
         Self::Vlp16,
         Self::Hdl64e,
         Self::Os0,
@@ -100,7 +100,7 @@ impl Device {
             Self::Mid40 => "mid40",
             Self::Mid70 => "mid70",
             Self::Avia => "avia",
-            Self::HorizonLike => "horizon",
+            Self::LivoxHorizonLike => "horizon",
             Self::Vlp16 => "vlp16",
             Self::Hdl64e => "hdl64e",
             Self::Os0 => "os0_128",
@@ -125,18 +125,18 @@ impl Device {
     pub fn pattern(self) -> Box<dyn ScanPattern> {
         let known = "a device's own numbers are in range";
         let ouster = |fov_deg: f64, beams| {
-            Box::new(Spinning::ouster(fov_deg.to_radians(), beams, 1024, 10.0).expect(known))
+            Box::new(SpinningPattern::ouster(fov_deg.to_radians(), beams, 1024, 10.0).expect(known))
         };
         match self {
             Self::Mid40 => Box::new(Mid40),
             Self::Mid70 => Box::new(Mid70),
             Self::Avia | Self::L1 => Box::new(crate::Avia),
-            Self::HorizonLike => Box::new(HorizonLike),
-            Self::Vlp16 => Box::new(Spinning::vlp16(10.0).expect(known)),
-            Self::Hdl64e => Box::new(Spinning::hdl64e(10.0).expect(known)),
+            Self::LivoxHorizonLike => Box::new(LivoxHorizonLike),
+            Self::Vlp16 => Box::new(SpinningPattern::vlp16(10.0).expect(known)),
+            Self::Hdl64e => Box::new(SpinningPattern::hdl64e(10.0).expect(known)),
             Self::Os0 => ouster(90.0, 128),
             Self::Os1x32 => ouster(45.0, 32),
-            Self::Os1x64 => Box::new(Spinning::os1_64(1024, 10.0).expect(known)),
+            Self::Os1x64 => Box::new(SpinningPattern::os1_64(1024, 10.0).expect(known)),
             Self::Os1x128 => ouster(45.0, 128),
             Self::Terrestrial => {
                 let [columns, rows] = TERRESTRIAL;
@@ -152,7 +152,7 @@ impl Device {
             Self::Vux1Uav => Box::new(ScanMirror::new(ScanMirrorParams::default()).expect(known)),
             Self::ZebHorizon => {
                 let head = Self::Vlp16.pattern();
-                Box::new(Motorised::new(head, MotorParams::default()).expect(known))
+                Box::new(MotorisedPattern::new(head, MotorParams::default()).expect(known))
             }
         }
     }
@@ -169,7 +169,7 @@ impl Device {
             Self::Mid40 => ([0.03, 0.28], [1.0, 260.0], 0.001, 4.0, 0.1),
             Self::Mid70 => ([0.03, 0.28], [0.05, 260.0], 0.001, 4.0, 0.1),
             Self::Avia | Self::L1 => ([0.03, 0.28], [1.0, 450.0], 0.001, 4.0, 0.05),
-            Self::HorizonLike => ([0.28, 0.03], [0.5, 260.0], 0.001, 4.0, 0.05),
+            Self::LivoxHorizonLike => ([0.28, 0.03], [0.5, 260.0], 0.001, 4.0, 0.05),
             Self::Vlp16 | Self::ZebHorizon => ([0.172, 0.086], [0.4, 100.0], 0.002, 6.0, 0.0),
             Self::Hdl64e => ([0.115, 0.115], [0.9, 120.0], 0.002, 5.0, 0.0),
             Self::Os0 => ([0.35, 0.35], [0.3, 50.0], 0.001, 5.0, 0.0),
@@ -206,7 +206,7 @@ impl Device {
                 resolution_m: 0.5 * 0.299_792_458 * pulse_ns,
                 exit_m,
             },
-            returns: Returns::Strongest,
+            returns: ReturnMode::Strongest,
             air: AirParams {
                 drop_reflectance: wavelength.drop_reflectance(),
                 reference_range_m: sheet.reference_range_m,
@@ -227,8 +227,8 @@ impl Device {
 
     /// Its data sheet.
     #[must_use]
-    pub const fn sheet(self) -> DeviceSheet {
-        const LIVOX: DeviceSheet = DeviceSheet {
+    pub const fn sheet(self) -> DataSheet {
+        const LIVOX: DataSheet = DataSheet {
             title: "Livox Mid-40",
             field_of_view_deg: [38.4, 38.4],
             reference_range_m: 90.0,
@@ -239,7 +239,7 @@ impl Device {
             source: "Livox wiki: range ladder 90/130/260 m at 10/20/80 %, 2 cm at 20 m, 0.28° x \
                 0.03°, angles below 0.1°; pulse length: HELIOS++",
         };
-        const OUSTER: DeviceSheet = DeviceSheet {
+        const OUSTER: DataSheet = DataSheet {
             title: "Ouster OS1",
             field_of_view_deg: [360.0, 45.0],
             reference_range_m: 40.0,
@@ -253,14 +253,14 @@ impl Device {
         };
         match self {
             Self::Mid40 => LIVOX,
-            Self::Mid70 => DeviceSheet {
+            Self::Mid70 => DataSheet {
                 title: "Livox Mid-70",
                 field_of_view_deg: [70.4, 70.4],
                 max_returns: 2,
                 source: "as Mid-40; blind zone 5 cm; user manual: dual return",
                 ..LIVOX
             },
-            Self::Avia => DeviceSheet {
+            Self::Avia => DataSheet {
                 title: "Livox Avia",
                 field_of_view_deg: [70.4, 77.2],
                 reference_range_m: 190.0,
@@ -268,7 +268,7 @@ impl Device {
                 source: "190 m at 10 %, three returns; optics: HELIOS++; the rest as Mid-40",
                 ..LIVOX
             },
-            Self::HorizonLike => DeviceSheet {
+            Self::LivoxHorizonLike => DataSheet {
                 title: "Like the Livox Horizon",
                 field_of_view_deg: [81.7, 25.1],
                 max_returns: 2,
@@ -276,7 +276,7 @@ impl Device {
                     length is the Mid-40's",
                 ..LIVOX
             },
-            Self::Vlp16 => DeviceSheet {
+            Self::Vlp16 => DataSheet {
                 title: "Velodyne VLP-16",
                 field_of_view_deg: [360.0, 30.0],
                 reference_range_m: 50.0,
@@ -287,14 +287,14 @@ impl Device {
                     at the exit: OpenPLX; 50 m at 10 % and pulse length assumed",
                 ..OUSTER
             },
-            Self::ZebHorizon => DeviceSheet {
+            Self::ZebHorizon => DataSheet {
                 title: "GeoSLAM ZEB Horizon",
                 field_of_view_deg: [360.0, 180.0],
                 source: "user guide: 100 m, 300,000 pulses a second; a VLP-16 on a motor, half a \
                     turn a second; the angle is our choice; the rest as VLP-16",
                 ..Self::Vlp16.sheet()
             },
-            Self::Hdl64e => DeviceSheet {
+            Self::Hdl64e => DataSheet {
                 title: "Velodyne HDL-64E S2",
                 field_of_view_deg: [360.0, 26.3],
                 reference_range_m: 50.0,
@@ -304,7 +304,7 @@ impl Device {
                     second and laser, one return; pulse length assumed",
                 ..OUSTER
             },
-            Self::Os0 => DeviceSheet {
+            Self::Os0 => DataSheet {
                 title: "Ouster OS0-128",
                 field_of_view_deg: [360.0, 90.0],
                 reference_range_m: 35.0,
@@ -312,22 +312,22 @@ impl Device {
                     for the exit",
                 ..OUSTER
             },
-            Self::Os1x32 => DeviceSheet {
+            Self::Os1x32 => DataSheet {
                 title: "Ouster OS1-32",
                 ..OUSTER
             },
-            Self::Os1x64 => DeviceSheet {
+            Self::Os1x64 => DataSheet {
                 title: "Ouster OS-1-64, first generation",
                 field_of_view_deg: [360.0, 33.2],
                 source: "OS1 data sheet of the first generation: ±16.6°, 0.13°, 1.2 cm steps; \
                     azimuths of beams: the maker's SDK; the rest as OS1-128",
                 ..OUSTER
             },
-            Self::Os1x128 => DeviceSheet {
+            Self::Os1x128 => DataSheet {
                 title: "Ouster OS1-128",
                 ..OUSTER
             },
-            Self::Terrestrial => DeviceSheet {
+            Self::Terrestrial => DataSheet {
                 title: "Like the RIEGL VZ-400",
                 field_of_view_deg: [360.0, 100.0],
                 reference_range_m: 280.0,
@@ -340,7 +340,7 @@ impl Device {
                     returns; 7 mm at the exit: AMAPVox; 1550 nm: Calders et al. 2015; pulse \
                     length: HELIOS++; 2 mm and 0.077° are our choice",
             },
-            Self::Vux1Uav => DeviceSheet {
+            Self::Vux1Uav => DataSheet {
                 title: "RIEGL VUX-1UAV",
                 field_of_view_deg: [90.0, 0.0],
                 reference_range_m: 170.0,
@@ -352,7 +352,7 @@ impl Device {
                     are used), 0.5 mrad at 1/e², which is 0.017° at half maximum, 4 ns, 1 cm, from \
                     3 m; 170 m at 20 %, 280 m, 5 mm and 1550 nm are our choice; the rest as VZ-400",
             },
-            Self::L1 => DeviceSheet {
+            Self::L1 => DataSheet {
                 title: "DJI Zenmuse L1",
                 field_of_view_deg: [70.4, 77.2],
                 reference_range_m: 190.0,

@@ -6,7 +6,7 @@ use crate::waveform::peaks;
 
 /// Which echoes of a pulse a scanner reports.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum Returns {
+pub enum ReturnMode {
     /// The echo with the most received power.
     #[default]
     Strongest,
@@ -160,7 +160,7 @@ pub(crate) fn group_hits(
     }
 }
 
-impl Returns {
+impl ReturnMode {
     /// Keeps those of the echoes, which are sorted by range, that are reported.
     pub(crate) fn select(self, echoes: &mut Vec<Echo>) {
         if echoes.len() < 2 {
@@ -262,26 +262,26 @@ mod tests {
         both.push((20.0, 0.25));
         let mut found = grouped(&both, 0.6);
         assert!(found[0].power > found[1].power);
-        Returns::Strongest.select(&mut found);
+        ReturnMode::Strongest.select(&mut found);
         assert_eq!((found.len(), found[0].range_m), (1, 20.0));
     }
 
     #[test]
     fn every_mode_reports_what_its_name_says() {
         let list = [(5.0, 0.02), (9.0, 0.3), (14.0, 0.1), (30.0, 0.4)];
-        let kept = |mode: Returns| {
+        let kept = |mode: ReturnMode| {
             let mut found = grouped(&list, 0.6);
             mode.select(&mut found);
             found.iter().map(|e| e.range_m).collect::<Vec<_>>()
         };
-        assert_eq!(kept(Returns::Strongest), [9.0]);
-        assert_eq!(kept(Returns::First), [5.0]);
-        assert_eq!(kept(Returns::Last), [30.0]);
-        assert_eq!(kept(Returns::Dual), [9.0, 30.0]);
-        assert_eq!(kept(Returns::All(3)), [5.0, 9.0, 14.0]);
+        assert_eq!(kept(ReturnMode::Strongest), [9.0]);
+        assert_eq!(kept(ReturnMode::First), [5.0]);
+        assert_eq!(kept(ReturnMode::Last), [30.0]);
+        assert_eq!(kept(ReturnMode::Dual), [9.0, 30.0]);
+        assert_eq!(kept(ReturnMode::All(3)), [5.0, 9.0, 14.0]);
         let mut near = grouped(&[(2.0, 0.1), (9.0, 0.1), (3.0, 0.5)], 0.1);
         near.truncate(2);
-        Returns::Dual.select(&mut near);
+        ReturnMode::Dual.select(&mut near);
         assert_eq!(
             near.len(),
             2,
@@ -289,10 +289,10 @@ mod tests {
         );
         let mut none = Vec::new();
         for mode in [
-            Returns::Strongest,
-            Returns::First,
-            Returns::Last,
-            Returns::Dual,
+            ReturnMode::Strongest,
+            ReturnMode::First,
+            ReturnMode::Last,
+            ReturnMode::Dual,
         ] {
             mode.select(&mut none);
             assert!(none.is_empty());

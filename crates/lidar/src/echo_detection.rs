@@ -11,9 +11,9 @@ use nemoral_seed::{Domain, Draw};
 
 use crate::air::AirFrom;
 use crate::echo::{AIR, AirEcho, Echo, SubRayHit, group_hits};
-use crate::mirror::Mirrored;
 use crate::pulse_batch::{PulseBatch, ScanContext};
 use crate::reflection::Reflection;
+use crate::water_reflection::Mirrored;
 
 const DROPOUT: Domain = Domain::new("lidar.dropout");
 const FALSE_ALARM: Domain = Domain::new("lidar.false_alarm");

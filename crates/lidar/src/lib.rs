@@ -2,7 +2,7 @@
 //! be cast at.
 //!
 //! ```
-//! use nemoral_lidar::{ExactRange, HorizonLike, ScanRequest, Scanner, ScannerParams};
+//! use nemoral_lidar::{ExactRange, LivoxHorizonLike, ScanRequest, Scanner, ScannerParams};
 //! use nemoral_scene::glam::Vec3;
 //! use nemoral_scene::{
 //!     Hit, Material, MaterialId, MaterialLibrary, Ray, RayCaster, RigidTransform, Semantic,
@@ -19,7 +19,7 @@
 //! }
 //! let mut materials = MaterialLibrary::new();
 //! let wall = Wall(materials.add(Material::plain("wall", Semantic::Rock, Vec3::splat(0.4))));
-//! let scanner = Scanner::new(ScannerParams::default(), Box::new(HorizonLike))?;
+//! let scanner = Scanner::new(ScannerParams::default(), Box::new(LivoxHorizonLike))?;
 //! let points = scanner.scan(&ScanRequest {
 //!     first_pulse: 0,
 //!     caster: &wall,
@@ -35,16 +35,16 @@
 //!
 //! # Model
 //! A [`ScanPattern`] is an endless sequence of pulses. The paper's three are [`RepeatingLines`],
-//! the circular non-repeating [`Mid40`] and the rectangular non-repeating [`HorizonLike`]. There
-//! are also [`Mid70`], [`Avia`], [`Spinning`] heads by their beam tables, a terrestrial scanner's
-//! [`Panorama`], the [`ScanMirror`]s of airborne scanners and any [`CsvPattern`], each of which may
-//! be [`Motorised`]; [`Device`] has the numbers of real scanners. A [`Scanner`] fires a stretch of
-//! a pattern, each pulse from where the sensor is at that moment, and makes
-//! [`LidarPoint`](nemoral_scene::LidarPoint)s with their truth (class, object, range, incidence) of
-//! what comes back.
+//! the circular non-repeating [`Mid40`] and the rectangular non-repeating [`LivoxHorizonLike`].
+//! There are also [`Mid70`], [`Avia`], spinning heads by their beam tables ([`SpinningPattern`]),
+//! a terrestrial scanner's [`Panorama`], the [`ScanMirror`]s of airborne scanners and any
+//! [`CsvPattern`], each of which a motor may turn ([`MotorisedPattern`]); [`Device`] has the
+//! numbers of real scanners. A [`Scanner`] fires a stretch of a pattern, each pulse from where the
+//! sensor is at that moment, and makes [`LidarPoint`](nemoral_scene::LidarPoint)s with their truth
+//! (class, object, range, incidence) of what comes back.
 //!
 //! A pulse is a line to the nearest opaque texel, or a [`Beam`] of sub-rays whose hits are grouped
-//! into several [echoes](Returns), mixed pixels among them. A surface is Lambertian; that of a
+//! into several [echoes](ReturnMode), mixed pixels among them. A surface is Lambertian; that of a
 //! [`Liquid`](nemoral_scene::Liquid) glints where its ripples face the scanner, and it mirrors, so
 //! that what the pulse meets then gives an echo at the range of the whole path,
 //! [`PointFlags::MIRRORED`](nemoral_scene::PointFlags::MIRRORED). A [`Carrier`] hides what is
@@ -62,10 +62,8 @@ mod device;
 mod echo;
 mod echo_detection;
 mod exponential;
-mod horizon;
 mod label;
-mod lines;
-mod mirror;
+mod livox_horizon;
 mod motorised;
 mod panorama;
 mod params;
@@ -75,32 +73,34 @@ mod pulse_batch;
 mod pulse_errors;
 mod range_model;
 mod reflection;
+mod repeating_lines;
 mod risley;
 mod scan;
 mod scan_mirror;
 mod scanner;
 mod spinning;
+mod water_reflection;
 mod waveform;
 
 pub use air::{AirLayer, AirParams};
 pub use beam::Beam;
 pub use carrier::Carrier;
 pub use csv_pattern::{CsvPattern, CsvPatternError};
-pub use device::{Device, DeviceSheet};
-pub use echo::Returns;
-pub use horizon::HorizonLike;
-pub use lines::{RepeatingLines, RepeatingLinesParams};
-pub use motorised::{MotorParams, Motorised};
+pub use device::{DataSheet, Device};
+pub use echo::ReturnMode;
+pub use livox_horizon::LivoxHorizonLike;
+pub use motorised::{MotorParams, MotorisedPattern};
 pub use nemoral_scene::{EchoObservation, ParamError};
 pub use panorama::{Panorama, PanoramaParams};
 pub use params::{ScannerParams, Wavelength};
 pub use pattern::{Pulse, ScanPattern};
 pub use pulse_errors::PulseErrors;
 pub use range_model::{ExactRange, RangeModel};
+pub use repeating_lines::{RepeatingLines, RepeatingLinesParams};
 pub use risley::{Avia, Mid40, Mid70};
 pub use scan_mirror::{MirrorMotion, ScanMirror, ScanMirrorParams};
 pub use scanner::{ScanRequest, Scanner};
-pub use spinning::{Laser, Spinning};
+pub use spinning::{Laser, SpinningPattern};
 
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

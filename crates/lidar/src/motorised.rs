@@ -34,22 +34,22 @@ impl Default for MotorParams {
 /// the frame about the z axis of the LiDAR frame, which itself is that of the handle.
 ///
 /// A head of few lines so sees in nearly all directions.
-pub struct Motorised {
+pub struct MotorisedPattern {
     pattern: Box<dyn ScanPattern>,
     params: MotorParams,
     /// The frame of the handle from that of the scanner, when the motor is at its start.
     tilted: DMat3,
 }
 
-impl fmt::Debug for Motorised {
+impl fmt::Debug for MotorisedPattern {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Motorised")
+        f.debug_struct("MotorisedPattern")
             .field("params", &self.params)
             .finish_non_exhaustive()
     }
 }
 
-impl Motorised {
+impl MotorisedPattern {
     /// A pattern on a motor.
     ///
     /// # Errors
@@ -89,7 +89,7 @@ impl Motorised {
     }
 }
 
-impl ScanPattern for Motorised {
+impl ScanPattern for MotorisedPattern {
     fn pulse(&self, number: u64) -> Pulse {
         self.fired(self.pattern.pulse(number))
     }

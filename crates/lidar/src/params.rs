@@ -5,7 +5,7 @@ use nemoral_scene::{LaserBand, Material, ParamError};
 use crate::air::AirParams;
 use crate::beam::Beam;
 use crate::carrier::Carrier;
-use crate::echo::Returns;
+use crate::echo::ReturnMode;
 use crate::pulse_errors::PulseErrors;
 
 /// The laser's wavelength, which selects one of a material's reflectances.
@@ -55,7 +55,7 @@ pub struct ScannerParams {
     /// The laser's width.
     pub beam: Beam,
     /// Which echoes of a pulse become points.
-    pub returns: Returns,
+    pub returns: ReturnMode,
     /// Errors of pointing, detection and intensity.
     pub errors: PulseErrors,
     /// The air that pulses pass.
@@ -78,7 +78,7 @@ impl Default for ScannerParams {
             max_range_m: 260.0,
             wavelength: Wavelength::Nm905,
             beam: Beam::default(),
-            returns: Returns::default(),
+            returns: ReturnMode::default(),
             errors: PulseErrors::default(),
             air: AirParams::default(),
             carrier: None,
@@ -108,7 +108,7 @@ impl ScannerParams {
         if let Some(carrier) = &self.carrier {
             carrier.check()?;
         }
-        if let Returns::All(most) = self.returns {
+        if let ReturnMode::All(most) = self.returns {
             ParamError::check((1..=15).contains(&most), "returns", most, "1..=15 for all")?;
         }
         Ok(())

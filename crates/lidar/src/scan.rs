@@ -6,8 +6,8 @@ use rayon::iter::repeat_n;
 use rayon::prelude::*;
 
 use crate::echo_detection::{BatchHits, Return};
-use crate::mirror::mirrored;
 use crate::pulse_batch::{PulseBatch, ScanContext};
+use crate::water_reflection::mirrored;
 
 /// The most rays that are cast together: enough that a caster finds many similar ones, and that a
 /// usual scan is cast in one call.

@@ -6,7 +6,7 @@ use std::f64::consts::{PI, TAU};
 use crate::pattern::sloped;
 use crate::{ParamError, Pulse, ScanPattern};
 
-/// One laser of a [`Spinning`] scanner.
+/// One laser of a [`SpinningPattern`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Laser {
     /// Angle above the horizon, radians, −π/2..=π/2.
@@ -25,7 +25,7 @@ pub struct Laser {
 ///
 /// All lasers are at the sensor's origin; the centimetres between them on a real head are left out.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Spinning {
+pub struct SpinningPattern {
     /// The lasers in order of the time at which they fire.
     lasers: Vec<Laser>,
     /// The sines and cosines of their elevations.
@@ -38,7 +38,7 @@ pub struct Spinning {
     from_lowest: Vec<u8>,
 }
 
-impl Spinning {
+impl SpinningPattern {
     /// A scanner by its lasers (1 to 255), the length of a firing sequence in seconds, and its
     /// turns per second.
     ///
@@ -175,7 +175,7 @@ impl Spinning {
     }
 }
 
-impl Spinning {
+impl SpinningPattern {
     /// An Ouster OS-1-64 of the first generation: 64 beams over ±16.611°, which in turns of four
     /// look 3.164° and 1.055° to the right and as much to the left of the head (the tables
     /// `gen1_altitude_angles` and `gen1_azimuth_angles` of the maker's SDK).
@@ -194,7 +194,7 @@ impl Spinning {
     }
 }
 
-impl ScanPattern for Spinning {
+impl ScanPattern for SpinningPattern {
     fn pulse(&self, number: u64) -> Pulse {
         let count = self.lasers.len() as u64;
         let index = (number % count) as usize;

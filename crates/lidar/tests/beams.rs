@@ -2,7 +2,7 @@
 
 use nemoral_lidar::{
     AirLayer, AirParams, Beam, EchoObservation, ExactRange, PulseErrors, RepeatingLines,
-    RepeatingLinesParams, Returns, ScanRequest, Scanner, ScannerParams,
+    RepeatingLinesParams, ReturnMode, ScanRequest, Scanner, ScannerParams,
 };
 use nemoral_scene::glam::{DVec3, Vec3};
 use nemoral_scene::{
@@ -94,7 +94,7 @@ fn scan_with(params: ScannerParams, caster: &dyn RayCaster) -> Vec<LidarPoint> {
     })
 }
 
-fn params(beam: Beam, returns: Returns) -> ScannerParams {
+fn params(beam: Beam, returns: ReturnMode) -> ScannerParams {
     ScannerParams {
         pulses_per_scan: 30_000,
         beam,
@@ -109,13 +109,13 @@ fn a_wide_beam_on_a_wall_is_a_thin_one() {
         near: 8.0,
         far: 8.0,
     };
-    let thin = scan_with(params(Beam::default(), Returns::Strongest), &wall);
+    let thin = scan_with(params(Beam::default(), ReturnMode::Strongest), &wall);
     let beam = Beam {
         horizontal_fwhm_rad: 0.001,
         vertical_fwhm_rad: 0.001,
         ..wide()
     };
-    let wide = scan_with(params(beam, Returns::Strongest), &wall);
+    let wide = scan_with(params(beam, ReturnMode::Strongest), &wall);
     let mut compared = 0;
     // At y = 0 one of the two walls ends and the other begins.
     for a in thin.iter().filter(|p| p.position_m.y.abs() > 0.05) {
@@ -137,7 +137,7 @@ fn a_wide_beam_on_a_wall_is_a_thin_one() {
 #[test]
 fn near_edges_mix_and_far_ones_give_two_returns() {
     for (far, apart) in [(8.4, false), (12.0, true)] {
-        let points = scan_with(params(wide(), Returns::All(5)), &Step { near: 8.0, far });
+        let points = scan_with(params(wide(), ReturnMode::All(5)), &Step { near: 8.0, far });
         let (mut mixed, mut double) = (0, 0);
         for p in &points {
             let x = p.position_m.x;
@@ -184,7 +184,7 @@ fn near_edges_mix_and_far_ones_give_two_returns() {
 #[test]
 fn a_split_pulse_shares_out_its_light() {
     let points = scan_with(
-        params(wide(), Returns::All(5)),
+        params(wide(), ReturnMode::All(5)),
         &Step {
             near: 8.0,
             far: 12.0,
@@ -205,12 +205,12 @@ fn every_mode_gives_a_part_of_all() {
         near: 8.0,
         far: 12.0,
     };
-    let all = scan_with(params(wide(), Returns::All(15)), &step);
+    let all = scan_with(params(wide(), ReturnMode::All(15)), &step);
     for (mode, most) in [
-        (Returns::Strongest, 1),
-        (Returns::First, 1),
-        (Returns::Last, 1),
-        (Returns::Dual, 2),
+        (ReturnMode::Strongest, 1),
+        (ReturnMode::First, 1),
+        (ReturnMode::Last, 1),
+        (ReturnMode::Dual, 2),
     ] {
         let some = scan_with(params(wide(), mode), &step);
         for p in &some {
@@ -234,7 +234,7 @@ fn every_mode_gives_a_part_of_all() {
 fn a_weak_echo_gives_way() {
     let deaf_to_near = |o: &EchoObservation, _: Key| (o.range_m > 10.0).then_some(o.range_m);
     let scanner =
-        Scanner::new(params(wide(), Returns::Strongest), Box::new(ahead())).expect("valid");
+        Scanner::new(params(wide(), ReturnMode::Strongest), Box::new(ahead())).expect("valid");
     let still = |_: f64| RigidTransform::IDENTITY;
     let step = Step {
         near: 8.0,
@@ -267,7 +267,7 @@ fn pointing_errors_have_their_sigma() {
     let points = scan_with(
         ScannerParams {
             errors,
-            ..params(Beam::default(), Returns::Strongest)
+            ..params(Beam::default(), ReturnMode::Strongest)
         },
         &wall,
     );
@@ -300,7 +300,7 @@ fn ranges_are_written_in_steps() {
     let points = scan_with(
         ScannerParams {
             errors,
-            ..params(Beam::default(), Returns::Strongest)
+            ..params(Beam::default(), ReturnMode::Strongest)
         },
         &Step {
             near: 8.0,
@@ -319,7 +319,7 @@ fn pulses_are_lost_and_raised_as_often_as_asked() {
     let count = |errors, caster: &dyn RayCaster| {
         let p = ScannerParams {
             errors,
-            ..params(Beam::default(), Returns::Strongest)
+            ..params(Beam::default(), ReturnMode::Strongest)
         };
         scan_with(p, caster)
     };
@@ -365,7 +365,7 @@ fn raw_points_are_where_the_moving_sensor_saw_them() {
     let scan = |deskew| {
         let p = ScannerParams {
             deskew,
-            ..params(Beam::default(), Returns::Strongest)
+            ..params(Beam::default(), ReturnMode::Strongest)
         };
         let scanner = Scanner::new(p, Box::new(ahead())).expect("valid");
         scanner.scan(&ScanRequest {
@@ -402,7 +402,7 @@ fn bad_beams_and_errors_are_refused_by_name() {
             .expect_err("out of range")
             .field
     };
-    let base = params(Beam::default(), Returns::Strongest);
+    let base = params(Beam::default(), ReturnMode::Strongest);
     let beam = |f: fn(&mut Beam)| {
         let mut beam = Beam::default();
         f(&mut beam);
@@ -434,7 +434,7 @@ fn bad_beams_and_errors_are_refused_by_name() {
     assert_eq!(errors(|e| e.range_step_m = -1.0), "errors.range_step_m");
     assert_eq!(errors(|e| e.dropout = 1.5), "errors.dropout");
     assert_eq!(errors(|e| e.false_alarm = f64::NAN), "errors.false_alarm");
-    for returns in [Returns::All(0), Returns::All(16)] {
+    for returns in [ReturnMode::All(0), ReturnMode::All(16)] {
         assert_eq!(refused(ScannerParams { returns, ..base }), "returns");
     }
 }
@@ -456,7 +456,10 @@ fn points_know_what_holds_the_surface() {
             ..Material::plain("wall", semantic, Vec3::splat(0.2))
         });
     }
-    let scanner = Scanner::new(params(Beam::default(), Returns::First), Box::new(ahead()));
+    let scanner = Scanner::new(
+        params(Beam::default(), ReturnMode::First),
+        Box::new(ahead()),
+    );
     let points = scanner.expect("valid").scan(&ScanRequest {
         first_pulse: 0,
         caster: &step,
@@ -478,7 +481,7 @@ fn points_know_what_holds_the_surface() {
     }
     assert!(of[0] > 1000 && of[1] > 1000, "{of:?}");
     // The same walls by themselves.
-    let bare = scan_with(params(Beam::default(), Returns::First), &step);
+    let bare = scan_with(params(Beam::default(), ReturnMode::First), &step);
     let held = PointFlags::ON_STEM | PointFlags::ON_BRANCH;
     assert!(!bare.is_empty() && bare.iter().all(|p| !p.flags.has(held)));
 }
@@ -510,8 +513,8 @@ fn fog_weakens_echoes_and_has_its_own() {
     let wall = |m: f32| Step { near: m, far: m };
 
     // A wall that is near is seen through fog, and is as dark as Beer and Lambert say.
-    let clear = scan_with(params(Beam::default(), Returns::Strongest), &wall(6.0));
-    let dim = scan(100.0, Returns::Strongest, &wall(6.0));
+    let clear = scan_with(params(Beam::default(), ReturnMode::Strongest), &wall(6.0));
+    let dim = scan(100.0, ReturnMode::Strongest, &wall(6.0));
     assert_eq!(clear.len(), dim.len());
     let mut walls = 0;
     // Fog that is right before the wall is merged with it.
@@ -529,7 +532,7 @@ fn fog_weakens_echoes_and_has_its_own() {
     assert!(dim.iter().filter(is_air).count() < clear.len() / 100);
 
     // One that is far is hidden: fog is stronger, but not the last.
-    let hidden = scan(50.0, Returns::Strongest, &wall(60.0));
+    let hidden = scan(50.0, ReturnMode::Strongest, &wall(60.0));
     assert!(hidden.len() > 29_000 && hidden.iter().all(|p| is_air(&p)));
     for p in &hidden {
         assert!(p.flags == PointFlags(PointFlags::FALSE_ALARM) && p.object == ObjectId::NONE);
@@ -539,20 +542,20 @@ fn fog_weakens_echoes_and_has_its_own() {
     let ranges: Vec<f32> = hidden.iter().map(|p| p.range_m).collect();
     let spread = ranges.iter().copied().fold(0.0, f32::max);
     assert!(spread > 5.0, "no thin shell: {spread}");
-    let last = scan(50.0, Returns::Last, &wall(20.0));
+    let last = scan(50.0, ReturnMode::Last, &wall(20.0));
     assert!(
         last.iter()
             .all(|p| p.semantic == Semantic::Leaf || p.semantic == Semantic::Stem)
     );
     // Behind so much of it, no surface is seen, though the range model has no threshold.
-    assert!(scan(50.0, Returns::Last, &wall(60.0)) == hidden);
-    let first = scan(50.0, Returns::First, &wall(20.0));
+    assert!(scan(50.0, ReturnMode::Last, &wall(60.0)) == hidden);
+    let first = scan(50.0, ReturnMode::First, &wall(20.0));
     assert!(first.iter().filter(is_air).count() > 29_000);
 
     // The sky has echoes in fog, and none in clear air.
-    assert!(scan(50.0, Returns::Strongest, &Void).len() > 29_000);
-    assert!(scan(20_000.0, Returns::Strongest, &Void).is_empty());
-    assert!(scan(1e6, Returns::Strongest, &Void).is_empty());
+    assert!(scan(50.0, ReturnMode::Strongest, &Void).len() > 29_000);
+    assert!(scan(20_000.0, ReturnMode::Strongest, &Void).is_empty());
+    assert!(scan(1e6, ReturnMode::Strongest, &Void).is_empty());
 }
 
 #[test]
@@ -579,8 +582,8 @@ fn falling_snow_weakens_echoes_and_flakes_have_their_own() {
         near: 60.0,
         far: 60.0,
     };
-    let clear = scan(0.0, Returns::All(15), &wall);
-    let snow = scan(1.0, Returns::All(15), &wall);
+    let clear = scan(0.0, ReturnMode::All(15), &wall);
+    let snow = scan(1.0, ReturnMode::All(15), &wall);
     assert!(clear.iter().all(|p| !is_flake(&p)));
     // 0.94 flakes a pulse, of which few are merged, or beyond the wall.
     let flakes = snow.iter().filter(is_flake).count() as f64 / clear.len() as f64;
@@ -601,8 +604,8 @@ fn falling_snow_weakens_echoes_and_flakes_have_their_own() {
         let points = scan(1.0, returns, &wall);
         points.iter().filter(is_flake).count() as f64 / points.len() as f64
     };
-    assert!(share(Returns::First) > 0.5 && share(Returns::Last) == 0.0);
-    assert!((0.0..share(Returns::First)).contains(&share(Returns::Strongest)));
+    assert!(share(ReturnMode::First) > 0.5 && share(ReturnMode::Last) == 0.0);
+    assert!((0.0..share(ReturnMode::First)).contains(&share(ReturnMode::Strongest)));
     // A line without width meets no flake.
     let line = scan_with(
         ScannerParams {
@@ -610,7 +613,7 @@ fn falling_snow_weakens_echoes_and_flakes_have_their_own() {
                 snowfall_mm_per_h: 5.0,
                 ..AirParams::default()
             },
-            ..params(Beam::default(), Returns::First)
+            ..params(Beam::default(), ReturnMode::First)
         },
         &wall,
     );

@@ -3,8 +3,8 @@
 use std::f64::consts::PI;
 
 use nemoral_lidar::{
-    AirLayer, AirParams, Beam, Carrier, Device, ExactRange, MotorParams, Motorised, Pulse, Returns,
-    ScanRequest, Scanner, ScannerParams, Spinning,
+    AirLayer, AirParams, Beam, Carrier, Device, ExactRange, MotorParams, MotorisedPattern, Pulse,
+    ReturnMode, ScanRequest, Scanner, ScannerParams, SpinningPattern,
 };
 use nemoral_scene::glam::{DVec3, Vec3};
 use nemoral_scene::{
@@ -44,8 +44,8 @@ fn scan(params: ScannerParams, caster: &dyn RayCaster) -> (Vec<LidarPoint>, Vec<
         pulses_per_scan: 28_935,
         ..params
     };
-    let head = Box::new(Spinning::vlp16(10.0).expect("valid"));
-    let pattern = Motorised::new(head, MotorParams::default()).expect("valid");
+    let head = Box::new(SpinningPattern::vlp16(10.0).expect("valid"));
+    let pattern = MotorisedPattern::new(head, MotorParams::default()).expect("valid");
     let scanner = Scanner::new(params, Box::new(pattern)).expect("valid");
     let mut materials = MaterialLibrary::new();
     materials.add(Material::plain("plaster", Semantic::Rock, Vec3::splat(0.5)));
@@ -160,7 +160,7 @@ fn a_carrier_hides_the_air() {
             ..AirParams::default()
         },
         carrier: Some(person()),
-        returns: Returns::All(8),
+        returns: ReturnMode::All(8),
         beam: Beam {
             horizontal_fwhm_rad: 0.003,
             vertical_fwhm_rad: 0.003,
@@ -188,7 +188,7 @@ fn a_scanner_inside_of_its_carrier_is_refused() {
         carrier: Some(carrier),
         ..ScannerParams::default()
     };
-    let head = Spinning::vlp16(10.0).expect("valid");
+    let head = SpinningPattern::vlp16(10.0).expect("valid");
     let error = Scanner::new(params, Box::new(head)).expect_err("nothing would be seen");
     assert_eq!(error.field, "carrier.carrier_from_lidar");
     assert!(error.to_string().contains("outside of the box"), "{error}");

@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 use common::azimuth_elevation_deg;
 use nemoral_lidar::{
     Avia, CsvPattern, CsvPatternError, Device, Laser, Panorama, PanoramaParams, Pulse, ScanPattern,
-    Scanner, Spinning,
+    Scanner, SpinningPattern,
 };
 use nemoral_scene::glam::DVec3;
 
@@ -85,7 +85,7 @@ fn the_avia_fills_its_field_of_view() {
 
 #[test]
 fn a_vlp16_fires_by_its_manual() {
-    let vlp = Spinning::vlp16(10.0).expect("valid");
+    let vlp = SpinningPattern::vlp16(10.0).expect("valid");
     assert!((vlp.rate_hz() - 289_351.85).abs() < 0.01);
     let order: Vec<i32> = (0..16)
         .map(|i| azimuth_elevation_deg(&vlp.pulse(i)).1.round() as i32)
@@ -110,7 +110,7 @@ fn a_vlp16_fires_by_its_manual() {
 
 #[test]
 fn an_hdl64_and_an_ouster_have_their_beams() {
-    let hdl = Spinning::hdl64e(10.0).expect("valid");
+    let hdl = SpinningPattern::hdl64e(10.0).expect("valid");
     let rings: BTreeSet<(u8, i64)> = (0..64)
         .map(|i| {
             let p = hdl.pulse(i);
@@ -132,7 +132,7 @@ fn an_hdl64_and_an_ouster_have_their_beams() {
         (rings.first(), rings.last()),
         (Some(&(0, -24_330)), Some(&(63, 2000)))
     );
-    let os1 = Spinning::ouster(45.0_f64.to_radians(), 128, 1024, 10.0).expect("valid");
+    let os1 = SpinningPattern::ouster(45.0_f64.to_radians(), 128, 1024, 10.0).expect("valid");
     assert!((os1.rate_hz() - 1_310_720.0).abs() < 1e-3);
     assert_eq!(os1.pulse(127).time_s, 0.0, "a column fires at once");
     assert!((os1.pulse(128).time_s - 1.0 / 10_240.0).abs() < 1e-15);
@@ -182,7 +182,7 @@ fn rings_are_counted_from_the_end_where_makers_begin() {
 #[test]
 fn an_os1_64_has_the_beams_of_its_makers_table() {
     let pattern = Device::Os1x64.pattern();
-    let head = Spinning::os1_64(1024, 10.0).expect("valid");
+    let head = SpinningPattern::os1_64(1024, 10.0).expect("valid");
     let mut pulses = pattern.pulses(512 * 64, 64);
     assert_eq!(pulses, head.pulses(512 * 64, 64));
     pulses.sort_by_key(|p| p.ring);
@@ -211,7 +211,7 @@ fn an_os1_64_has_the_beams_of_its_makers_table() {
     assert_eq!(Device::Os1x128.sheet().field_of_view_deg[1], 45.0);
     assert!((params.beam.vertical_fwhm_rad.to_degrees() - 0.18).abs() < 1e-12);
     for rotation_hz in [0.0, f64::NAN] {
-        let error = Spinning::os1_64(1024, rotation_hz).expect_err("no rate");
+        let error = SpinningPattern::os1_64(1024, rotation_hz).expect_err("no rate");
         assert_eq!(error.field, "rotation_hz");
     }
 }
@@ -222,7 +222,7 @@ fn devices_give_as_many_returns_as_their_sheets_say() {
         let expected = match device {
             Device::Mid40 | Device::Hdl64e | Device::Os0 => 1,
             Device::Os1x32 | Device::Os1x64 | Device::Os1x128 => 1,
-            Device::Mid70 | Device::HorizonLike | Device::Vlp16 | Device::ZebHorizon => 2,
+            Device::Mid70 | Device::LivoxHorizonLike | Device::Vlp16 | Device::ZebHorizon => 2,
             Device::Avia | Device::L1 => 3,
             Device::Terrestrial | Device::Vux1Uav => 15,
             other => panic!("{other:?} is not here"),
@@ -240,7 +240,7 @@ fn bad_heads_are_refused_by_name() {
         ring: 0,
     };
     let refused = |lasers, sequence, rotation| {
-        Spinning::new(lasers, sequence, rotation)
+        SpinningPattern::new(lasers, sequence, rotation)
             .expect_err("out of range")
             .field
     };
@@ -253,13 +253,13 @@ fn bad_heads_are_refused_by_name() {
     };
     assert_eq!(refused(vec![late], 1e-5, 10.0), "delay_s");
     assert_eq!(
-        Spinning::ouster(0.0, 32, 512, 10.0)
+        SpinningPattern::ouster(0.0, 32, 512, 10.0)
             .expect_err("flat")
             .field,
         "vertical_fov_rad"
     );
     for rotation_hz in [0.0, -10.0, f64::NAN] {
-        let error = Spinning::ouster(1.0, 4, 1024, rotation_hz).expect_err("no rate");
+        let error = SpinningPattern::ouster(1.0, 4, 1024, rotation_hz).expect_err("no rate");
         assert_eq!(error.field, "rotation_hz");
     }
 }
@@ -267,7 +267,7 @@ fn bad_heads_are_refused_by_name() {
 #[test]
 fn an_ouster_may_see_straight_up_and_down() {
     for beams in 1..=255 {
-        let head = Spinning::ouster(std::f64::consts::PI, beams, 1024, 10.0).expect("valid");
+        let head = SpinningPattern::ouster(std::f64::consts::PI, beams, 1024, 10.0).expect("valid");
         let top = azimuth_elevation_deg(&head.pulse(u64::from(beams) - 1)).1;
         assert!(beams == 1 || (top - 90.0).abs() < 1e-5, "{beams}: {top}");
     }

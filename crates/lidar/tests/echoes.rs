@@ -2,7 +2,7 @@
 //! slants away.
 
 use nemoral_lidar::{
-    Beam, EchoObservation, ExactRange, Pulse, RangeModel, Returns, ScanRequest, Scanner,
+    Beam, EchoObservation, ExactRange, Pulse, RangeModel, ReturnMode, ScanRequest, Scanner,
     ScannerParams,
 };
 use nemoral_scene::glam::{DVec3, Vec3};
@@ -45,7 +45,7 @@ fn scan(
 ) -> Vec<LidarPoint> {
     let params = ScannerParams {
         pulses_per_scan: directions.len() as u32,
-        returns: Returns::All(15),
+        returns: ReturnMode::All(15),
         ..params
     };
     let pattern = move |number: u64| Pulse {

@@ -1,7 +1,7 @@
 //! Errors of intensity, and reflectances that differ between objects.
 
 use nemoral_lidar::{
-    AirParams, Beam, Device, EchoObservation, Pulse, PulseErrors, Returns, ScanRequest, Scanner,
+    AirParams, Beam, Device, EchoObservation, Pulse, PulseErrors, ReturnMode, ScanRequest, Scanner,
     ScannerParams, Wavelength,
 };
 use nemoral_scene::glam::{DVec3, Vec3};
@@ -51,7 +51,7 @@ fn ahead(number: u64) -> Pulse {
 fn wide(errors: PulseErrors) -> ScannerParams {
     ScannerParams {
         pulses_per_scan: 20_000,
-        returns: Returns::All(4),
+        returns: ReturnMode::All(4),
         beam: Beam {
             horizontal_fwhm_rad: 0.001,
             vertical_fwhm_rad: 0.001,

@@ -2,7 +2,7 @@
 
 use nemoral_lidar::{
     Beam, EchoObservation, ExactRange, Pulse, RangeModel, RepeatingLines, RepeatingLinesParams,
-    Returns, ScanRequest, Scanner, ScannerParams,
+    ReturnMode, ScanRequest, Scanner, ScannerParams,
 };
 use nemoral_scene::glam::{DQuat, DVec3, Vec3};
 use nemoral_scene::{
@@ -65,7 +65,7 @@ impl RayCaster for Shore {
 }
 
 /// A scan from above the water, with the direction of each pulse.
-fn scan(slope: f32, returns: Returns, beam: Beam) -> Vec<(DVec3, LidarPoint)> {
+fn scan(slope: f32, returns: ReturnMode, beam: Beam) -> Vec<(DVec3, LidarPoint)> {
     let pattern = RepeatingLines::new(RepeatingLinesParams {
         horizontal_fov_rad: 1.0,
         bottom_rad: -0.6,
@@ -112,7 +112,7 @@ fn fresnel(cos: f64) -> f64 {
 #[test]
 fn an_echo_of_the_mirror_image_has_the_range_of_the_whole_path() {
     let (mut mirrored, mut of_water) = (0, 0);
-    for (d, p) in scan(0.0, Returns::All(4), Beam::default()) {
+    for (d, p) in scan(0.0, ReturnMode::All(4), Beam::default()) {
         let on_water_m = -HEIGHT_M / d.z;
         let hits_water = d.z < 0.0 && on_water_m * d.x < WALL_M;
         if !p.flags.has(PointFlags::MIRRORED) {
@@ -144,7 +144,7 @@ fn an_echo_of_the_mirror_image_has_the_range_of_the_whole_path() {
 
 #[test]
 fn the_strongest_is_the_wall_where_light_grazes_the_water() {
-    let strongest = scan(0.0, Returns::Strongest, Beam::default());
+    let strongest = scan(0.0, ReturnMode::Strongest, Beam::default());
     let by = |steep: bool| {
         let of = |(d, p): &&(DVec3, LidarPoint)| {
             let hits_water = d.z < 0.0 && -HEIGHT_M / d.z * d.x < WALL_M;
@@ -164,7 +164,7 @@ fn the_strongest_is_the_wall_where_light_grazes_the_water() {
 #[test]
 fn rough_water_scatters_the_mirrored_beam() {
     let mirrored = |slope| {
-        let points = scan(slope, Returns::All(4), Beam::default());
+        let points = scan(slope, ReturnMode::All(4), Beam::default());
         let mirrored = points
             .iter()
             .filter(|(_, p)| p.flags.has(PointFlags::MIRRORED));
@@ -174,7 +174,7 @@ fn rough_water_scatters_the_mirrored_beam() {
     assert!(calm < still && calm > 0.7 * still, "{still} {calm}");
     // A stream has no echoes under water at all.
     assert_eq!(rough, 0.0);
-    let points = scan(0.1, Returns::Last, Beam::default());
+    let points = scan(0.1, ReturnMode::Last, Beam::default());
     assert!(
         points
             .iter()
@@ -250,7 +250,7 @@ fn wide_beams_mix_what_is_mirrored_with_what_is_not() {
         rings: 3,
         ..Beam::default()
     };
-    let points = scan(0.0, Returns::All(4), beam);
+    let points = scan(0.0, ReturnMode::All(4), beam);
     let has = |flags: u8| {
         points
             .iter()
@@ -264,7 +264,7 @@ fn wide_beams_mix_what_is_mirrored_with_what_is_not() {
 
 #[test]
 fn value_stability() {
-    let points = scan(0.0, Returns::All(4), Beam::default());
+    let points = scan(0.0, ReturnMode::All(4), Beam::default());
     let mirrored: Vec<_> = points
         .iter()
         .filter(|(_, p)| p.flags.has(PointFlags::MIRRORED))

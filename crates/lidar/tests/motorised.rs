@@ -3,17 +3,19 @@
 use std::collections::BTreeSet;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use nemoral_lidar::{Avia, Device, Mid40, MotorParams, Motorised, Pulse, ScanPattern, Spinning};
+use nemoral_lidar::{
+    Avia, Device, Mid40, MotorParams, MotorisedPattern, Pulse, ScanPattern, SpinningPattern,
+};
 use nemoral_scene::DirectionCone;
 use nemoral_scene::glam::{DMat3, DVec3};
 use proptest::prelude::*;
 
 fn head() -> Box<dyn ScanPattern> {
-    Box::new(Spinning::vlp16(10.0).expect("valid"))
+    Box::new(SpinningPattern::vlp16(10.0).expect("valid"))
 }
 
-fn motorised(pattern: Box<dyn ScanPattern>, params: MotorParams) -> Motorised {
-    Motorised::new(pattern, params).expect("in range")
+fn motorised(pattern: Box<dyn ScanPattern>, params: MotorParams) -> MotorisedPattern {
+    MotorisedPattern::new(pattern, params).expect("in range")
 }
 
 #[test]
@@ -153,7 +155,7 @@ fn a_cone_is_as_wide_as_the_tilt_and_the_scanner() {
 #[test]
 fn wrong_motors_are_refused_by_name() {
     let refused = |turns_hz, tilt_rad| {
-        let motor = Motorised::new(head(), MotorParams { turns_hz, tilt_rad });
+        let motor = MotorisedPattern::new(head(), MotorParams { turns_hz, tilt_rad });
         motor.expect_err("out of range").field
     };
     for turns_hz in [0.0, -1.0, 1e3, f64::NAN] {

@@ -4,8 +4,8 @@ mod common;
 
 use common::{azimuth_elevation_deg, coverage, disc, lit};
 use nemoral_lidar::{
-    Avia, HorizonLike, Mid40, Mid70, Pulse, RepeatingLines, RepeatingLinesParams, ScanPattern,
-    Scanner, ScannerParams, Spinning,
+    Avia, LivoxHorizonLike, Mid40, Mid70, Pulse, RepeatingLines, RepeatingLinesParams, ScanPattern,
+    Scanner, ScannerParams, SpinningPattern,
 };
 use nemoral_scene::glam::DVec3;
 use nemoral_seed::Key;
@@ -54,7 +54,7 @@ fn circular_fields_of_view_have_the_published_radius() {
 fn the_rectangular_field_of_view_is_what_it_says() {
     let (mut azimuth, mut elevation) = (0.0_f64, 0.0_f64);
     for i in 0..1_000_000 {
-        let (az, el) = azimuth_elevation_deg(&HorizonLike.pulse(i));
+        let (az, el) = azimuth_elevation_deg(&LivoxHorizonLike.pulse(i));
         azimuth = azimuth.max(az.abs());
         elevation = elevation.max(el.abs());
     }
@@ -68,7 +68,7 @@ fn no_pulse_leaves_the_field_of_view() {
         (&Mid40, 19.3),
         (&Mid70, 35.3),
         (&Avia, 38.7),
-        (&HorizonLike, 44.0),
+        (&LivoxHorizonLike, 44.0),
     ];
     for (pattern, widest_deg) in patterns {
         let cone = pattern.field_of_view();
@@ -80,7 +80,7 @@ fn no_pulse_leaves_the_field_of_view() {
         assert!(half_angle_deg < widest_deg + 0.1, "{half_angle_deg}");
     }
     assert!(
-        Spinning::vlp16(10.0)
+        SpinningPattern::vlp16(10.0)
             .expect("valid")
             .field_of_view()
             .contains(-DVec3::X)
@@ -95,7 +95,7 @@ fn figures_close_after_their_period() {
     let patterns: [(&dyn ScanPattern, u64, &[u64]); 5] = [
         (&Mid40, 3_000_000, &[2, 3, 5]),
         (&Mid70, 3_000_000, &[2, 3, 5]),
-        (&HorizonLike, 12_000_000, &[2, 3, 5]),
+        (&LivoxHorizonLike, 12_000_000, &[2, 3, 5]),
         (&Avia, 2_400_000_000, &[2, 3, 5]),
         (&lines, 30_000, &[2, 3, 5]),
     ];
@@ -128,7 +128,7 @@ fn recordings_begin_anywhere_in_a_figure() {
         (Box::new(Mid40), 1),
         (Box::new(Mid70), 1),
         (Box::new(Avia), 6),
-        (Box::new(HorizonLike), 6),
+        (Box::new(LivoxHorizonLike), 6),
     ];
     for (pattern, lasers) in prisms {
         let cycle = pattern.cycle();
@@ -156,7 +156,7 @@ fn recordings_begin_anywhere_in_a_figure() {
     }
     let set: [Box<dyn ScanPattern>; 2] = [
         Box::new(RepeatingLines::default()),
-        Box::new(Spinning::vlp16(10.0).expect("valid")),
+        Box::new(SpinningPattern::vlp16(10.0).expect("valid")),
     ];
     for pattern in set {
         assert_eq!(start(&scanner(pattern), 3), 0);
@@ -183,9 +183,9 @@ fn mid40_coverage_follows_the_published_curve() {
 #[test]
 fn horizon_coverage_follows_the_published_curve() {
     let cell_deg = 0.32;
-    let field = lit(&HorizonLike, 0..720_000, cell_deg);
+    let field = lit(&LivoxHorizonLike, 0..720_000, cell_deg);
     for (time_s, published) in [(0.1, 61.2), (0.2, 84.3), (0.3, 93.4), (0.5, 98.9)] {
-        let got = coverage(&HorizonLike, 0, time_s, cell_deg, &field);
+        let got = coverage(&LivoxHorizonLike, 0, time_s, cell_deg, &field);
         assert!(
             (got - published).abs() <= 3.0,
             "{time_s}: {got} {published}"
@@ -201,7 +201,10 @@ fn non_repeating_patterns_keep_filling_and_lines_do_not() {
     };
     let circle = grow(&Mid40, &disc(19.2, cell_deg));
     assert!(circle.windows(2).all(|w| w[1] > w[0] + 5.0), "{circle:?}");
-    let rectangle = grow(&HorizonLike, &lit(&HorizonLike, 0..720_000, cell_deg));
+    let rectangle = grow(
+        &LivoxHorizonLike,
+        &lit(&LivoxHorizonLike, 0..720_000, cell_deg),
+    );
     assert!(
         rectangle.windows(2).all(|w| w[1] > w[0] + 1.0),
         "{rectangle:?}"
@@ -261,9 +264,9 @@ proptest! {
     ) {
         let (lines, spinning) = (
             RepeatingLines::default(),
-            Spinning::hdl64e(10.0).expect("a rate"),
+            SpinningPattern::hdl64e(10.0).expect("a rate"),
         );
-        let patterns: [&dyn ScanPattern; 5] = [&Mid40, &Avia, &HorizonLike, &lines, &spinning];
+        let patterns: [&dyn ScanPattern; 5] = [&Mid40, &Avia, &LivoxHorizonLike, &lines, &spinning];
         for pattern in patterns {
             let alone = (0..count).map(|i| pattern.pulse(first.wrapping_add(i.into())));
             prop_assert_eq!(pattern.pulses(first, count), alone.collect::<Vec<_>>());
@@ -273,7 +276,7 @@ proptest! {
     #[test]
     fn pulses_are_unit_vectors_in_the_order_of_time(number in 0_u64..1 << 40) {
         let lines = RepeatingLines::default();
-        let patterns: [&dyn ScanPattern; 4] = [&Mid40, &Mid70, &HorizonLike, &lines];
+        let patterns: [&dyn ScanPattern; 4] = [&Mid40, &Mid70, &LivoxHorizonLike, &lines];
         for pattern in patterns {
             let (pulse, next) = (pattern.pulse(number), pattern.pulse(number + 1));
             prop_assert!((pulse.direction.length() - 1.0).abs() < 1e-12);
@@ -334,7 +337,7 @@ fn bad_parameters_are_refused_by_name() {
 #[test]
 fn value_stability() {
     let lines = RepeatingLines::default();
-    let patterns: [&dyn ScanPattern; 4] = [&lines, &Mid40, &Mid70, &HorizonLike];
+    let patterns: [&dyn ScanPattern; 4] = [&lines, &Mid40, &Mid70, &LivoxHorizonLike];
     let got = patterns.map(|p| p.pulse(123_457).direction.to_array());
     assert_eq!(format!("{got:?}"), VALUES);
 }

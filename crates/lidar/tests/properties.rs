@@ -1,7 +1,7 @@
 //! Scans of scenes for which the correct result is a formula.
 
 use nemoral_lidar::{
-    EchoObservation, ExactRange, HorizonLike, Mid40, Pulse, RangeModel, RepeatingLines,
+    EchoObservation, ExactRange, LivoxHorizonLike, Mid40, Pulse, RangeModel, RepeatingLines,
     ScanPattern, ScanRequest, Scanner, ScannerParams, Wavelength,
 };
 use nemoral_scene::glam::{DVec3, Vec3};
@@ -194,7 +194,7 @@ fn points_of_a_moving_sensor_lie_where_the_surface_is_at_the_frame_time() {
     // The wall in the LiDAR frame at the frame's time.
     let normal = frame.inverse().transform_vector(wall.normal);
     let offset_m = wall.offset_m - wall.normal.dot(frame.translation_m);
-    let scanner = scanner(50_000, HorizonLike);
+    let scanner = scanner(50_000, LivoxHorizonLike);
     let mut skewed = 0.0_f64;
     let points = scan(&scanner, 77, &wall, &driving, &ExactRange);
     assert!(points.len() > 40_000);
@@ -213,7 +213,7 @@ fn points_of_a_moving_sensor_lie_where_the_surface_is_at_the_frame_time() {
 
 #[test]
 fn impossible_ranges_are_not_seen() {
-    let scanner = scanner(20, HorizonLike);
+    let scanner = scanner(20, LivoxHorizonLike);
     let seen = |range_m: f64| {
         let model = move |_: &EchoObservation, _: Key| Some(range_m);
         scan(&scanner, 0, &wall(), &standing, &model).len()
@@ -250,12 +250,18 @@ fn poses_are_rotations() {
         rotation: standing(time_s).rotation * 2.0,
         ..standing(time_s)
     };
-    scan(&scanner(20, HorizonLike), 0, &wall(), &double, &ExactRange);
+    scan(
+        &scanner(20, LivoxHorizonLike),
+        0,
+        &wall(),
+        &double,
+        &ExactRange,
+    );
 }
 
 #[test]
 fn the_scan_is_centred_on_the_frame_and_times_are_the_patterns() {
-    let scanner = scanner(48_001, HorizonLike);
+    let scanner = scanner(48_001, LivoxHorizonLike);
     let duration_s = scanner.duration_s();
     assert!((duration_s - 48_001.0 / 240_000.0).abs() < 1e-15);
     // The sensor drives towards the wall at 1 m/s, so each range tells the time of its pulse.
@@ -278,7 +284,7 @@ fn the_scan_is_centred_on_the_frame_and_times_are_the_patterns() {
             p.time_ns,
             (after_first_ns - 0.5e9 * duration_s).round() as i64
         );
-        let direction = HorizonLike.pulse(first + i as u64).direction;
+        let direction = LivoxHorizonLike.pulse(first + i as u64).direction;
         let told_s = 10.0 - f64::from(p.true_range_m) * direction.x;
         let fired_s = p.time_ns as f64 * 1e-9;
         assert!((told_s - fired_s).abs() < 2e-5, "{told_s} {fired_s}");
@@ -333,7 +339,7 @@ fn a_hit_in_the_blind_zone_hides_what_is_behind() {
 
 #[test]
 fn threads_do_not_matter() {
-    let scanner = scanner(20_000, HorizonLike);
+    let scanner = scanner(20_000, LivoxHorizonLike);
     let on = |threads| {
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
@@ -386,7 +392,7 @@ proptest! {
     /// Noise moves points along their beams and touches nothing else.
     #[test]
     fn noise_is_along_the_beam(first in 0_u64..1 << 36) {
-        let scanner = scanner(2000, HorizonLike);
+        let scanner = scanner(2000, LivoxHorizonLike);
         let exact = scan(&scanner, first, &wall(), &driving, &ExactRange);
         let noisy = scan(&scanner, first, &wall(), &driving, &gaussian);
         prop_assert_eq!(exact.len(), noisy.len());
@@ -452,7 +458,7 @@ fn bad_parameters_are_refused_by_name() {
 #[test]
 fn value_stability() {
     let points = scan(
-        &scanner(3, HorizonLike),
+        &scanner(3, LivoxHorizonLike),
         1_000_001,
         &wall(),
         &driving,

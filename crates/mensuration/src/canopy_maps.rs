@@ -17,7 +17,7 @@ const BLOCK_RAYS: usize = 1 << 14;
 /// How many vertical rays are cast in a cell: a square number, at the middles of as many parts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CellRays {
-    a_side: usize,
+    per_side: usize,
 }
 
 impl CellRays {
@@ -25,9 +25,9 @@ impl CellRays {
     ///
     /// # Errors
     /// If they are not 1 to 32.
-    pub fn a_side(rays: usize) -> Result<Self, ParamError> {
+    pub fn per_side(rays: usize) -> Result<Self, ParamError> {
         ParamError::check_within("rays_a_side", rays as f64, 1.0, 32.0)?;
-        Ok(Self { a_side: rays })
+        Ok(Self { per_side: rays })
     }
 }
 
@@ -91,7 +91,7 @@ impl CanopyMaps {
     /// Casts rays down in each cell.
     #[must_use]
     pub fn cast(scene: &CanopyScene<'_>, grid: MapGrid, rays: CellRays) -> Self {
-        let side = rays.a_side;
+        let side = rays.per_side;
         let a_block = (BLOCK_RAYS / (side * side)).max(1);
         let nothing = CanopyCell {
             ground_m: 0.0,

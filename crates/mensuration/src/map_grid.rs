@@ -18,30 +18,30 @@ pub struct MapGrid {
 
 impl MapGrid {
     /// The most cells of a grid: 2.5 km a side in cells of half a metre.
-    pub const MOST_CELLS: usize = 25_000_000;
+    pub const MAX_CELLS: usize = 25_000_000;
 
     /// The most cells of a side, as pictures have them.
-    pub const MOST_A_SIDE: usize = 65_535;
+    pub const MAX_CELLS_PER_SIDE: usize = 65_535;
 
     /// The cells that a rectangle of the world is made of, from its south-west corner on.
     ///
     /// # Errors
     /// If a corner is not finite, `cell_m` is not 0.01 to 1000 m, a side of the rectangle is not a
     /// whole number of cells (within a millionth of one), or there are more than
-    /// [`MOST_A_SIDE`](Self::MOST_A_SIDE) or [`MOST_CELLS`](Self::MOST_CELLS).
+    /// [`MAX_CELLS_PER_SIDE`](Self::MAX_CELLS_PER_SIDE) or [`MAX_CELLS`](Self::MAX_CELLS).
     pub fn of(low_m: DVec2, high_m: DVec2, cell_m: f64) -> Result<Self, ParamError> {
         ParamError::check_within("cell_m", cell_m, 0.01, 1000.0)?;
         let sides = (high_m - low_m) / cell_m;
         let whole = sides.round();
-        let most = DVec2::splat(Self::MOST_A_SIDE as f64);
+        let most = DVec2::splat(Self::MAX_CELLS_PER_SIDE as f64);
         let fits = whole.cmpge(DVec2::ONE).all()
             && whole.cmple(most).all()
             && (sides - whole).abs().cmple(DVec2::splat(1e-6)).all()
-            && whole.x * whole.y <= Self::MOST_CELLS as f64;
+            && whole.x * whole.y <= Self::MAX_CELLS as f64;
         let allowed = format!(
             "a whole number of cells a side, at least 1 and at most {}, and at most {} in all",
-            Self::MOST_A_SIDE,
-            Self::MOST_CELLS
+            Self::MAX_CELLS_PER_SIDE,
+            Self::MAX_CELLS
         );
         let given = format!("{} x {} of {cell_m} m", sides.x, sides.y);
         ParamError::check(fits, "cells", given, &allowed)?;

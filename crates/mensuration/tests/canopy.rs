@@ -47,7 +47,7 @@ impl RayCaster for Cones {
 }
 
 impl Cones {
-    fn maps(&self, grid: MapGrid, a_side: usize) -> CanopyMaps {
+    fn maps(&self, grid: MapGrid, per_side: usize) -> CanopyMaps {
         let slope = f64::from(self.slope);
         let ground_m = move |place: DVec2| 10.0 + slope * (place.x - ORIGIN_M.x);
         let materials = library();
@@ -58,7 +58,11 @@ impl Cones {
             above_m: 60.0,
             ground_m: &ground_m,
         };
-        CanopyMaps::cast(&scene, grid, CellRays::a_side(a_side).expect("in range"))
+        CanopyMaps::cast(
+            &scene,
+            grid,
+            CellRays::per_side(per_side).expect("in range"),
+        )
     }
 }
 
@@ -136,7 +140,7 @@ fn grids_are_whole_cells() {
     assert_eq!(grid.from_north(|n| n)[..2], [270, 271]);
     assert_eq!(grid.cell_at(DVec2::new(2.0, 2.5)), None);
     assert_eq!(grid.cell_at(DVec2::new(0.0, 1.999)), None);
-    assert!(CellRays::a_side(0).is_err() && CellRays::a_side(33).is_err());
+    assert!(CellRays::per_side(0).is_err() && CellRays::per_side(33).is_err());
     for (high, cell_m) in [
         (DVec2::new(1.0, 1.0), 0.3),
         (DVec2::new(-1.0, 1.0), 0.5),

@@ -2,7 +2,7 @@
 //! line: `cargo run --release -p nemoral-pipeline --example scan_obj -- IN.obj OUT.xyz`
 
 use nemoral_lidar::{Device, EchoObservation, ScanRequest, Scanner};
-use nemoral_lidar_noise::{RangeNoise, RangeSensor};
+use nemoral_lidar_noise::{RangeNoise, RangeNoiseSampler};
 use nemoral_raycast::RayScene;
 use nemoral_scene::{glam::Vec3, *};
 use nemoral_seed::Key;
@@ -25,14 +25,14 @@ fn main() -> Result<(), Box<dyn Error>> {
     let shape = Arc::new(Prototype::new("obj", mesh, vec![], &materials)?);
     let Bounds { min, max } = shape.bounds();
     let front = (0.5 * (min + max)).with_x(min.x - 10.0).as_dvec3();
-    let sensor = RangeSensor::new(RangeNoise::livox())?;
+    let sampler = RangeNoiseSampler::new(RangeNoise::livox())?;
     let mid40 = Scanner::new(Device::Mid40.params(), Device::Mid40.pattern())?;
     let points = mid40.scan(&ScanRequest {
         first_pulse: 0,
         caster: &RayScene::of_shape(shape, &materials),
         materials: &materials,
         scene_from_lidar_at: &|_| RigidTransform::from_xyz_rpy(front, 0.0, 0.0, 0.0),
-        range_model: &|echo: &EchoObservation, key: Key| sensor.measure(echo, &mut key.rng()),
+        range_model: &|echo: &EchoObservation, key: Key| sampler.measure(echo, &mut key.rng()),
         key: Key::world(1),
     });
     let row = |p: &LidarPoint| p.position_m.to_array().map(|c| c.to_string()).join(" ") + "\n";

@@ -1,7 +1,7 @@
 //! The renderer that takes a data set's pictures, which is chosen once before anything is made.
 
 #[cfg(feature = "gpu")]
-use nemoral_render::{Accept, Gpu, GpuCamera, GpuError, GpuParams};
+use nemoral_render::{AcceptedGpus, Gpu, GpuCamera, GpuError, GpuParams};
 use nemoral_render::{CameraImages, CameraRenderer, Lighting, RayCastCamera, SceneView, View};
 use nemoral_scene::TruthImages;
 use nemoral_seed::Key;
@@ -119,7 +119,7 @@ impl Backend {
         match choice {
             BackendChoice::Cpu => Ok((Self::Cpu, "renderer: the CPU, as asked".to_owned())),
             BackendChoice::Gpu => {
-                let gpu = Gpu::open(Accept::Any).map_err(|e| match e {
+                let gpu = Gpu::open(AcceptedGpus::Any).map_err(|e| match e {
                     GpuError::NoAdapter { .. } | GpuError::TooSmall { .. } => {
                         Error::request(format!("--backend gpu: {e}"))
                     }
@@ -135,7 +135,7 @@ impl Backend {
                     },
                 ))
             }
-            BackendChoice::Auto => Ok(match Gpu::open(Accept::Hardware) {
+            BackendChoice::Auto => Ok(match Gpu::open(AcceptedGpus::Hardware) {
                 Ok(gpu) => on(gpu, ""),
                 Err(e) => (Self::Cpu, format!("renderer: the CPU ({})", cause(e))),
             }),

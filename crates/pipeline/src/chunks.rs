@@ -5,7 +5,7 @@ use nemoral_scene::glam::DVec2;
 
 use crate::Error;
 use crate::config::Chunks;
-use crate::plan::{At, Stage, Store};
+use crate::plan::{ForestCoordinate, Stage, Store};
 use crate::stages::annotations::UncoveredGeometryStage;
 use crate::stages::balance::ChoiceStage;
 use crate::stages::ground_occlusion::GroundOcclusionStage;
@@ -82,10 +82,10 @@ impl ChunkManager {
         let c = &self.chunks;
         let spare = c.delete_radius_m - c.visible_radius_m;
         store.retain(|stage, at| match at {
-            At::World => true,
+            ForestCoordinate::World => true,
             // Where a frame is taken is found once, and is little.
-            At::Frame(frame) => stage == ChoiceStage::ID || coming.contains(&frame),
-            At::Chunk(chunk) => {
+            ForestCoordinate::Frame(frame) => stage == ChoiceStage::ID || coming.contains(&frame),
+            ForestCoordinate::Chunk(chunk) => {
                 let distance = chunk.distance_m(robot_m, c.size_m);
                 let limit = match stage {
                     UndergrowthGeometryStage::ID

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use nemoral_plan::StageError;
 
-use crate::at::At;
 use crate::config::ConfigErrors;
+use crate::coordinate::ForestCoordinate;
 
 /// An error of the pipeline. Cheap to clone: several waiting threads may get the same one.
 #[derive(Clone, Debug, thiserror::Error)]
@@ -103,18 +103,18 @@ impl Error {
     }
 }
 
-impl StageError<At> for Error {
+impl StageError<ForestCoordinate> for Error {
     /// Adds the place to a new stage error; one that comes from a deeper stage does not change. If
     /// a world stage fails, the request is wrong, because the stage depends on nothing else.
-    fn in_stage(self, stage: &'static str, at: At) -> Self {
+    fn in_stage(self, stage: &'static str, at: ForestCoordinate) -> Self {
         match self {
             Self::Stage {
                 stage: "", source, ..
             } => {
                 let at = match at {
-                    At::World => return Self::request(format!("{stage}: {source}")),
-                    At::Chunk(c) => format!("chunk {c}"),
-                    At::Frame(i) => format!("frame {i}"),
+                    ForestCoordinate::World => return Self::request(format!("{stage}: {source}")),
+                    ForestCoordinate::Chunk(c) => format!("chunk {c}"),
+                    ForestCoordinate::Frame(i) => format!("frame {i}"),
                 };
                 Self::Stage { stage, at, source }
             }
@@ -122,7 +122,7 @@ impl StageError<At> for Error {
         }
     }
 
-    fn panicked(_: &'static str, _: At) -> Self {
+    fn panicked(_: &'static str, _: ForestCoordinate) -> Self {
         Self::StagePanicked
     }
 }
@@ -166,7 +166,7 @@ mod tests {
     fn an_error_names_its_stage_if_it_was_in_one() {
         let error = Error::of_stage(ParamError::new("size_m", 0, "positive"));
         assert_eq!(error.to_string(), "size_m = 0: must be positive");
-        let error = error.in_stage("frame.images", At::Frame(3));
+        let error = error.in_stage("frame.images", ForestCoordinate::Frame(3));
         let told = "stage frame.images at frame 3: size_m = 0: must be positive";
         assert_eq!(error.to_string(), told);
     }

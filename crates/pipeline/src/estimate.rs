@@ -122,12 +122,12 @@ impl fmt::Display for Estimate {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::Layers;
+    use crate::config::ConfigLayers;
 
     #[test]
     fn what_is_asked_for_besides_counts() {
         let of = |settings: &[&str]| {
-            let layers = Layers {
+            let layers = ConfigLayers {
                 preset: Some("medium".to_owned()),
                 file: None,
                 settings: settings.iter().map(|s| (*s).to_owned()).collect(),

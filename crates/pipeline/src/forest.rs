@@ -41,12 +41,12 @@ use crate::world::flora::FloraRecipe;
 use crate::world::ground::GroundModel;
 use crate::world::ground_mesh::GroundMeshRecipe;
 use crate::world::ground_recipe::GroundRecipe;
+use crate::world::library_recipe::LibraryRecipe;
 use crate::world::lidars::{LidarRecipe, LidarRig};
 use crate::world::litter::LitterPatch;
 use crate::world::models::ModelRecipe;
 use crate::world::patch::Patch;
 use crate::world::placement::PlacementRecipe;
-use crate::world::recipe::Recipe;
 use crate::world::trajectory::RobotTrajectory;
 use crate::world::trajectory_recipe::TrajectoryRecipe;
 use crate::world::uncovered::UncoveredGeometry;
@@ -151,7 +151,8 @@ impl ForestPlan {
     ///
     /// Each value is checked. Combinations of values and what is in the files are not, which would
     /// take longer: call [`Config::check`] with a config that code has put together. Those of
-    /// [`Layers`](crate::config::Layers) and [`Sequences`](crate::config::Sequences) are checked.
+    /// [`ConfigLayers`](crate::config::ConfigLayers) and [`Sequences`](crate::config::Sequences)
+    /// are checked.
     ///
     /// # Errors
     /// If a value is none that its key allows, if the config names a file that is not among
@@ -168,9 +169,9 @@ impl ForestPlan {
         let mut plan = Plan::new(world_key);
 
         let ground_model = plan.add(GroundStage(GroundRecipe::new(config, inputs)), ());
-        let recipe = Recipe::new(config, inputs);
+        let recipe = LibraryRecipe::new(config, inputs);
         let models = ModelRecipe::new(config, inputs);
-        let mut add_assets = |recipe: Recipe| {
+        let mut add_assets = |recipe: LibraryRecipe| {
             let library = plan.add(LibraryStage(recipe.clone()), ());
             let models = models.clone();
             (

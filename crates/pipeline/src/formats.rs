@@ -9,10 +9,12 @@ use std::sync::mpsc;
 use std::thread;
 
 use nemoral_convert::{
-    ConvertParams, Converted, Error as ConvertError, FormatName, Mode, convert_watched,
+    ConversionSummary, ConvertParams, Error as ConvertError, FormatName, OutputMode,
+    convert_with_progress,
 };
 use nemoral_dataset::{
-    Dataset, DatasetHeader, FrameDone, Manifest, MergeParams, OpenMode, Watch, merge_watched,
+    Dataset, DatasetHeader, FrameProgress, Manifest, MergeParams, OpenMode, ProgressMonitor,
+    merge_with_progress,
 };
 
 use crate::Error;
@@ -82,9 +84,9 @@ pub(crate) fn write_formats(
     Ok(())
 }
 
-/// Unites the shards of a data set, as [`nemoral_dataset::merge_watched`] does, and writes the
-/// formats that their config asks for, which are refused before anything is written, as
-/// [`generate`](crate::generate()) does. `stop` is checked after each frame of a format; `watch`
+/// Unites the shards of a data set, as [`nemoral_dataset::merge_with_progress`] does, and writes
+/// the formats that their config asks for, which are refused before anything is written, as
+/// [`generate`](crate::generate()) does. `stop` is checked after each frame of a format; `monitor`
 /// stops the merge itself.
 ///
 /// The config may be a stranger's, and nobody has typed the names of these folders: whatever the
@@ -97,7 +99,7 @@ pub fn merge(
     shards: &[&Path],
     out: &Path,
     params: MergeParams,
-    watch: &Watch,
+    monitor: &ProgressMonitor,
     observer: &dyn Observer,
     stop: &AtomicBool,
 ) -> Result<Manifest, Error> {
@@ -109,15 +111,15 @@ pub fn merge(
         let first = Dataset::open(first)?;
         probe_formats(&first.manifest().header, out, of_formats)?;
     }
-    let merged = merge_watched(shards, out, params, watch)?;
+    let merged = merge_with_progress(shards, out, params, monitor)?;
     write_formats(&merged.header, out, of_formats, observer, stop)?;
     Ok(merged)
 }
 
 /// The formats in a data set's config. They are the same in all of its sequences.
 fn asked(header: &DatasetHeader) -> Result<Vec<FormatName>, Error> {
-    let config = header.sequences.first().map(|s| &s.config);
-    let names = config.and_then(|c| c.pointer("/output/formats")?.as_array());
+    let config = header.sequences.first().map(|s| s.config.value());
+    let names = (config.as_ref()).and_then(|c| c.pointer("/output/formats")?.as_array());
     let name = |value: &serde_json::Value| {
         let name = value.as_str().unwrap_or_default();
         let format = name.parse().ok();
@@ -130,9 +132,9 @@ fn asked(header: &DatasetHeader) -> Result<Vec<FormatName>, Error> {
 fn params(format: FormatName, mode: OpenMode) -> ConvertParams {
     ConvertParams {
         mode: match mode {
-            OpenMode::Fresh => Mode::Fresh,
-            OpenMode::Resume => Mode::Renew,
-            OpenMode::Overwrite => Mode::Overwrite,
+            OpenMode::Fresh => OutputMode::Fresh,
+            OpenMode::Resume => OutputMode::Renew,
+            OpenMode::Overwrite => OutputMode::Overwrite,
         },
         ..ConvertParams::new(format)
     }
@@ -145,18 +147,18 @@ fn convert_observed(
     params: &ConvertParams,
     observer: &dyn Observer,
     stop: &AtomicBool,
-) -> Result<Converted, ConvertError> {
-    let (sender, receiver) = mpsc::channel::<FrameDone>();
+) -> Result<ConversionSummary, ConvertError> {
+    let (sender, receiver) = mpsc::channel::<FrameProgress>();
     let ended = Arc::new(AtomicBool::new(false));
     let asked = Arc::clone(&ended);
-    let watch = Watch::new(move |frame| {
+    let monitor = ProgressMonitor::new(move |frame| {
         if sender.send(frame).is_err() || asked.load(Ordering::Relaxed) {
             return ControlFlow::Break(());
         }
         ControlFlow::Continue(())
     });
     thread::scope(|scope| {
-        let converting = scope.spawn(move || convert_watched(out, folder, params, &watch));
+        let converting = scope.spawn(move || convert_with_progress(out, folder, params, &monitor));
         for frame in receiver {
             observer.converting(params.format, frame);
             ended.store(stop.load(Ordering::Relaxed), Ordering::Relaxed);
@@ -167,19 +169,19 @@ fn convert_observed(
 
 #[cfg(test)]
 mod tests {
-    use nemoral_convert::{Table, convert};
+    use nemoral_convert::{ClassMapping, convert};
     use nemoral_dataset::{FrameData, LidarData, LidarSpec, Track, WorldTables, Writer};
     use nemoral_scene::{ChunkCoord, Ontology, RigidTransform, Twist};
 
     use super::*;
-    use crate::generate::Done;
+    use crate::generate::FrameWritten;
 
     struct Silent;
 
     impl Observer for Silent {
         fn note(&self, _: &str) {}
 
-        fn frame(&self, _: Done) {}
+        fn frame(&self, _: FrameWritten) {}
     }
 
     /// Frames of a drive of two, by a LiDAR that sees nothing, for KITTI's readers, too.
@@ -187,7 +189,7 @@ mod tests {
         let pose = RigidTransform::IDENTITY;
         let mut header = DatasetHeader::new("nemoral", "0.1.0", seed, Ontology::paper());
         let sequence = &mut header.sequences[0];
-        sequence.config = serde_json::json!({ "output": { "formats": ["kitti"] } });
+        sequence.config = serde_json::json!({ "output": { "formats": ["kitti"] } }).into();
         sequence.lidars = vec![LidarSpec {
             name: "top".to_owned(),
             body_from_lidar: pose,
@@ -241,10 +243,17 @@ mod tests {
             let partial = false;
             let params = MergeParams { mode, partial };
             let never = AtomicBool::new(false);
-            merge(&shards, out, params, &Watch::default(), &Silent, &never)
+            merge(
+                &shards,
+                out,
+                params,
+                &ProgressMonitor::default(),
+                &Silent,
+                &never,
+            )
         };
         let kitti = |out: &Path| format_folder(out, FormatName::Kitti);
-        let convert_to = |out: &Path, source: &str, ontology: Option<Table>| {
+        let convert_to = |out: &Path, source: &str, ontology: Option<ClassMapping>| {
             let params = ConvertParams {
                 ontology,
                 ..ConvertParams::new(FormatName::Kitti)
@@ -252,7 +261,7 @@ mod tests {
             convert(&at(source), &kitti(out), &params).expect("converted");
         };
         // The user has made conversions: with other classes, and of another data set.
-        let rellis = Table::load("rellis").expect("built in");
+        let rellis = ClassMapping::load("rellis").expect("built in");
         for (source, ontology, differs) in [
             ("one", Some(rellis), "ontology"),
             ("other", None, "data set"),

@@ -6,9 +6,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
-use nemoral_convert::{Converted, FormatName};
+use nemoral_convert::{ConversionSummary, FormatName};
 use nemoral_dataset::{
-    CameraData, FrameChoice, FrameData, FrameDone, LidarData, Manifest, OpenMode, WorldTables,
+    CameraData, FrameChoice, FrameData, FrameProgress, LidarData, Manifest, OpenMode, WorldTables,
     Writer,
 };
 use nemoral_render::CameraImages;
@@ -16,13 +16,13 @@ use nemoral_scene::{Annotations, LidarPoint};
 
 use crate::chunks::ChunkManager;
 use crate::config::Sequences;
-use crate::drive::{inventory, track};
 use crate::formats::{check_formats, probe_formats, write_formats};
 use crate::header::header;
 use crate::imu::imu_texts;
-use crate::plan::{At, Cache, Hasher, Runner, Stage, Store};
-use crate::prove::within_sequence;
+use crate::plan::{Cache, ForestCoordinate, Hasher, Runner, Stage, Store};
+use crate::preflight::within_sequence;
 use crate::recording::pose::FramePose;
+use crate::sequence_tables::{inventory, track};
 use crate::stages::balance::ChoiceStage;
 use crate::stages::scene_objects::SceneObjectStage;
 use crate::world::balance::BalanceChoice;
@@ -31,7 +31,7 @@ use crate::{Backend, Error, ForestPlan, SequenceFrames};
 
 /// What is to be made, and where.
 #[derive(Clone, Debug)]
-pub struct Request {
+pub struct GenerateParams {
     /// The worlds and their sensors.
     pub sequences: Sequences,
     /// Which frames of the sequences.
@@ -57,20 +57,20 @@ pub trait Observer: Sync {
     fn note(&self, message: &str);
 
     /// Reports that a frame is on disk.
-    fn frame(&self, done: Done);
+    fn frame(&self, done: FrameWritten);
 
     /// Reports, after the last frame, where the time of the run went.
-    fn spent(&self, spent: Spent) {
-        let _ = spent;
+    fn timings(&self, timings: RunTimings) {
+        let _ = timings;
     }
 
     /// Reports a frame that is done in another format.
-    fn converting(&self, format: FormatName, frame: FrameDone) {
+    fn converting(&self, format: FormatName, frame: FrameProgress) {
         let _ = (format, frame);
     }
 
     /// Reports that the data set is written in another format, too, and where.
-    fn converted(&self, format: FormatName, folder: &Path, converted: Converted) {
+    fn converted(&self, format: FormatName, folder: &Path, converted: ConversionSummary) {
         let _ = (format, folder, converted);
     }
 }
@@ -78,7 +78,7 @@ pub trait Observer: Sync {
 /// Where the time of a run went. The rest went into waiting for the disk, and into tables of trees
 /// and objects.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Spent {
+pub struct RunTimings {
     /// Growing plants and land, by the wall.
     pub growing: Duration,
     /// Taking pictures and scans, by the wall.
@@ -95,7 +95,7 @@ fn timed<T>(total: &mut Duration, work: impl FnOnce() -> T) -> T {
 
 /// A frame that is on disk.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Done {
+pub struct FrameWritten {
     /// The frame's sequence.
     pub sequence: u32,
     /// The frame.
@@ -130,23 +130,23 @@ struct Finished {
 /// A wrong request is refused before anything is written; later, the error is that of the first
 /// stage or file that fails.
 pub fn generate(
-    request: &Request,
+    params: &GenerateParams,
     observer: &dyn Observer,
     stop: &AtomicBool,
 ) -> Result<Manifest, Error> {
     // Everything that can be refused is refused before anything is written.
-    let header = header(&request.sequences, &request.backend)?;
-    Writer::probe(&request.out, request.mode, &header)?;
-    if request.is_shard {
+    let header = header(&params.sequences, &params.backend)?;
+    Writer::probe(&params.out, params.mode, &header)?;
+    if params.is_shard {
         check_formats(&header)?;
     } else {
-        probe_formats(&header, &request.out, request.mode)?;
+        probe_formats(&header, &params.out, params.mode)?;
     }
-    let store = Store::unlimited().with_cache(request.cache.clone());
-    let (backend, threads) = (&request.backend, request.threads);
-    let worlds = Worlds::new(&request.sequences, backend, &store, threads);
-    let numbers: Vec<u32> = request.frames.sequences().collect();
-    let mut spent = Spent::default();
+    let store = Store::unlimited().with_cache(params.cache.clone());
+    let (backend, threads) = (&params.backend, params.threads);
+    let worlds = Worlds::new(&params.sequences, backend, &store, threads);
+    let numbers: Vec<u32> = params.frames.sequences().collect();
+    let mut timings = RunTimings::default();
     if numbers.len() > 1 {
         let count = numbers.len();
         observer.note(&format!(
@@ -155,24 +155,24 @@ pub fn generate(
     }
     for &number in &numbers {
         let world = worlds.enter(number)?;
-        if let Some(last) = request.frames.last() {
+        if let Some(last) = params.frames.last() {
             within_sequence(&world.sequence.config, last)?;
         }
-        if let Some(note) = timed(&mut spent.growing, || worlds.prove(&world))? {
+        if let Some(note) = timed(&mut timings.growing, || worlds.preflight(&world))? {
             observer.note(&note);
         }
     }
 
-    let writer = Writer::create(&request.out, request.mode, header)?;
+    let writer = Writer::create(&params.out, params.mode, header)?;
     let mut done = 0;
     for &number in &numbers {
         let world = worlds.enter(number)?;
         let runner = worlds.runner(&world);
-        let of_world = record(request, (&world, done), &runner, &writer, observer, stop)?;
-        spent.growing += of_world.growing;
-        spent.sensors += of_world.sensors;
-        done += request.frames.of(number).count();
-        if done == request.frames.count() {
+        let of_world = record(params, (&world, done), &runner, &writer, observer, stop)?;
+        timings.growing += of_world.growing;
+        timings.sensors += of_world.sensors;
+        done += params.frames.of(number).count();
+        if done == params.frames.count() {
             note_memory(&world, &runner, observer)?;
         }
         conclude(&world, &runner, &writer, observer)?;
@@ -190,9 +190,9 @@ pub fn generate(
         conclude(&world, &worlds.runner(&world), &writer, observer)?;
     }
     let manifest = writer.finish()?;
-    observer.spent(spent);
-    if !request.is_shard {
-        let Request { out, mode, .. } = request;
+    observer.timings(timings);
+    if !params.is_shard {
+        let GenerateParams { out, mode, .. } = params;
         write_formats(&manifest.header, out, *mode, observer, stop)?;
     }
     Ok(manifest)
@@ -220,7 +220,7 @@ fn conclude(
     // The frames are done, and the rest needs only what is of the world, and objects, which are
     // little.
     let needed = [ChoiceStage::ID, SceneObjectStage::ID];
-    (runner.store()).retain(|stage, at| at == At::World || needed.contains(&stage));
+    (runner.store()).retain(|stage, at| at == ForestCoordinate::World || needed.contains(&stage));
     let (number, config) = (world.sequence.number, &world.sequence.config);
     let mut track = track((number, config), &world.forest, runner)?;
     let frames = writer.frames().into_iter();
@@ -244,17 +244,17 @@ fn conclude(
 /// Makes the missing frames of a sequence one after the other, while others are written and a GPU
 /// draws the next one. `done` is how many frames of other sequences are done.
 fn record(
-    request: &Request,
+    params: &GenerateParams,
     (world, done): (&World, u64),
     runner: &Runner<'_>,
     writer: &Writer,
     observer: &dyn Observer,
     stop: &AtomicBool,
-) -> Result<Spent, Error> {
-    let total = request.frames.count();
+) -> Result<RunTimings, Error> {
+    let total = params.frames.count();
     let World { sequence, forest } = world;
     let number = sequence.number;
-    let frames = request.frames.of(number);
+    let frames = params.frames.of(number);
     let manager = ChunkManager::new(sequence.config.chunks.clone());
     if let Some(pilot) = forest.balance_pilot
         && let Some(note) = runner.get(pilot, ())?.note()
@@ -262,7 +262,7 @@ fn record(
         observer.note(&note);
     }
     let failed = AtomicBool::new(false);
-    let mut spent = Spent::default();
+    let mut timings = RunTimings::default();
     std::thread::scope(|scope| {
         // At most two frames wait, so that a slow disk delays the frames rather than filling the
         // memory.
@@ -279,7 +279,7 @@ fn record(
                         (finished.frame, bytes, false)
                     }
                 };
-                observer.frame(Done {
+                observer.frame(FrameWritten {
                     sequence: number,
                     frame,
                     count: before + 1,
@@ -304,7 +304,7 @@ fn record(
                     Err(frame)
                 } else {
                     let is_drawn_ahead = |next: &u64| {
-                        request.backend.draws_ahead()
+                        params.backend.draws_ahead()
                             && !writer.has_frame(number, *next, &frame_key(forest, *next))
                     };
                     let coming = frames.peek().copied().filter(is_drawn_ahead);
@@ -318,7 +318,7 @@ fn record(
                         forest,
                         runner,
                         &manager,
-                        &mut spent,
+                        &mut timings,
                         (frame, key),
                         coming,
                     )?)
@@ -334,20 +334,20 @@ fn record(
         writing.join().unwrap_or(Err(Error::StagePanicked))?;
         made
     })?;
-    Ok(spent)
+    Ok(timings)
 }
 
 fn make(
     forest: &ForestPlan,
     runner: &Runner<'_>,
     manager: &ChunkManager,
-    spent: &mut Spent,
+    timings: &mut RunTimings,
     (frame, key): (u64, [u8; 32]),
     coming: Option<u64>,
 ) -> Result<Finished, Error> {
     let choice = forest.balance_choice.map(|node| runner.get(node, frame));
     let pose = runner.get(forest.pose, frame)?;
-    timed(&mut spent.growing, || {
+    timed(&mut timings.growing, || {
         runner.get(forest.camera_scene, frame)?;
         runner.get(forest.lidar_scene, frame)
     })?;
@@ -355,7 +355,7 @@ fn make(
     let images = runner.get(forest.images, frame)?;
     let annotations = runner.get(forest.annotations, frame)?;
     let scans = runner.get(forest.scans, frame)?;
-    spent.sensors += sensed.elapsed();
+    timings.sensors += sensed.elapsed();
     manager.evict(
         runner.store(),
         pose.world_from_body().translation_m.truncate(),

@@ -133,14 +133,14 @@ pub(crate) fn sequence_spec(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::Layers;
+    use crate::config::ConfigLayers;
 
     #[test]
     fn a_sequence_says_how_long_its_longest_scan_takes() {
         let half_scan_s = |settings: &[&str]| {
-            let layers = Layers {
+            let layers = ConfigLayers {
                 settings: settings.iter().map(|s| (*s).to_owned()).collect(),
-                ..Layers::default()
+                ..ConfigLayers::default()
             };
             let sequences = layers.sequences().expect("a request");
             let header = header(&sequences, &Backend::Cpu).expect("a header");

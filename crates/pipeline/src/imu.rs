@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use nemoral_dataset::{ImuReading, ImuTexts};
+use nemoral_dataset::{EurocFiles, ImuReading};
 use nemoral_files::{Folder, InnerPath, PendingFile};
 use nemoral_imu::{ImuMotion, ImuNoise, ImuSample, euroc, motions};
 use nemoral_scene::RigidTransform;
@@ -13,7 +13,7 @@ use nemoral_seed::{Domain, Key};
 use crate::chunks::ChunkManager;
 use crate::config::Config;
 use crate::plan::Runner;
-use crate::prove::prove;
+use crate::preflight::preflight;
 use crate::recording::pose::half_scan_s;
 use crate::world::lidars::LidarRig;
 use crate::world::trajectory::{RobotTrajectory, Surroundings};
@@ -118,9 +118,9 @@ pub(crate) fn imu_texts(
     config: &Config,
     forest: &ForestPlan,
     runner: &Runner<'_>,
-) -> Result<(ImuTexts, MeasuredMotion), Error> {
+) -> Result<(EurocFiles, MeasuredMotion), Error> {
     let manager = ChunkManager::new(config.chunks.clone());
-    let mut texts = ImuTexts {
+    let mut texts = EurocFiles {
         samples: euroc::SAMPLES_HEADER.to_owned(),
         sensor: euroc::sensor_yaml(&config.imu.params(), &config.imu.body_from_imu()),
         states: euroc::STATES_HEADER.to_owned(),
@@ -204,7 +204,7 @@ impl Recorder {
                  a straight line or a file's poses has"
             )));
         }
-        prove(config, self.forest(), &self.runner())
+        preflight(config, self.forest(), &self.runner())
     }
 
     /// Writes what the unit measures into a folder in the layout of the EuRoC MAV data set

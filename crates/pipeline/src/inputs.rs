@@ -177,7 +177,7 @@ impl InputFiles {
         let errors = problems.into_iter().map(|(path, message)| ConfigError {
             path,
             message,
-            place: None,
+            location: None,
         });
         Err(ConfigErrors::from_iter(errors).into())
     }

@@ -12,7 +12,7 @@ use crate::pictures::{
     picture_of_scan,
 };
 use crate::plan::{Cache, Runner, Store};
-use crate::prove::within_sequence;
+use crate::preflight::within_sequence;
 use crate::world::cameras::intrinsics;
 use crate::{Backend, Error, ForestPlan, InputFiles};
 

@@ -21,14 +21,14 @@ use crate::config::{Config, SequenceConfig};
 use crate::header::sequence_spec;
 use crate::plan::{Cache, Runner, Stage, Store};
 use crate::pool::in_pool;
-use crate::prove::prove;
+use crate::preflight::preflight;
 use crate::recording::annotations::AnnotationRecipe;
-use crate::recording::moment::Moment;
 use crate::recording::pose::{FramePose, pictures_s};
+use crate::recording::recording_context::RecordingContext;
 use crate::recording::scene::FrameScene;
 use crate::stages::assets::{AssetStage, LibraryStage};
-use crate::world::thrown::LOG_REACH_M;
 use crate::world::trajectory::{REACH_OF_WATER_M, obstacles, waters};
+use crate::world::windthrow::LOG_REACH_M;
 use crate::{Backend, Error, ForestPlan};
 
 /// The noise of what is observed without an index.
@@ -36,7 +36,7 @@ const OBSERVATION: Domain = Domain::new("pipeline.observation");
 
 /// What the robot's sensors recorded at once.
 #[derive(Clone, Debug)]
-pub struct Recording {
+pub struct RecordedFrame {
     /// When and where.
     pub pose: Arc<FramePose>,
     /// Colour and truth images of each camera.
@@ -49,7 +49,7 @@ pub struct Recording {
 
 /// A place and a time at which the robot's sensors record.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Observation {
+pub struct BodyState {
     /// The body's pose in the world at that time.
     pub world_from_body: RigidTransform,
     /// How the body moves around that time, in its own axes.
@@ -63,7 +63,7 @@ pub struct Observation {
 /// The greatest distance of a pose from the world's origin along each axis, metres.
 const FARTHEST_M: f64 = 1e8;
 
-impl Observation {
+impl BodyState {
     fn check(&self) -> Result<(), Error> {
         let RigidTransform {
             rotation,
@@ -93,10 +93,10 @@ impl Observation {
 /// that comes into sight at once.
 ///
 /// ```no_run
-/// use nemoral_pipeline::config::Layers;
+/// use nemoral_pipeline::config::ConfigLayers;
 /// use nemoral_pipeline::{Backend, Recorder};
 ///
-/// let sequence = Layers::default().sequences()?.get(0)?;
+/// let sequence = ConfigLayers::default().sequences()?.get(0)?;
 /// let recorder = Recorder::new(sequence, Backend::Cpu, None, 2)?;
 /// let frame = recorder.frame(41)?;
 /// println!("{} points at {:.1} s", frame.scans[0].len(), frame.pose.time_s);
@@ -201,7 +201,7 @@ impl Recorder {
     /// As [`generate`](crate::generate) before its first frame.
     pub fn prepare(&self) -> Result<(), Error> {
         let runner = self.runner();
-        prove(self.config(), &self.forest, &runner)?;
+        preflight(self.config(), &self.forest, &runner)?;
         runner.get(self.forest.assets, ())?;
         Ok(())
     }
@@ -210,18 +210,18 @@ impl Recorder {
     ///
     /// # Errors
     /// If the frame is beyond the sequence, or cannot be made.
-    pub fn frame(&self, frame: u64) -> Result<Recording, Error> {
+    pub fn frame(&self, frame: u64) -> Result<RecordedFrame, Error> {
         self.prepare()?;
-        crate::prove::within_sequence(self.config(), frame)?;
+        crate::preflight::within_sequence(self.config(), frame)?;
         let runner = self.runner();
-        let recording = Recording {
+        let recorded = RecordedFrame {
             pose: runner.get(self.forest.pose, frame)?,
             images: runner.get(self.forest.images, frame)?,
             annotations: runner.get(self.forest.annotations, frame)?,
             scans: runner.get(self.forest.scans, frame)?,
         };
-        self.leave(&recording.pose);
-        Ok(recording)
+        self.leave(&recorded.pose);
+        Ok(recorded)
     }
 
     /// When and where a frame of the sequence is recorded.
@@ -229,22 +229,22 @@ impl Recorder {
     /// # Errors
     /// As [`Recorder::frame`].
     pub fn pose(&self, frame: u64) -> Result<Arc<FramePose>, Error> {
-        prove(self.config(), &self.forest, &self.runner())?;
-        crate::prove::within_sequence(self.config(), frame)?;
+        preflight(self.config(), &self.forest, &self.runner())?;
+        crate::preflight::within_sequence(self.config(), frame)?;
         self.runner().get(self.forest.pose, frame)
     }
 
     /// Records with the same sensors at any place and time. At the pose, time and index of a frame
     /// of the sequence the body moves as it does there, so that the result is that frame;
-    /// elsewhere, as the observation says. Flow, which leads to a sequence's next frame, is empty
+    /// elsewhere, as the state says. Flow, which leads to a sequence's next frame, is empty
     /// elsewhere.
     ///
     /// # Errors
     /// If the place is beyond the world, or its chunks cannot be made.
-    pub fn observe(&self, observation: &Observation) -> Result<Recording, Error> {
-        observation.check()?;
+    pub fn observe(&self, state: &BodyState) -> Result<RecordedFrame, Error> {
+        state.check()?;
         self.prepare()?;
-        if let Some(frame) = self.frame_at(observation)? {
+        if let Some(frame) = self.frame_at(state)? {
             return self.frame(frame);
         }
         let config = self.config();
@@ -253,26 +253,26 @@ impl Recorder {
         let rigs = runner.get(forest.cameras, ())?;
         let materials = runner.get(forest.materials, ())?;
         let mut pose = FramePose::moving(
-            (observation.world_from_body, observation.motion),
-            observation.time_s,
+            (state.world_from_body, state.motion),
+            state.time_s,
             &lidars,
             config.chunks.size_m,
         );
         if pictures_s(config) == 0.0 {
             pose.motion = Twist::STILL;
         }
-        let place_m = observation.world_from_body.translation_m.truncate();
+        let place_m = state.world_from_body.translation_m.truncate();
         let scene = forest.scene_around(&runner, place_m, f64::INFINITY, !rigs.is_empty())?;
-        let number = observation.index.unwrap_or_else(|| noise_of(observation));
-        let moment = Moment::new(forest.world(), number, &pose, &scene, &materials);
-        let picture = |(i, rig)| moment.picture(i, rig);
+        let number = state.index.unwrap_or_else(|| noise_of(state));
+        let context = RecordingContext::new(forest.world(), number, &pose, &scene, &materials);
+        let picture = |(i, rig)| context.picture(i, rig);
         let images: Vec<CameraImages> = in_pool(|| {
             rigs.iter()
                 .enumerate()
                 .map(picture)
                 .collect::<Result<_, _>>()
         })?;
-        let scans = in_pool(|| lidars.iter().map(|rig| moment.scan(rig)).collect());
+        let scans = in_pool(|| lidars.iter().map(|rig| context.scan(rig)).collect());
         let annotations = AnnotationRecipe::new(config).annotate(
             &rigs,
             (&pose, &scene, &images),
@@ -287,7 +287,7 @@ impl Recorder {
             let is_lit = !rigs.is_empty();
             forest.grow_ahead(&runner, (before_m, place_m), spare_m, is_lit);
         }
-        Ok(Recording {
+        Ok(RecordedFrame {
             pose: Arc::new(pose),
             images: Arc::new(images),
             annotations: Arc::new(annotations),
@@ -299,13 +299,17 @@ impl Recorder {
     ///
     /// # Errors
     /// If the ground there cannot be made.
-    pub fn stand(&self, position_m: DVec2, forward: DVec2) -> Result<RigidTransform, Error> {
+    pub fn pose_on_ground(
+        &self,
+        position_m: DVec2,
+        forward: DVec2,
+    ) -> Result<RigidTransform, Error> {
         let runner = self.runner();
         let trajectory = runner.get(self.forest.trajectory, ())?;
         let chunk = ChunkCoord::containing(position_m, self.config().chunks.size_m);
         let ground = runner.get(self.forest.ground, chunk)?;
         let body = &trajectory.trajectory.body;
-        Ok(body.stand(position_m, forward, &*ground))
+        Ok(body.pose_on_ground(position_m, forward, &*ground))
     }
 
     /// Everything that is visible from a body's pose, as rays meet it: its sky view factor is 1
@@ -425,19 +429,19 @@ impl Recorder {
         &self.sequence.config
     }
 
-    /// The frame of the sequence that an observation repeats.
-    fn frame_at(&self, observation: &Observation) -> Result<Option<u64>, Error> {
+    /// The frame of the sequence that an observation in this state repeats.
+    fn frame_at(&self, state: &BodyState) -> Result<Option<u64>, Error> {
         /// What is lost by a matrix on the way: metres, and entries of a rotation.
         const SAME: f64 = 1e-9;
-        let Some(frame) = observation.index.filter(|&i| i < self.config().frames) else {
+        let Some(frame) = state.index.filter(|&i| i < self.config().frames) else {
             return Ok(None);
         };
         let trajectory = self.runner().get(self.forest.trajectory, ())?;
-        if trajectory.time_s(frame) != observation.time_s {
+        if trajectory.time_s(frame) != state.time_s {
             return Ok(None);
         }
         let there = self.pose(frame)?.world_from_body().to_rows();
-        let here = observation.world_from_body.to_rows();
+        let here = state.world_from_body.to_rows();
         let far = |(a, b): (&f64, &f64)| (a - b).abs() > SAME;
         let differ = (there.as_flattened().iter().zip(here.as_flattened())).any(far);
         Ok((!differ).then_some(frame))
@@ -464,10 +468,10 @@ impl Recorder {
     }
 }
 
-/// The number that keys the noise of an observation without an index.
-fn noise_of(observation: &Observation) -> u64 {
-    let rows = observation.world_from_body.to_rows();
-    let numbers = rows.as_flattened().iter().chain([&observation.time_s]);
+/// The number that keys the noise of an observation whose state has no index.
+fn noise_of(state: &BodyState) -> u64 {
+    let rows = state.world_from_body.to_rows();
+    let numbers = rows.as_flattened().iter().chain([&state.time_s]);
     // -0 is 0.
     let mut key = Key::world(0).domain(OBSERVATION);
     for number in numbers {

@@ -2,7 +2,7 @@
 
 use crate::config::{SequenceConfig, Sequences};
 use crate::plan::{Runner, Store};
-use crate::prove::prove;
+use crate::preflight::preflight;
 use crate::{Backend, Error, ForestPlan};
 
 /// The worlds of a request, one at a time, with the store that they share.
@@ -53,8 +53,8 @@ impl<'a> Worlds<'a> {
     }
 
     /// Computes everything that a world's frames have in common. The result is a note for the user.
-    pub(crate) fn prove(&self, world: &World) -> Result<Option<String>, Error> {
-        let note = prove(&world.sequence.config, &world.forest, &self.runner(world));
+    pub(crate) fn preflight(&self, world: &World) -> Result<Option<String>, Error> {
+        let note = preflight(&world.sequence.config, &world.forest, &self.runner(world));
         note.map_err(|e| e.in_sequence(world.sequence.number, self.sequences.len()))
     }
 }
@@ -62,23 +62,23 @@ impl<'a> Worlds<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::Layers;
+    use crate::config::ConfigLayers;
     use crate::plan::Stage;
     use crate::stages::assets::{AssetStage, LibraryStage};
 
     #[test]
     fn worlds_share_what_they_have_in_common() -> Result<(), Error> {
-        let layers = Layers {
+        let layers = ConfigLayers {
             preset: Some("demo".to_owned()),
             settings: vec!["sequences=2".to_owned()],
-            ..Layers::default()
+            ..ConfigLayers::default()
         };
         let (sequences, store) = (layers.sequences()?, Store::unlimited());
         let worlds = Worlds::new(&sequences, &Backend::Cpu, &store, 2);
-        worlds.prove(&worlds.enter(0)?)?;
+        worlds.preflight(&worlds.enter(0)?)?;
         let computed = store.computed();
         // The same world is entered again when its frames are made.
-        worlds.prove(&worlds.enter(0)?)?;
+        worlds.preflight(&worlds.enter(0)?)?;
         assert_eq!(store.computed(), computed);
         // Another one has the same plants, and nothing else.
         worlds.enter(1)?;

@@ -18,10 +18,11 @@ use std::sync::{Arc, Mutex, PoisonError};
 use nemoral_dataset::{Dataset, OpenMode};
 use nemoral_files::is_temporary_name;
 use nemoral_files::observe::{Operation, observe};
-use nemoral_pipeline::config::{Config, Layers, Sequences};
+use nemoral_pipeline::config::{Config, ConfigLayers, Sequences};
 use nemoral_pipeline::plan::Cache;
 use nemoral_pipeline::{
-    Backend, Done, Error, FrameSelection, Observer, Request, SequenceFrames, generate,
+    Backend, Error, FrameSelection, FrameWritten, GenerateParams, Observer, SequenceFrames,
+    generate,
 };
 
 /// The smallest forest with a camera, a LiDAR and plants to keep, because dozens are recorded.
@@ -41,7 +42,7 @@ fn tiny() -> Config {
         "camera.height_px=16",
         "lidar.pulses=50",
     ];
-    let layers = Layers {
+    let layers = ConfigLayers {
         preset: Some("demo".to_owned()),
         file: None,
         settings: settings.map(str::to_owned).to_vec(),
@@ -54,7 +55,7 @@ struct Silent;
 impl Observer for Silent {
     fn note(&self, _: &str) {}
 
-    fn frame(&self, _: Done) {}
+    fn frame(&self, _: FrameWritten) {}
 }
 
 /// The folders of a run, in memory if the system has that, because the runs sync all they write.
@@ -81,7 +82,7 @@ impl Place {
     /// Does what a process of the program does: opens the cache, then makes the data set.
     fn generate(&self, mode: OpenMode) -> Result<(), Error> {
         let cache = Cache::open(self.cache()).expect("a folder");
-        let request = Request {
+        let params = GenerateParams {
             sequences: Sequences::of(&tiny()).expect("valid"),
             frames: SequenceFrames::new(FrameSelection::first(2), 1),
             out: self.out(),
@@ -91,7 +92,7 @@ impl Place {
             backend: Backend::Cpu,
             cache: Some(Arc::new(cache)),
         };
-        generate(&request, &Silent, &AtomicBool::new(false)).map(drop)
+        generate(&params, &Silent, &AtomicBool::new(false)).map(drop)
     }
 
     /// The files of the data set, and those of the cache.

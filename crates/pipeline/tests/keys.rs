@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-use nemoral_pipeline::config::{Config, Layers, Preset, RobotPath};
+use nemoral_pipeline::config::{Config, ConfigLayers, Preset, RobotPath};
 use nemoral_pipeline::{Backend, Error, ForestPlan, InputFiles};
 
 /// Each stage's key, numbered as they repeat.
@@ -22,7 +22,7 @@ fn keys(config: &Config) -> Result<BTreeMap<String, String>, Error> {
 }
 
 fn load(settings: &[String]) -> Config {
-    let layers = Layers {
+    let layers = ConfigLayers {
         preset: Some("demo".to_owned()),
         file: None,
         settings: settings.to_vec(),

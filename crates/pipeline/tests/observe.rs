@@ -2,16 +2,16 @@
 
 use std::cell::Cell;
 
-use nemoral_pipeline::config::{Layers, Sequences};
+use nemoral_pipeline::config::{ConfigLayers, Sequences};
 use nemoral_pipeline::recording::scene::visible_chunks;
-use nemoral_pipeline::{Backend, Error, ExportArea, Observation, Recorder, Recording};
+use nemoral_pipeline::{Backend, BodyState, Error, ExportArea, RecordedFrame, Recorder};
 use nemoral_realism::grown;
 use nemoral_scene::glam::{DQuat, DVec2, DVec3};
 use nemoral_scene::{LidarPoint, MaterialLibrary, RigidTransform, Semantic, Twist};
 
 /// A recorder of a robot that holds still at stations, or drives.
 fn recorder(settings: &[&str]) -> Result<Recorder, Error> {
-    let layers = Layers {
+    let layers = ConfigLayers {
         preset: Some("demo".to_owned()),
         file: None,
         settings: settings.iter().map(|&s| s.to_owned()).collect(),
@@ -28,8 +28,8 @@ fn stations() -> Result<Recorder, Error> {
     ])
 }
 
-fn still(world_from_body: RigidTransform, time_s: f64, index: u64) -> Observation {
-    Observation {
+fn still(world_from_body: RigidTransform, time_s: f64, index: u64) -> BodyState {
+    BodyState {
         world_from_body,
         motion: Twist::STILL,
         time_s,
@@ -78,7 +78,7 @@ fn lamps_change_pictures_alone() -> Result<(), Error> {
     let lit = seen(&["lamp.enabled=true", "lamps.right.mount_y_m=-0.25"])?;
     assert_eq!(lit.images[0].truth, dark.images[0].truth);
     assert_eq!(lit.scans, dark.scans);
-    let mean = |frame: &Recording| {
+    let mean = |frame: &RecordedFrame| {
         let pixels = frame.images[0].rgb.pixels();
         pixels.iter().map(|[_, g, _]| f64::from(*g)).sum::<f64>() / pixels.len() as f64
     };
@@ -201,7 +201,7 @@ fn what_lies_ahead_grows_before_it_is_seen_and_changes_nothing() -> Result<(), E
     ];
     let recorder = recorder(&settings)?;
     let place = |k: u32| DVec2::new(0.7, 0.4) * f64::from(k);
-    let pose = |k| recorder.stand(place(k), DVec2::X);
+    let pose = |k| recorder.pose_on_ground(place(k), DVec2::X);
     let forest = recorder.forest();
     let (objects, undergrowth) = (forest.object_geometry, forest.undergrowth_geometry);
     for k in 0..90 {
@@ -250,7 +250,8 @@ fn nothing_is_grown_ahead_where_nothing_is_kept() -> Result<(), Error> {
     ])?;
     let mut grown = 0;
     for k in 0..4_u32 {
-        let pose = recorder.stand(DVec2::new(10.0 + 0.01 * f64::from(k), 10.0), DVec2::X)?;
+        let pose =
+            recorder.pose_on_ground(DVec2::new(10.0 + 0.01 * f64::from(k), 10.0), DVec2::X)?;
         recorder.observe(&still(pose, 0.0, 1000 + u64::from(k)))?;
         let now = recorder.runner().store().computed();
         assert!(k == 0 || now == grown, "{k}: {now} {grown}");

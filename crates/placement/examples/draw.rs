@@ -13,7 +13,7 @@ use std::path::PathBuf;
 use glam::DVec2;
 use image::{Rgb, RgbImage};
 use nemoral_placement::{
-    GroundCover, GroundCoverParams, Placement, PlacementParams, Site, Variety,
+    DiskKind, GroundCover, GroundCoverParams, Placement, PlacementParams, Site,
 };
 use nemoral_scene::ChunkCoord;
 use nemoral_seed::Key;
@@ -31,7 +31,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         };
         params.layers[0].per_chunk = trees;
         params.layers[0].varieties = [(3.0, 0.08, 0.15), (2.0, 0.15, 0.3), (1.0, 0.3, 0.5)]
-            .map(|(weight, low, high)| Variety {
+            .map(|(weight, low, high)| DiskKind {
                 weight,
                 radius_m: (low, high),
             })

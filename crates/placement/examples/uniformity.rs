@@ -8,7 +8,7 @@
 use std::collections::HashMap;
 use std::time::Instant;
 
-use nemoral_placement::{LayerParams, Placement, PlacementParams, Site, Variety};
+use nemoral_placement::{DiskKind, LayerParams, Placement, PlacementParams, Site};
 use nemoral_scene::ChunkCoord;
 use nemoral_seed::Key;
 
@@ -135,7 +135,7 @@ impl Rocks<'_> {
 }
 
 fn params(trees: f64) -> PlacementParams {
-    let variety = |weight, low, high| Variety {
+    let variety = |weight, low, high| DiskKind {
         weight,
         radius_m: (low, high),
     };

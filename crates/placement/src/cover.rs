@@ -6,7 +6,7 @@ use glam::DVec2;
 use nemoral_scene::ChunkCoord;
 use nemoral_seed::{Domain, Draw, Key};
 
-use crate::layers::site::Exclusion;
+use crate::layers::site::SiteFilter;
 use crate::variety::check_weights;
 use nemoral_scene::ParamError;
 
@@ -17,7 +17,7 @@ const MOST_CELLS_ACROSS: f64 = 2000.0;
 
 /// One kind of undergrowth.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CoverVariety {
+pub struct CoverKind {
     /// Its share among the points, relative to the other varieties' weights; at least 0.
     pub weight: f64,
     /// The radius that must be free of trail at scale 1, metres; at least 0.
@@ -38,7 +38,7 @@ pub struct GroundCoverParams {
     /// distance are uniform (paper, section IV-D).
     pub jitter: f64,
     /// The kinds; at least one.
-    pub varieties: Vec<CoverVariety>,
+    pub varieties: Vec<CoverKind>,
 }
 
 impl Default for GroundCoverParams {
@@ -48,7 +48,7 @@ impl Default for GroundCoverParams {
             chunk_size_m: 50.0,
             cell_m: 1.2,
             jitter: 0.6,
-            varieties: vec![CoverVariety {
+            varieties: vec![CoverKind {
                 weight: 1.0,
                 radius_m: 0.3,
                 scale: (0.7, 1.3),
@@ -127,7 +127,7 @@ impl GroundCover {
     pub fn points(
         &self,
         coord: ChunkCoord,
-        allowed: &dyn Exclusion,
+        allowed: &dyn SiteFilter,
         density: &dyn Fn(DVec2) -> f64,
     ) -> Vec<CoverPoint> {
         let GroundCoverParams {
@@ -183,7 +183,7 @@ impl GroundCover {
     fn stays(
         &self,
         point: &CoverPoint,
-        allowed: &dyn Exclusion,
+        allowed: &dyn SiteFilter,
         density: &dyn Fn(DVec2) -> f64,
     ) -> bool {
         let radius_m = self.params.varieties[usize::from(point.variety)].radius_m * point.scale;

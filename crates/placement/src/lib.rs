@@ -74,17 +74,17 @@ mod variety;
 #[cfg(doctest)]
 struct Readme;
 
-pub use cover::{CoverPoint, CoverVariety, GroundCover, GroundCoverParams};
+pub use cover::{CoverKind, CoverPoint, GroundCover, GroundCoverParams};
 pub use error::PlacementError;
 pub use layers::open_land::{EdgeProfile, OpenLand};
 pub use layers::params::{LayerParams, PlacementParams, RockParams};
 pub use layers::patches::{Clusters, Patches};
 pub use layers::placement::Placement;
 pub use layers::rows::Rows;
-pub use layers::site::{Exclusion, Site};
+pub use layers::site::{Site, SiteFilter};
 pub use nemoral_scene::ParamError;
 pub use sampler::index::{LinearScan, NeighbourIndex};
 pub use sampler::key::SampleKey;
 pub use sampler::quadtree::QuadTree;
 pub use sampler::{Disk, PoissonDiskParams, PoissonDisks};
-pub use variety::Variety;
+pub use variety::DiskKind;

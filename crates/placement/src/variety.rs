@@ -4,7 +4,7 @@ use nemoral_scene::ParamError;
 
 /// One kind of disk in a sample, or of plant in a layer: a species, a prototype, a size class.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Variety {
+pub struct DiskKind {
     /// Its share among a layer's sites, or among the darts of
     /// [`PoissonDisks`](crate::PoissonDisks), relative to the other varieties' weights; at least 0.
     pub weight: f64,
@@ -16,7 +16,7 @@ pub struct Variety {
 /// Checks weights and radii; no radius may be larger than `max_m`, which `what_max` explains.
 pub(crate) fn check_varieties(
     path: &str,
-    varieties: &[Variety],
+    varieties: &[DiskKind],
     max_m: f64,
     what_max: &str,
 ) -> Result<(), ParamError> {
@@ -62,7 +62,7 @@ pub(crate) fn check_weights(
 }
 
 /// The mean of a function of a variety's radius: uniform in its range.
-pub(crate) fn mean_over_radius(variety: &Variety, f: impl Fn(f64) -> f64) -> f64 {
+pub(crate) fn mean_over_radius(variety: &DiskKind, f: impl Fn(f64) -> f64) -> f64 {
     const STEPS: u32 = 16;
     let (low, high) = variety.radius_m;
     let at = |i: u32| low + (high - low) * (f64::from(i) + 0.5) / f64::from(STEPS);

@@ -1,7 +1,7 @@
 //! Undergrowth, a grid of the whole plane that is cut into chunks.
 
 use glam::DVec2;
-use nemoral_placement::{CoverPoint, CoverVariety, GroundCover, GroundCoverParams};
+use nemoral_placement::{CoverKind, CoverPoint, GroundCover, GroundCoverParams};
 use nemoral_scene::ChunkCoord;
 use nemoral_seed::Key;
 use proptest::prelude::*;
@@ -125,7 +125,7 @@ fn weights_are_shares() {
     let mut params = GroundCoverParams::default();
     let variety = params.varieties[0];
     params.varieties = [1.0, 0.0, 3.0]
-        .map(|weight| CoverVariety { weight, ..variety })
+        .map(|weight| CoverKind { weight, ..variety })
         .to_vec();
     let cover = cover(params);
     let points: Vec<_> = square(3)
@@ -178,7 +178,7 @@ fn impossible_wishes_are_refused() {
         ),
         (
             GroundCoverParams {
-                varieties: vec![CoverVariety {
+                varieties: vec![CoverKind {
                     scale: (1.0, 0.5),
                     ..variety
                 }],

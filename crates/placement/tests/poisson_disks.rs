@@ -1,12 +1,12 @@
 //! The sampler on its own, tested for what its documentation promises.
 
 use glam::DVec2;
-use nemoral_placement::{Disk, PoissonDiskParams, PoissonDisks, SampleKey, Variety};
+use nemoral_placement::{Disk, DiskKind, PoissonDiskParams, PoissonDisks, SampleKey};
 use nemoral_seed::{Key, PhiloxRng};
 use proptest::prelude::*;
 
 fn params(rounds: u32) -> PoissonDiskParams {
-    let variety = |weight, low, high| Variety {
+    let variety = |weight, low, high| DiskKind {
         weight,
         radius_m: (low, high),
     };

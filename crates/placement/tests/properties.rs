@@ -8,7 +8,7 @@ use common::{
 };
 use glam::DVec2;
 use nemoral_placement::{
-    LayerParams, Placement, PlacementError, PlacementParams, RockParams, Site, Variety,
+    DiskKind, LayerParams, Placement, PlacementError, PlacementParams, RockParams, Site,
 };
 use nemoral_scene::ChunkCoord;
 use nemoral_seed::{Domain, Draw, Key};
@@ -460,7 +460,7 @@ fn any_mix_of_sizes_finds_room_if_there_is_room() {
         let mut rng = Key::world(case).rng();
         let varieties = (0..rng.between(1, 8)).map(|_| {
             let radius = rng.range_f64(0.1, 0.6);
-            Variety {
+            DiskKind {
                 weight: rng.range_f64(0.01, 1.0),
                 radius_m: (radius, radius),
             }
@@ -478,8 +478,8 @@ fn any_mix_of_sizes_finds_room_if_there_is_room() {
 /// Shrubs among trees, with varieties six times as large as others of their layer.
 #[test]
 fn very_different_sizes_find_room_beside_other_layers() {
-    let sized = |radii: &[(f64, f64)]| -> Vec<Variety> {
-        let exactly = |&(weight, radius_m)| Variety {
+    let sized = |radii: &[(f64, f64)]| -> Vec<DiskKind> {
+        let exactly = |&(weight, radius_m)| DiskKind {
             weight,
             radius_m: (radius_m, radius_m),
         };

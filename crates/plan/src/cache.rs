@@ -32,7 +32,7 @@ pub struct Cache {
 
 /// How a stage's output is stored in a [`Cache`].
 #[derive(Debug)]
-pub struct Kept<T> {
+pub struct CacheCodec<T> {
     /// Writes the output, in pieces of any size.
     pub write: fn(&T, &mut dyn Write) -> io::Result<()>,
     /// The output from its bytes, equal to the bit; `None` if they are not valid.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use crate::node::Node;
 use crate::plan::Runner;
-use crate::{Coordinate, PlanTypes, Wanted};
+use crate::{Coordinate, DemandBatch, PlanTypes};
 
 /// One input of a stage that is computed at coordinates of type `C`.
 pub trait Edge<P: PlanTypes, C>: Copy + Send + Sync + 'static {
@@ -36,40 +36,40 @@ impl<P: PlanTypes, C: Coordinate<P>, T: Send + Sync + 'static> Edge<P, C> for No
 }
 
 /// A node that is computed once, read at any coordinate.
-pub struct Global<T>(pub(crate) Node<(), T>);
+pub struct GlobalEdge<T>(pub(crate) Node<(), T>);
 
 /// A node at coordinates that the stage chooses while it runs.
-pub struct Anywhere<D, T>(pub(crate) Node<D, T>);
+pub struct DynamicEdge<D, T>(pub(crate) Node<D, T>);
 
-impl<T> Clone for Global<T> {
+impl<T> Clone for GlobalEdge<T> {
     fn clone(&self) -> Self {
         *self
     }
 }
 
-impl<T> Copy for Global<T> {}
+impl<T> Copy for GlobalEdge<T> {}
 
-impl<T> fmt::Debug for Global<T> {
+impl<T> fmt::Debug for GlobalEdge<T> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "Global({})", self.0.index)
+        write!(f, "GlobalEdge({})", self.0.index)
     }
 }
 
-impl<D, T> Clone for Anywhere<D, T> {
+impl<D, T> Clone for DynamicEdge<D, T> {
     fn clone(&self) -> Self {
         *self
     }
 }
 
-impl<D, T> Copy for Anywhere<D, T> {}
+impl<D, T> Copy for DynamicEdge<D, T> {}
 
-impl<D, T> fmt::Debug for Anywhere<D, T> {
+impl<D, T> fmt::Debug for DynamicEdge<D, T> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "Anywhere({})", self.0.index)
+        write!(f, "DynamicEdge({})", self.0.index)
     }
 }
 
-impl<P: PlanTypes, C: Coordinate<P>, T: Send + Sync + 'static> Edge<P, C> for Global<T> {
+impl<P: PlanTypes, C: Coordinate<P>, T: Send + Sync + 'static> Edge<P, C> for GlobalEdge<T> {
     type Value<'a> = Arc<T>;
 
     fn nodes(self) -> Vec<usize> {
@@ -81,7 +81,7 @@ impl<P: PlanTypes, C: Coordinate<P>, T: Send + Sync + 'static> Edge<P, C> for Gl
     }
 }
 
-impl<P, C, D, T> Edge<P, C> for Anywhere<D, T>
+impl<P, C, D, T> Edge<P, C> for DynamicEdge<D, T>
 where
     P: PlanTypes,
     C: Coordinate<P>,
@@ -100,7 +100,7 @@ where
 }
 
 /// Several nodes of one type, at coordinates that the stage chooses while it runs.
-impl<P, C, D, T, const N: usize> Edge<P, C> for [Anywhere<D, T>; N]
+impl<P, C, D, T, const N: usize> Edge<P, C> for [DynamicEdge<D, T>; N]
 where
     P: PlanTypes,
     C: Coordinate<P>,
@@ -145,33 +145,33 @@ impl<'a, P: PlanTypes, D, T> Demand<'a, P, D, T> {
 
     /// The node's values at many coordinates, to be computed together with others.
     #[must_use]
-    pub fn wanted(&self, places: &[D]) -> Wanted<'a, P>
+    pub fn batch(&self, places: &[D]) -> DemandBatch<'a, P>
     where
         D: Coordinate<P>,
     {
         let places = places.iter().map(|at| at.erase()).collect();
-        Wanted::new(self.runner, self.node.index, places)
+        DemandBatch::new(self.runner, self.node.index, places)
     }
 }
 
 impl<T> Node<(), T> {
     /// The edge from a stage at any coordinate to this node, which is computed once.
     #[must_use]
-    pub fn global(self) -> Global<T> {
-        Global(self)
+    pub fn global(self) -> GlobalEdge<T> {
+        GlobalEdge(self)
     }
 }
 
 impl<C, T> Node<C, T> {
     /// The edge to this node at coordinates that the stage names while it runs.
     #[must_use]
-    pub fn anywhere(self) -> Anywhere<C, T> {
-        Anywhere(self)
+    pub fn anywhere(self) -> DynamicEdge<C, T> {
+        DynamicEdge(self)
     }
 }
 
 impl<'a, P: PlanTypes> Runner<'a, P> {
-    /// What [`Anywhere`] gives a stage, for use outside of a stage.
+    /// What [`DynamicEdge`] gives a stage, for use outside of a stage.
     #[must_use]
     pub fn demand<C, T>(&self, node: Node<C, T>) -> Demand<'a, P, C, T> {
         Demand::new(*self, node)
@@ -211,7 +211,7 @@ impl<P: PlanTypes, D: Coordinate<P>, T: Send + Sync + 'static> Demand<'_, P, D, 
     /// # Errors
     /// The error of the first coordinate, in their order, that has one.
     pub fn all(&self, places: &[D]) -> Result<Vec<Arc<T>>, P::Error> {
-        let values = self.wanted(places).values().into_iter();
+        let values = self.batch(places).values().into_iter();
         values.map(|value| Ok(self.node.typed(value?))).collect()
     }
 }

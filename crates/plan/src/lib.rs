@@ -24,7 +24,7 @@
 //! use std::f64::consts::TAU;
 //! use std::sync::Arc;
 //!
-//! use nemoral_plan::{Global, Hasher, Plan, Runner, Stage, Store};
+//! use nemoral_plan::{GlobalEdge, Hasher, Plan, Runner, Stage, Store};
 //! # use nemoral_plan::{AnyCoordinate, Coordinate, PlanTypes, StageError};
 //! #
 //! # #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -87,7 +87,7 @@
 //!
 //! impl Stage<Almanac> for Declination {
 //!     type At = Day;
-//!     type Inputs = (Global<f64>,);
+//!     type Inputs = (GlobalEdge<f64>,);
 //!     type Output = f64;
 //!     const ID: &'static str = "declination";
 //!     const VERSION: u32 = 1;
@@ -114,11 +114,12 @@
 //! Plans that change while they run, values that are not worth a hash and an `Arc` (nodes should
 //! take microseconds at least), and distribution over machines.
 
+mod batch;
 mod cache;
-mod drawing;
 mod edge;
 mod encode;
 mod fingerprint;
+mod graph;
 mod node;
 mod plan;
 mod stage;
@@ -126,19 +127,18 @@ mod store;
 #[cfg(test)]
 mod tests;
 mod types;
-mod wanted;
 
-pub use cache::{Cache, Kept};
-pub use drawing::GraphFormat;
-pub use edge::{Anywhere, Demand, Edge, Global, Inputs};
+pub use batch::DemandBatch;
+pub use cache::{Cache, CacheCodec};
+pub use edge::{Demand, DynamicEdge, Edge, GlobalEdge, Inputs};
 pub use encode::{Encode, Encoder, KeyEncoder};
 pub use fingerprint::{Fingerprint, Hasher};
+pub use graph::GraphFormat;
 pub use node::Node;
 pub use plan::{Plan, Runner};
 pub use stage::{Stage, Values};
 pub use store::Store;
 pub use types::{AnyCoordinate, Coordinate, PlanTypes, StageError};
-pub use wanted::Wanted;
 
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

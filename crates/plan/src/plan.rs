@@ -9,7 +9,7 @@ use crate::store::Answer;
 use crate::{AnyCoordinate, Cache, Coordinate, Fingerprint, Hasher, PlanTypes, StageError, Store};
 
 /// A node with its types erased; the erasure is private and guarded by [`Node`]'s types.
-pub(crate) trait Erased<P: PlanTypes>: Send + Sync {
+pub(crate) trait ErasedNode<P: PlanTypes>: Send + Sync {
     fn id(&self) -> &'static str;
     /// The type of its stage and its name.
     fn stage_type(&self) -> (TypeId, &'static str);
@@ -23,7 +23,7 @@ pub(crate) trait Erased<P: PlanTypes>: Send + Sync {
 }
 
 pub(crate) struct Entry<P> {
-    pub(crate) node: Box<dyn Erased<P>>,
+    pub(crate) node: Box<dyn ErasedNode<P>>,
     /// Hash of everything but the coordinate.
     pub(crate) base: Fingerprint,
 }

@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use crate::edge::Inputs;
 use crate::node::{Node, Value};
-use crate::plan::{Entry, Erased, Plan, Runner};
-use crate::{Cache, Coordinate, Fingerprint, Hasher, Kept, PlanTypes};
+use crate::plan::{Entry, ErasedNode, Plan, Runner};
+use crate::{Cache, CacheCodec, Coordinate, Fingerprint, Hasher, PlanTypes};
 
 /// The values that a stage runs on: one for each of its inputs, in their order.
 pub type Values<'a, P, S> = <<S as Stage<P>>::Inputs as Inputs<P, <S as Stage<P>>::At>>::Values<'a>;
@@ -49,7 +49,7 @@ pub trait Stage<P: PlanTypes>: Send + Sync + 'static {
 
     /// How a [`Cache`](crate::Cache) stores the output between runs. By default it does not; this
     /// is meant for outputs that are expensive to compute.
-    fn kept() -> Option<Kept<Self::Output>> {
+    fn cache_codec() -> Option<CacheCodec<Self::Output>> {
         None
     }
 }
@@ -60,7 +60,7 @@ struct Wired<P: PlanTypes, S: Stage<P>> {
     inputs: Vec<usize>,
 }
 
-impl<P: PlanTypes, S: Stage<P>> Erased<P> for Wired<P, S> {
+impl<P: PlanTypes, S: Stage<P>> ErasedNode<P> for Wired<P, S> {
     fn id(&self) -> &'static str {
         S::ID
     }
@@ -82,19 +82,19 @@ impl<P: PlanTypes, S: Stage<P>> Erased<P> for Wired<P, S> {
     }
 
     fn is_kept(&self) -> bool {
-        S::kept().is_some()
+        S::cache_codec().is_some()
     }
 
     fn keep(&self, value: &Value, cache: &Cache, key: Fingerprint) {
         let output = value.downcast_ref::<S::Output>();
         let output = output.expect("a node's value is of its stage's type");
-        if let Some(Kept { write, .. }) = S::kept() {
+        if let Some(CacheCodec { write, .. }) = S::cache_codec() {
             cache.put(key, |out| write(output, out));
         }
     }
 
     fn value_of(&self, bytes: &[u8]) -> Option<Value> {
-        let output = (S::kept()?.from_bytes)(bytes)?;
+        let output = (S::cache_codec()?.from_bytes)(bytes)?;
         Some(Arc::new(output))
     }
 }

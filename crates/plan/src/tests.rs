@@ -105,7 +105,7 @@ struct Height;
 
 impl Stage<Toy> for Height {
     type At = Cell;
-    type Inputs = (Global<f64>,);
+    type Inputs = (GlobalEdge<f64>,);
     type Output = f64;
     const ID: &'static str = "height";
     const VERSION: u32 = 1;
@@ -128,7 +128,7 @@ struct Smooth {
 
 impl Stage<Toy> for Smooth {
     type At = Cell;
-    type Inputs = (Node<Cell, f64>, Anywhere<Cell, f64>);
+    type Inputs = (Node<Cell, f64>, DynamicEdge<Cell, f64>);
     type Output = f64;
     const ID: &'static str = "smooth";
     const VERSION: u32 = 1;
@@ -276,16 +276,16 @@ fn wants_of_several_nodes_are_computed_together() {
         let runner = Runner::new(&plan, &store, threads);
         let (smooth, height) = (runner.demand(smooth), runner.demand(height));
         let far = [Cell(40, 40)];
-        let wanted = smooth.wanted(&square(3)).and(height.wanted(&far));
-        wanted.compute().expect("runs");
+        let batch = smooth.batch(&square(3)).and(height.batch(&far));
+        batch.compute().expect("runs");
         // 9 smooth, 9 + 4 * 3 heights and a far one, one scale.
         assert_eq!(store.computed(), 9 + 21 + 1 + 1);
-        smooth.wanted(&[]).compute().expect("nothing");
+        smooth.batch(&[]).compute().expect("nothing");
         // The first in their order.
         let bad = height
-            .wanted(&[Cell(99, 99)])
-            .and(smooth.wanted(&[Cell(98, 99)]));
-        let error = bad.and(height.wanted(&far)).compute().expect_err("fails");
+            .batch(&[Cell(99, 99)])
+            .and(smooth.batch(&[Cell(98, 99)]));
+        let error = bad.and(height.batch(&far)).compute().expect_err("fails");
         assert_eq!(error, Error::NoHeightAt("height", At::Cell(Cell(99, 99))));
     }
 }

@@ -6,11 +6,12 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use nemoral_convert::{ConvertParams, Converted, FormatName, Mode, Table};
+use nemoral_convert::{ClassMapping, ConversionSummary, ConvertParams, FormatName, OutputMode};
 use nemoral_dataset::{
-    Cloud, CloudParams, CloudPoses, FrameDone, MergeParams, OpenMode, Quantiles, Watch,
+    Cloud, CloudParams, CloudPoses, FrameProgress, MergeParams, OpenMode, ProgressMonitor,
+    Quantiles,
 };
-use nemoral_pipeline::{Done, FrameSelection, Observer, Request, SequenceFrames};
+use nemoral_pipeline::{FrameSelection, FrameWritten, GenerateParams, Observer, SequenceFrames};
 use pyo3::prelude::*;
 use pyo3::types::PyList;
 use serde_json::json;
@@ -35,7 +36,7 @@ impl Observer for Reporter {
         (self.0)(Event::Note(message.to_owned()));
     }
 
-    fn frame(&self, done: Done) {
+    fn frame(&self, done: FrameWritten) {
         (self.0)(Event::Frame {
             done: done.count,
             total: done.total,
@@ -44,11 +45,11 @@ impl Observer for Reporter {
         });
     }
 
-    fn converting(&self, _: FormatName, frame: FrameDone) {
+    fn converting(&self, _: FormatName, frame: FrameProgress) {
         (self.0)(event(frame));
     }
 
-    fn converted(&self, format: FormatName, folder: &Path, converted: Converted) {
+    fn converted(&self, format: FormatName, folder: &Path, converted: ConversionSummary) {
         (self.0)(Event::Note(format!("as {format} in {}", folder.display())));
         for note in converted.notes {
             (self.0)(Event::Note(format!("{format}: {note}")));
@@ -56,7 +57,7 @@ impl Observer for Reporter {
     }
 }
 
-fn event(done: FrameDone) -> Event {
+fn event(done: FrameProgress) -> Event {
     Event::Frame {
         done: done.done,
         total: done.total,
@@ -67,9 +68,9 @@ fn event(done: FrameDone) -> Event {
 
 /// Hands the progress of work on a data set to the calling thread, and ends the work if that wants
 /// it to end.
-fn watch(tell: &Tell, stop: &Arc<AtomicBool>) -> Watch {
+fn monitor(tell: &Tell, stop: &Arc<AtomicBool>) -> ProgressMonitor {
     let (tell, stop) = (Arc::clone(tell), Arc::clone(stop));
-    Watch::new(move |done| {
+    ProgressMonitor::new(move |done| {
         tell(event(done));
         match stop.load(Ordering::Relaxed) {
             true => ControlFlow::Break(()),
@@ -117,7 +118,7 @@ pub(crate) fn generate(
             }
             frames = frames.shard(index, count);
         }
-        let request = Request {
+        let params = GenerateParams {
             backend: backend_of(&backend, &config)?,
             sequences,
             frames,
@@ -128,7 +129,7 @@ pub(crate) fn generate(
             cache: keeping.cache(),
         };
         let reporter = Reporter(Arc::clone(tell));
-        let manifest = nemoral_pipeline::generate(&request, &reporter, stop)?;
+        let manifest = nemoral_pipeline::generate(&params, &reporter, stop)?;
         Ok(manifest.frames.len() as u64)
     })
 }
@@ -157,7 +158,7 @@ pub(crate) fn check(
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Checked> {
     work::run_stoppable(py, progress, move |tell, stop| {
-        let report = nemoral_dataset::check_watched(&dir, &watch(tell, stop))?;
+        let report = nemoral_dataset::check_with_progress(&dir, &monitor(tell, stop))?;
         let problems = report.problems.iter();
         let mut problems: Vec<_> = problems
             .map(|p| (p.path.clone(), p.message.clone()))
@@ -176,7 +177,7 @@ pub(crate) fn stats(
     progress: Option<Py<PyAny>>,
 ) -> PyResult<(String, String)> {
     work::run_stoppable(py, progress, move |tell, stop| {
-        let stats = nemoral_dataset::stats_watched(&dir, &watch(tell, stop))?;
+        let stats = nemoral_dataset::stats_with_progress(&dir, &monitor(tell, stop))?;
         let quantiles = |q: Option<Quantiles>| {
             q.map(|q| {
                 json!({
@@ -221,9 +222,9 @@ pub(crate) fn merge(
     let mode = open_mode(mode).map_err(|e| e.raise(py))?;
     work::run_stoppable(py, progress, move |tell, stop| {
         let parts: Vec<_> = parts.iter().map(PathBuf::as_path).collect();
-        let (params, watch) = (MergeParams { mode, partial }, watch(tell, stop));
+        let (params, monitor) = (MergeParams { mode, partial }, monitor(tell, stop));
         let reporter = Reporter(Arc::clone(tell));
-        let merged = nemoral_pipeline::merge(&parts, &out, params, &watch, &reporter, stop)?;
+        let merged = nemoral_pipeline::merge(&parts, &out, params, &monitor, &reporter, stop)?;
         Ok(merged.frames.len() as u64)
     })
 }
@@ -256,7 +257,7 @@ pub(crate) fn cloud(
         ..CloudParams::default()
     };
     work::run_stoppable(py, progress, move |tell, stop| {
-        let cloud = Cloud::open(&dir, params)?.watched_by(watch(tell, stop));
+        let cloud = Cloud::open(&dir, params)?.with_progress(monitor(tell, stop));
         Ok(cloud.write_ply(&out)?)
     })
 }
@@ -275,9 +276,9 @@ pub(crate) fn convert(
     progress: Option<Py<PyAny>>,
 ) -> PyResult<(usize, usize, u64)> {
     let mode = match open_mode(mode).map_err(|e| e.raise(py))? {
-        OpenMode::Fresh => Mode::Fresh,
-        OpenMode::Resume => Mode::Resume,
-        OpenMode::Overwrite => Mode::Overwrite,
+        OpenMode::Fresh => OutputMode::Fresh,
+        OpenMode::Resume => OutputMode::Resume,
+        OpenMode::Overwrite => OutputMode::Overwrite,
     };
     let named = format.parse::<FormatName>();
     let format = named.map_err(|_| {
@@ -287,12 +288,12 @@ pub(crate) fn convert(
     work::run_stoppable(py, progress, move |tell, stop| {
         let params = ConvertParams {
             format,
-            ontology: ontology.as_deref().map(Table::load).transpose()?,
+            ontology: ontology.as_deref().map(ClassMapping::load).transpose()?,
             min_px,
             mode,
         };
-        let watch = watch(tell, stop);
-        let done = nemoral_convert::convert_watched(&dir, &out, &params, &watch)?;
+        let monitor = monitor(tell, stop);
+        let done = nemoral_convert::convert_with_progress(&dir, &out, &params, &monitor)?;
         for note in done.notes {
             tell(Event::Note(note));
         }

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use nemoral_pipeline::config::{Layers, Preset, Sequences, json_schema as schema};
+use nemoral_pipeline::config::{ConfigLayers, Preset, Sequences, json_schema as schema};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyString, PyTuple};
@@ -15,7 +15,7 @@ const DEPTH: usize = 16;
 
 /// What a request is made of.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Request(Layers);
+pub(crate) struct Request(ConfigLayers);
 
 impl Request {
     /// The layers: a preset, a file over it, and over both the values of keys, the later ones over
@@ -45,7 +45,7 @@ impl Request {
                 texts.push(format!("{key}={value}"));
             }
         }
-        Ok(Self(Layers {
+        Ok(Self(ConfigLayers {
             preset,
             file,
             settings: texts,

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 
-use nemoral_pipeline::{Observation, SurveyParams};
+use nemoral_pipeline::{BodyState, SurveyParams};
 use nemoral_scene::glam::{DVec2, DVec3, Vec3};
 use nemoral_scene::{Ray, RigidTransform, Semantic, SurfaceHit};
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2};
@@ -113,9 +113,9 @@ impl Forest {
     /// A frame of a sequence.
     fn frame(&self, py: Python<'_>, sequence: u32, frame: u64) -> PyResult<Frame> {
         self.with(py, sequence, move |worlds, world| {
-            let recording = world.recorder.frame(frame)?;
+            let recorded = world.recorder.frame(frame)?;
             let (spec, ontology) = (Arc::clone(&world.spec), Arc::clone(&worlds.ontology));
-            Ok(Frame::recorded(spec, ontology, Some(frame), recording))
+            Ok(Frame::recorded(spec, ontology, Some(frame), recorded))
         })
     }
 
@@ -147,7 +147,7 @@ impl Forest {
             if !heading_rad.is_finite() {
                 return Err(Failure::argument("heading", heading_rad, "finite"));
             }
-            Ok((world.recorder).stand(place_m, DVec2::from_angle(heading_rad))?)
+            Ok((world.recorder).pose_on_ground(place_m, DVec2::from_angle(heading_rad))?)
         })?;
         Ok(arrays::matrix(py, &pose)?.into_any())
     }
@@ -168,15 +168,15 @@ impl Forest {
             if !(0.0..=1e9).contains(&time_s) {
                 return Err(Failure::argument("time_s", time_s, "0 to 1e9 s"));
             }
-            let observation = Observation {
+            let state = BodyState {
                 motion: arrays::motion(linear_m_s, angular_rad_s)?,
                 world_from_body: pose_of(&pose)?,
                 time_s,
                 index,
             };
-            let recording = world.recorder.observe(&observation)?;
+            let recorded = world.recorder.observe(&state)?;
             let (spec, ontology) = (Arc::clone(&world.spec), Arc::clone(&worlds.ontology));
-            Ok(Frame::recorded(spec, ontology, index, recording))
+            Ok(Frame::recorded(spec, ontology, index, recorded))
         })
     }
 

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use nemoral_dataset::{Dataset, FrameRecord, PlyPoint, SequenceSpec};
-use nemoral_pipeline::Recording;
+use nemoral_pipeline::RecordedFrame;
 use nemoral_pipeline::recording::pose::FramePose;
 use nemoral_scene::{
     Annotations, Distortion, Flow, Image, LidarPoint, ObjectBox, Ontology, PixelBox,
@@ -48,20 +48,20 @@ impl Frame {
         spec: Arc<SequenceSpec>,
         ontology: Arc<Ontology>,
         index: Option<u64>,
-        recording: Recording,
+        recorded: RecordedFrame,
     ) -> Self {
         // Nobody else has them, but for a thread that records the same frame at the same time.
-        let images = Arc::unwrap_or_clone(recording.images);
+        let images = Arc::unwrap_or_clone(recorded.images);
         Self {
             sequence: spec.number,
             spec,
             ontology,
             index,
             source: Source::Recorded(Recorded {
-                pose: recording.pose,
+                pose: recorded.pose,
                 pictures: images.into_iter().map(Pictures::new).collect(),
-                annotations: recording.annotations,
-                scans: recording.scans,
+                annotations: recorded.annotations,
+                scans: recorded.scans,
             }),
         }
     }

@@ -3,7 +3,7 @@
 use nemoral_assets::{
     FoliageCard, GrowthParams, Species, TreeMaterials, TreeStructure, WoodNode, grow_with_structure,
 };
-use nemoral_placement::{PoissonDiskParams, PoissonDisks, Variety};
+use nemoral_placement::{DiskKind, PoissonDiskParams, PoissonDisks};
 use nemoral_scene::glam::{DVec2, Vec3};
 use nemoral_scene::{MaterialId, Surface};
 use nemoral_seed::{Domain, Key};
@@ -21,7 +21,7 @@ const MOST_DISKS: f64 = 5e7;
 
 /// An endless terrain.
 #[pyclass(frozen)]
-pub(crate) struct Terrain(nemoral_terrain::Terrain);
+pub(crate) struct Terrain(nemoral_terrain::NoiseTerrain);
 
 #[pymethods]
 impl Terrain {
@@ -42,7 +42,7 @@ impl Terrain {
             persistence,
             max_height_m,
         };
-        let terrain = nemoral_terrain::Terrain::new(params, Key::world(seed));
+        let terrain = nemoral_terrain::NoiseTerrain::new(params, Key::world(seed));
         terrain.map(Self).map_err(|e| Failure::from(e).raise(py))
     }
 
@@ -99,7 +99,7 @@ pub(crate) fn poisson_disks<'py>(
         let tile_m = (50.0 * most).clamp(1e-3, 1e6);
         let params = PoissonDiskParams {
             tile_m,
-            varieties: vec![Variety {
+            varieties: vec![DiskKind {
                 weight: 1.0,
                 radius_m,
             }],

@@ -3,8 +3,8 @@
 use nemoral_lidar::{
     AirParams, Device, PulseErrors, ScanRequest, Scanner as VirtualScanner, ScannerParams,
 };
-use nemoral_lidar_noise::RangeSensor;
-use nemoral_pipeline::world::lidars::Noise;
+use nemoral_lidar_noise::RangeNoiseSampler;
+use nemoral_pipeline::world::lidars::RangeModelAdapter;
 use nemoral_scene::{LidarPoint, ParamError};
 use nemoral_seed::{Domain, Key};
 use numpy::PyArray1;
@@ -23,7 +23,7 @@ const SCAN: Domain = Domain::new("python.scan");
 pub(crate) struct Scanner {
     device: Device,
     scanner: VirtualScanner,
-    range_model: Noise,
+    range_model: RangeModelAdapter,
 }
 
 #[pymethods]
@@ -90,7 +90,7 @@ impl Scanner {
             Ok(Self {
                 device: known,
                 scanner: scanner.map_err(|e| as_argument(e, params.min_range_m))?,
-                range_model: Noise(RangeSensor::new(noise)?),
+                range_model: RangeModelAdapter(RangeNoiseSampler::new(noise)?),
             })
         };
         make().map_err(|e: Failure| e.raise(py))

@@ -37,7 +37,7 @@ pub struct Blas {
 
 /// The quality with which a [`Blas`] is built.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Quality {
+pub enum BuildQuality {
     /// For shapes that are used briefly: building takes about 1 ms for 1,000 primitives.
     #[default]
     Fast,
@@ -46,7 +46,7 @@ pub enum Quality {
     High,
 }
 
-impl Quality {
+impl BuildQuality {
     fn effort(self) -> BuildEffort {
         match self {
             Self::Fast => BuildEffort {
@@ -74,7 +74,7 @@ impl Blas {
     /// Prepares a prototype that is valid against `materials` (see [`Prototype::new`]).
     #[must_use]
     pub fn build(prototype: Arc<Prototype>, materials: &MaterialLibrary) -> Self {
-        Self::with_quality(prototype, materials, Quality::Fast)
+        Self::with_quality(prototype, materials, BuildQuality::Fast)
     }
 
     /// The same, built with this quality. Results do not depend on it, only their speed.
@@ -82,7 +82,7 @@ impl Blas {
     pub fn with_quality(
         prototype: Arc<Prototype>,
         materials: &MaterialLibrary,
-        quality: Quality,
+        quality: BuildQuality,
     ) -> Self {
         let mut blas = Self {
             extent: extent(&prototype.bounds()),

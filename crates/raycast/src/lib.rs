@@ -85,7 +85,7 @@ mod simd;
 mod tlas;
 mod traversal;
 
-pub use blas::{Blas, Quality};
+pub use blas::{Blas, BuildQuality};
 pub use brute_force::BruteForce;
 pub use group::Group;
 pub use hit_record::{HitRecord, Primitive};

@@ -95,7 +95,7 @@ mod sky;
 #[cfg(doctest)]
 struct Readme;
 
-pub use annotations::boxes::{Candidate, object_boxes};
+pub use annotations::boxes::{BoxCandidate, object_boxes};
 pub use annotations::nearest::{nearest_objects, with_visible};
 pub use annotations::optical_flow::optical_flow;
 pub use camera::aberration::ChromaticAberration;
@@ -111,7 +111,7 @@ pub use camera::view::View;
 pub use camera::white_balance::{WhiteBalance, WhiteReference};
 pub use error::ParamError;
 #[cfg(feature = "gpu")]
-pub use gpu::{Accept, Gpu, GpuCamera, GpuError, GpuImages, GpuMemory, GpuParams, Pass};
+pub use gpu::{AcceptedGpus, Gpu, GpuCamera, GpuError, GpuImages, GpuMemory, GpuParams, Pass};
 pub use light::lamp::{Lamp, LampParams};
 pub use light::lighting::Lighting;
 pub use raycast::camera::RayCastCamera;
@@ -120,5 +120,5 @@ pub use raycast::pixel_truth::PixelTruth;
 pub use renderer::{CameraImages, CameraRenderer, OpenSky, SceneView, SkyVisibility};
 pub use sky::model::SkyParams;
 pub use sky::moon::Moon;
-pub use sky::photograph::SkyImage;
+pub use sky::sky_image::SkyImage;
 pub use sky::sun::{Sun, UtcTime};

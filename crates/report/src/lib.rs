@@ -85,9 +85,9 @@ pub const MAX_PLACES: usize = 50_000;
 /// The most species that are named: those with the most trees.
 pub const MAX_SPECIES: usize = 200;
 
-/// What was made.
+/// How much is on a page.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Made {
+pub struct PageStats {
     /// Frames of the data set.
     pub frames: usize,
     /// Frames that are on the page with all their maps.
@@ -102,7 +102,7 @@ pub struct Made {
 /// # Errors
 /// [`Error::Name`] and [`Error::Inside`] for a name that cannot be used; [`Error::Dataset`] and
 /// [`Error::Files`], naming the file.
-pub fn report(dataset: &Path, out: &Path) -> Result<Made, Error> {
+pub fn report(dataset: &Path, out: &Path) -> Result<PageStats, Error> {
     report_within(dataset, out, MAX_PAGE_BYTES)
 }
 
@@ -115,7 +115,7 @@ pub fn report(dataset: &Path, out: &Path) -> Result<Made, Error> {
 ///
 /// # Errors
 /// Those of [`report`].
-pub fn report_within(dataset: &Path, out: &Path, max_bytes: usize) -> Result<Made, Error> {
+pub fn report_within(dataset: &Path, out: &Path, max_bytes: usize) -> Result<PageStats, Error> {
     let is_page = |e: &std::ffi::OsStr| e.eq_ignore_ascii_case("html");
     if !out.extension().is_some_and(is_page) {
         return Err(Error::Name {
@@ -130,7 +130,7 @@ pub fn report_within(dataset: &Path, out: &Path, max_bytes: usize) -> Result<Mad
     }
     let (page, whole_frames) = page::page(&source, max_bytes)?;
     nemoral_files::write(out, page.as_bytes())?;
-    Ok(Made {
+    Ok(PageStats {
         frames: source.frames().len(),
         whole_frames,
         bytes: page.len(),

@@ -11,7 +11,7 @@ use std::fmt;
 /// Row 0 is at v = 0. A texel is `min(floor(u · width), width − 1)`; u and v outside 0..1 clamp.
 #[derive(Clone, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "serde", serde(try_from = "kept::KeptMask"))]
+#[cfg_attr(feature = "serde", serde(try_from = "kept::StoredMask"))]
 pub struct AlphaMask {
     width: u16,
     height: u16,
@@ -167,16 +167,16 @@ mod kept {
 
     /// A mask as it is read from a file, before its size is checked.
     #[derive(serde::Deserialize)]
-    pub(super) struct KeptMask {
+    pub(super) struct StoredMask {
         width: u16,
         height: u16,
         words: Vec<u32>,
     }
 
-    impl TryFrom<KeptMask> for AlphaMask {
+    impl TryFrom<StoredMask> for AlphaMask {
         type Error = MaskError;
 
-        fn try_from(kept: KeptMask) -> Result<Self, MaskError> {
+        fn try_from(kept: StoredMask) -> Result<Self, MaskError> {
             let (width, height) = (usize::from(kept.width), usize::from(kept.height));
             let fits = width > 0 && height > 0 && kept.words.len() == width.div_ceil(32) * height;
             fits.then_some(Self {

@@ -10,7 +10,7 @@ use crate::ChunkCoord;
 /// order by (x, y, item).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "serde", serde(try_from = "kept::KeptId"))]
+#[cfg_attr(feature = "serde", serde(try_from = "kept::StoredId"))]
 pub struct ObjectId(u64);
 
 const BIAS: i32 = 1 << 21;
@@ -110,12 +110,12 @@ mod kept {
 
     /// An id as it is read, before its bits are checked.
     #[derive(serde::Deserialize)]
-    pub(super) struct KeptId(u64);
+    pub(super) struct StoredId(u64);
 
-    impl TryFrom<KeptId> for ObjectId {
+    impl TryFrom<StoredId> for ObjectId {
         type Error = String;
 
-        fn try_from(KeptId(bits): KeptId) -> Result<Self, String> {
+        fn try_from(StoredId(bits): StoredId) -> Result<Self, String> {
             let known = (bits == 0).then_some(Self::NONE);
             known
                 .or_else(|| Self::from_u64(bits))

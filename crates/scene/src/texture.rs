@@ -230,18 +230,18 @@ mod kept {
 
     /// A texture as it is stored in a file: the texels of its levels, the largest level first.
     #[derive(serde::Serialize, serde::Deserialize)]
-    pub(super) struct KeptTexture<B> {
+    pub(super) struct StoredTexture<B> {
         width: u32,
         height: u32,
         levels: Vec<B>,
     }
 
-    pub(super) type ReadTexture = KeptTexture<ByteBuf>;
+    pub(super) type ReadTexture = StoredTexture<ByteBuf>;
 
     impl Serialize for Texture {
         fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
             let bytes = self.levels.iter().map(|l| l.texels.as_flattened());
-            let kept = KeptTexture {
+            let kept = StoredTexture {
                 width: self.levels[0].width,
                 height: self.levels[0].height,
                 levels: bytes.map(Bytes::new).collect(),

@@ -4,7 +4,7 @@ use nemoral_scene::PlantCommunity;
 use nemoral_scene::glam::DVec2;
 
 use crate::quantiles::Quantiles;
-use crate::{Field, FieldParams, SiteHistory};
+use crate::{FieldParams, ScalarField, SiteHistory};
 
 /// The field that makes stands of one community, some metres to tens of metres wide.
 pub const COMMUNITY_FIELD: FieldParams = FieldParams {
@@ -34,7 +34,7 @@ const SPARSE: f64 = 0.2;
 
 /// The conditions for low plants at a place.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Site {
+pub struct CommunitySite {
     /// The sky view factor near the ground, 0..1.
     pub sky_view: f64,
     /// From 0, dry, over 0.5, as most of the ground, to 1, wet.
@@ -58,7 +58,7 @@ pub struct Site {
 
 /// Closed vegetation at a place.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Closed {
+pub struct CommunityCover {
     /// What grows there.
     pub community: PlantCommunity,
     /// Its size relative to that in the middle of a stand, 0.45..=1.
@@ -111,7 +111,7 @@ pub struct Communities<F> {
     sward: Quantiles<F>,
 }
 
-impl<F: Field> Communities<F> {
+impl<F: ScalarField> Communities<F> {
     /// The communities of a world. `field` makes the i-th independent field of these octaves.
     ///
     /// # Errors
@@ -144,7 +144,7 @@ impl<F: Field> Communities<F> {
     }
 
     /// What closes over the ground at a world position, metres.
-    pub fn at(&self, world_m: DVec2, site: &Site) -> Option<Closed> {
+    pub fn at(&self, world_m: DVec2, site: &CommunitySite) -> Option<CommunityCover> {
         let depths = self.members.iter().filter_map(|(community, share, field)| {
             let share = share * suitability(*community, site);
             let share = (share * site.history.factor(*community)).min(1.0);
@@ -155,7 +155,7 @@ impl<F: Field> Communities<F> {
         let (community, inside, _) = depths.max_by(|a, b| a.2.total_cmp(&b.2))?;
         let community = community.unwrap_or_else(|| self.grass(world_m, site));
         let within = (inside / BORDER).min(1.0);
-        Some(Closed {
+        Some(CommunityCover {
             community,
             vigour: (0.6 + 0.4 * within) * site.history.vigour(community),
             density: if community.is_grass() {
@@ -167,7 +167,7 @@ impl<F: Field> Communities<F> {
     }
 
     /// The kind of grass at a place: dry kinds where it is dry, short ones where it is browsed.
-    fn grass(&self, world_m: DVec2, site: &Site) -> PlantCommunity {
+    fn grass(&self, world_m: DVec2, site: &CommunitySite) -> PlantCommunity {
         // Rank, grazed, tussocks, dry, lodged.
         let dryness = (1.0 - site.moisture.clamp(0.0, 1.0)) * 2.0;
         let by_moisture = [1.0, 1.0, 2.0 - dryness, dryness, 1.0];
@@ -197,7 +197,7 @@ impl<F: Field> Communities<F> {
 /// How well a place suits a community, 0..=1; `None` is grass. The ranges of light follow the
 /// order of Ellenberg's values for the species (bilberry 5, bracken and nettles 6, bramble 6 to 7,
 /// grass of glades 7, reed 7, heather 8); their limits are our choice.
-fn suitability(community: Option<PlantCommunity>, site: &Site) -> f64 {
+fn suitability(community: Option<PlantCommunity>, site: &CommunitySite) -> f64 {
     let (dark, light) = match community {
         Some(PlantCommunity::Bramble) => (0.12, 0.32),
         Some(PlantCommunity::Bracken | PlantCommunity::Nettles) => (0.10, 0.28),
@@ -233,7 +233,7 @@ fn suitability(community: Option<PlantCommunity>, site: &Site) -> f64 {
 
 /// The share of a community by what people do: mowing leaves grass, and thickets creep out of the
 /// edge of a wood as far as they are let.
-fn in_meadow(share: f64, community: Option<PlantCommunity>, site: &Site) -> f64 {
+fn in_meadow(share: f64, community: Option<PlantCommunity>, site: &CommunitySite) -> f64 {
     match community {
         None => share + (1.0 - share) * site.meadow,
         Some(_) => (share + FRINGE * site.fringe * share * (1.0 - share)) * (1.0 - site.meadow),
@@ -249,7 +249,7 @@ fn ramp(low: f64, high: f64, value: f64) -> f64 {
 mod tests {
     use super::*;
 
-    const OPEN: Site = Site {
+    const OPEN: CommunitySite = CommunitySite {
         sky_view: 0.6,
         moisture: 0.5,
         slope: 0.1,
@@ -262,7 +262,7 @@ mod tests {
     };
 
     /// Waves in both directions whose lengths and phases belong to the field.
-    fn waves(i: u64, _: FieldParams) -> Result<impl Field, ()> {
+    fn waves(i: u64, _: FieldParams) -> Result<impl ScalarField, ()> {
         let i = i as f64;
         Ok(move |p: DVec2| {
             0.5 + 0.25
@@ -271,16 +271,16 @@ mod tests {
         })
     }
 
-    fn count(params: &CommunityParams, site: &Site) -> [f64; PlantCommunity::ALL.len()] {
+    fn count(params: &CommunityParams, site: &CommunitySite) -> [f64; PlantCommunity::ALL.len()] {
         let all = Communities::new(params, waves).expect("fields");
         let mut counts = [0.0; PlantCommunity::ALL.len()];
         for i in 0..40_000 {
             let p = DVec2::new(f64::from(i % 200), f64::from(i / 200)) * 1.7;
-            if let Some(closed) = all.at(p, site) {
-                assert!((0.45..=1.0).contains(&closed.vigour));
-                assert!(closed.density > 0.0 && closed.density <= 1.0);
-                assert!(!closed.community.is_grass() || closed.density == 1.0);
-                counts[closed.community.index()] += 1.0 / 40_000.0;
+            if let Some(cover) = all.at(p, site) {
+                assert!((0.45..=1.0).contains(&cover.vigour));
+                assert!(cover.density > 0.0 && cover.density <= 1.0);
+                assert!(!cover.community.is_grass() || cover.density == 1.0);
+                counts[cover.community.index()] += 1.0 / 40_000.0;
             }
         }
         counts
@@ -298,14 +298,14 @@ mod tests {
             let mut thickets = [0.0; 6];
             thickets[i] = 0.3;
             let params = CommunityParams { thickets, ..NONE };
-            let site = Site {
+            let site = CommunitySite {
                 moisture: if i == 4 { 0.9 } else { 0.3 },
                 bank_m: 0.5,
                 ..OPEN
             };
             let found = count(&params, &site);
             assert!((found[5 + i] - 0.3).abs() < 0.03, "{found:?}");
-            let dark = Site {
+            let dark = CommunitySite {
                 sky_view: 0.05,
                 ..site
             };
@@ -327,7 +327,7 @@ mod tests {
         }
         let dry = count(
             &params,
-            &Site {
+            &CommunitySite {
                 moisture: 0.1,
                 ..OPEN
             },
@@ -338,13 +338,13 @@ mod tests {
     #[test]
     fn shade_thins_and_steep_ground_stays_bare() {
         let params = CommunityParams { sward: 0.8, ..NONE };
-        let at = |site: Site| count(&params, &site)[..5].iter().sum::<f64>();
-        let half = at(Site {
+        let at = |site: CommunitySite| count(&params, &site)[..5].iter().sum::<f64>();
+        let half = at(CommunitySite {
             sky_view: 0.26,
             ..OPEN
         });
         assert!((half - 0.4).abs() < 0.04, "{half}");
-        assert_eq!(at(Site { slope: 1.2, ..OPEN }), 0.0);
+        assert_eq!(at(CommunitySite { slope: 1.2, ..OPEN }), 0.0);
     }
 
     #[test]
@@ -354,7 +354,7 @@ mod tests {
             ..NONE
         };
         let at = |soil_m, heat_load| {
-            let site = Site {
+            let site = CommunitySite {
                 moisture: 0.55,
                 soil_m,
                 heat_load,
@@ -376,7 +376,7 @@ mod tests {
             thickets: [0.0, 0.0, 0.0, 0.0, 0.0, 0.5],
             ..NONE
         };
-        let at = |bank_m| count(&params, &Site { bank_m, ..OPEN })[10];
+        let at = |bank_m| count(&params, &CommunitySite { bank_m, ..OPEN })[10];
         assert!((at(0.3) - 0.5).abs() < 0.04);
         assert!(at(2.0) < 0.7 * at(0.3) && at(3.0) == 0.0 && at(f64::INFINITY) == 0.0);
     }
@@ -390,7 +390,7 @@ mod tests {
         };
         let at = |browsed, old| {
             let history = SiteHistory::of_ranks([browsed, old], [1.0, 1.0]);
-            count(&params, &Site { history, ..OPEN })
+            count(&params, &CommunitySite { history, ..OPEN })
         };
         let [rank, grazed, bramble, bracken] = [0, 1, 5, 6];
         let (few, many) = (at(0.0, 0.5), at(1.0, 0.5));
@@ -410,7 +410,7 @@ mod tests {
         };
         let found = count(
             &params,
-            &Site {
+            &CommunitySite {
                 meadow: 1.0,
                 ..OPEN
             },
@@ -425,7 +425,7 @@ mod tests {
         };
         let at_edge = count(
             &bramble,
-            &Site {
+            &CommunitySite {
                 fringe: 1.0,
                 ..OPEN
             },
@@ -433,7 +433,7 @@ mod tests {
         assert!((at_edge[5] - 0.3 - 1.6 * 0.21).abs() < 0.03, "{at_edge:?}");
         let half = count(
             &params,
-            &Site {
+            &CommunitySite {
                 meadow: 0.5,
                 ..OPEN
             },
@@ -453,7 +453,7 @@ mod tests {
                 grasses,
                 ..NONE
             };
-            let found = count(&params, &Site { moisture, ..OPEN });
+            let found = count(&params, &CommunitySite { moisture, ..OPEN });
             assert!((found[i] - 1.0).abs() < 1e-9, "{found:?}");
         }
     }

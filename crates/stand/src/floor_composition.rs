@@ -3,7 +3,7 @@
 use nemoral_scene::ParamError;
 use nemoral_scene::glam::DVec2;
 
-use crate::{Field, FieldParams};
+use crate::{FieldParams, ScalarField};
 
 /// By how much of the field's range the limit of moss moves between neutral and wettest ground.
 const MOSS_SPREAD: f64 = 0.14;
@@ -53,7 +53,7 @@ pub struct FloorComposition<F> {
     limits: [f64; 2],
 }
 
-impl<F: Field> FloorComposition<F> {
+impl<F: ScalarField> FloorComposition<F> {
     /// A floor on which each of [`FloorCover::ALL`] has its share.
     ///
     /// `shares` are relative to each other; none is negative and their sum is positive. They are

@@ -4,7 +4,7 @@ use nemoral_scene::PlantCommunity;
 use nemoral_scene::glam::DVec2;
 
 use crate::quantiles::Quantiles;
-use crate::{Field, FieldParams};
+use crate::{FieldParams, ScalarField};
 
 /// The field of browsing: deer keep to places over hundreds of metres.
 pub const BROWSING_FIELD: FieldParams = FieldParams {
@@ -115,7 +115,7 @@ pub struct VegetationHistory<F> {
     effects: [f64; 2],
 }
 
-impl<F: Field> VegetationHistory<F> {
+impl<F: ScalarField> VegetationHistory<F> {
     /// The history of a world; `effects` says how strongly browsing and succession show, 0..=1.
     /// `field` makes the i-th independent field of these octaves.
     ///

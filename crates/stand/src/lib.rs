@@ -5,7 +5,7 @@
 //! sites are sampled, nor what plants look like, nor how rays are cast.
 //!
 //! - [`FloorComposition`]: patches of leaf litter, needle litter and moss with given shares, from
-//!   any smooth [`Field`].
+//!   any smooth [`ScalarField`].
 //! - [`SkyViewFactor`]: the share of the sky that is seen past the crowns, measured with any
 //!   [`RayCaster`](nemoral_scene::RayCaster).
 //! - [`GroundOcclusion`]: the share of the light that what stands on the ground leaves to it.
@@ -58,7 +58,7 @@ mod instance_variation;
 mod layer;
 mod litter;
 mod low_plants;
-mod lying;
+mod lying_stem;
 mod occluders;
 mod quantiles;
 mod scene_objects;
@@ -70,10 +70,12 @@ mod undergrowth;
 #[cfg(doctest)]
 struct Readme;
 
-pub use communities::{COMMUNITY_FIELD, Closed, Communities, CommunityParams, SWARD_FIELD, Site};
+pub use communities::{
+    COMMUNITY_FIELD, Communities, CommunityCover, CommunityParams, CommunitySite, SWARD_FIELD,
+};
 pub use error::Error;
 pub use fallen_stems::{FallenStem, StemKind, StemScale, fallen_stems, mean_volume_m3, settle};
-pub use field::{Field, FieldParams};
+pub use field::{FieldParams, ScalarField};
 pub use floor_composition::{FLOOR_FIELD, FloorComposition, FloorCover};
 pub use ground_conditions::{GroundConditions, Hemisphere};
 pub use ground_occlusion::{GroundOcclusion, OCCLUSION_MARGIN_M};
@@ -85,10 +87,11 @@ pub use instance_variation::{
 pub use layer::StandLayer;
 pub use litter::{Litter, LitterSite, LitterSurface};
 pub use low_plants::{LOW_PLANT_VARIATION, LowPlant};
-pub use lying::{LyingPose, LyingStem, Rest, roll_rad};
+pub use lying_stem::{LyingPose, LyingStem, StemSupport, roll_rad};
 pub use occluders::{occluders_of_objects, occluders_of_plants};
 pub use scene_objects::{
-    Lying, MeasuredSize, OBJECT_VARIATION, ObjectSite, ObjectSize, SceneObject, SceneObjects,
+    LyingPlacement, MeasuredSize, OBJECT_VARIATION, ObjectSite, ObjectSize, SceneObject,
+    SceneObjects,
 };
 pub use seedlings::Seedlings;
 pub use sky_view_factor::{REACH_M, SkyViewArea, SkyViewFactor};

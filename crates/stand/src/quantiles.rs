@@ -2,7 +2,7 @@
 
 use nemoral_scene::glam::DVec2;
 
-use crate::Field;
+use crate::ScalarField;
 
 /// Number of places along each side of the grid at which a field's quantiles are sampled.
 const SAMPLES: u32 = 48;
@@ -17,7 +17,7 @@ pub(crate) struct Quantiles<F> {
     sorted: Vec<f64>,
 }
 
-impl<F: Field> Quantiles<F> {
+impl<F: ScalarField> Quantiles<F> {
     pub(crate) fn of(field: F) -> Self {
         let places = (0..SAMPLES * SAMPLES)
             .map(|i| DVec2::new(f64::from(i % SAMPLES), f64::from(i / SAMPLES)) * SAMPLE_STEP_M);

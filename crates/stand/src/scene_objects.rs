@@ -64,7 +64,7 @@ impl SceneObjects {
     ///
     /// # Errors
     /// If there are more than 65,535 sites, or the chunk is beyond ±2,097,151.
-    pub fn stand(
+    pub fn place_on_ground(
         chunk: ChunkCoord,
         sites: &[ObjectSite],
         ground: &(impl Surface + ?Sized),
@@ -78,7 +78,7 @@ impl SceneObjects {
                     objects: sites.len(),
                     chunk,
                 })?;
-            Ok(site.stand(object, ground, variation))
+            Ok(site.place_on_ground(object, ground, variation))
         });
         objects.collect::<Result<_, _>>().map(Self)
     }
@@ -107,12 +107,12 @@ pub struct ObjectSite {
     /// or take half a radian; `None` for any. Only what stands has one.
     pub facing_rad: Option<f64>,
     /// Its pose, if it lies as a stem does; nothing else has one.
-    pub lying: Option<Lying>,
+    pub lying: Option<LyingPlacement>,
 }
 
 /// The pose of what lies.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Lying {
+pub struct LyingPlacement {
     /// Where and how it lies.
     pub pose: LyingPose,
     /// Its size along its axis, and across, relative to its asset.
@@ -175,7 +175,7 @@ impl ObjectSize {
 }
 
 impl ObjectSite {
-    fn stand(
+    fn place_on_ground(
         &self,
         object: ObjectId,
         ground: &(impl Surface + ?Sized),
@@ -235,7 +235,7 @@ impl ObjectSite {
         }
     }
 
-    fn lay(&self, object: ObjectId, lying: &Lying) -> SceneObject {
+    fn lay(&self, object: ObjectId, lying: &LyingPlacement) -> SceneObject {
         let mut rng = self.key.domain(OBJECT_VARIATION).rng();
         // One of two mirror images, so that fewer look alike.
         let mirror = if rng.chance(0.5) { 1.0 } else { -1.0 };
@@ -290,7 +290,7 @@ mod tests {
             .map(|(k, i)| site(k, i))
             .collect();
         let variation = InstanceVariation::new(Key::world(7));
-        let objects = SceneObjects::stand(chunk, &sites, &slope, &variation)
+        let objects = SceneObjects::place_on_ground(chunk, &sites, &slope, &variation)
             .expect("ids")
             .0;
         assert_eq!(
@@ -318,7 +318,8 @@ mod tests {
         };
         let variation = InstanceVariation::new(Key::world(7));
         let chunk = ChunkCoord::new(0, 0);
-        let objects = SceneObjects::stand(chunk, &[tree], &FlatSurface::default(), &variation);
+        let objects =
+            SceneObjects::place_on_ground(chunk, &[tree], &FlatSurface::default(), &variation);
         let tree = &objects.expect("ids").0[0];
         assert_eq!((tree.measured, tree.scale), (Some(size), 1.2));
         let [x, y, z] = [tree.linear.x_axis, tree.linear.y_axis, tree.linear.z_axis];
@@ -335,7 +336,8 @@ mod tests {
         };
         let sites: Vec<_> = (0..400).map(site).collect();
         let chunk = ChunkCoord::new(0, 0);
-        let objects = SceneObjects::stand(chunk, &sites, &FlatSurface::default(), &variation);
+        let objects =
+            SceneObjects::place_on_ground(chunk, &sites, &FlatSurface::default(), &variation);
         let scales: Vec<f64> = objects.expect("ids").0.iter().map(|o| o.scale).collect();
         assert!(scales.iter().all(|s| (0.5..=3.0).contains(s)));
         assert!(scales.iter().any(|s| *s < 0.6) && scales.iter().any(|s| *s > 2.9));
@@ -365,7 +367,8 @@ mod tests {
             };
             let sites: Vec<_> = (0..50).map(site).collect();
             let chunk = ChunkCoord::new(0, 0);
-            let objects = SceneObjects::stand(chunk, &sites, &FlatSurface::default(), &variation);
+            let objects =
+                SceneObjects::place_on_ground(chunk, &sites, &FlatSurface::default(), &variation);
             for object in objects.expect("ids").0 {
                 let radius_m = radius_of_scale_1_m.map_or(0.2, |radius_m| radius_m * object.scale);
                 assert!((object.radius_m - radius_m).abs() < 1e-12, "{object:?}");
@@ -379,7 +382,7 @@ mod tests {
         let stand = |n: usize| {
             let sites = vec![site(ObjectKind::Rock, 1); n];
             let chunk = ChunkCoord::new(0, 0);
-            SceneObjects::stand(chunk, &sites, &FlatSurface::default(), &variation)
+            SceneObjects::place_on_ground(chunk, &sites, &FlatSurface::default(), &variation)
         };
         assert_eq!(stand(65_535).expect("ids").0.len(), 65_535);
         let error = stand(65_536).expect_err("too many").to_string();

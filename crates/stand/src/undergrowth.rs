@@ -4,7 +4,7 @@ use nemoral_scene::PlantCommunity;
 use nemoral_scene::glam::DVec2;
 use nemoral_seed::{Domain, Draw, Key};
 
-use crate::{Field, FieldParams};
+use crate::{FieldParams, ScalarField};
 
 const KIND: Domain = Domain::new("pipeline.undergrowth.kind");
 
@@ -110,7 +110,7 @@ impl PatchSite {
     }
 }
 
-impl<F: Field> Undergrowth<F> {
+impl<F: ScalarField> Undergrowth<F> {
     /// The probability that a cell holds a patch at a world position, metres. Plants are fewer
     /// below a sky view factor of 0.3, and none grows below 0.05.
     pub fn chance(&self, world_m: DVec2, site: &PatchSite) -> f64 {

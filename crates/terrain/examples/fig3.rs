@@ -9,7 +9,7 @@ use image::{Rgb, RgbImage};
 use nemoral_scene::Surface;
 use nemoral_scene::glam::{DVec2, DVec3};
 use nemoral_seed::Key;
-use nemoral_terrain::{Terrain, TerrainParams};
+use nemoral_terrain::{NoiseTerrain, TerrainParams};
 
 const SIDE_M: f64 = 240.0;
 const WIDTH: u32 = 560;
@@ -31,7 +31,7 @@ fn main() -> Result<(), Box<dyn Error>> {
                 persistence,
                 max_height_m: 50.0,
             };
-            let terrain = Terrain::new(params, Key::world(1))?;
+            let terrain = NoiseTerrain::new(params, Key::world(1))?;
             let (left, top) = (column as u32 * WIDTH, row as u32 * HEIGHT);
             relief(&mut image, left, top, &terrain);
             let label = format!("PERSISTENCE {persistence} LACUNARITY {lacunarity}");

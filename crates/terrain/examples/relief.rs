@@ -9,7 +9,7 @@ use image::{Rgb, RgbImage};
 use nemoral_scene::Surface;
 use nemoral_scene::glam::{DVec2, DVec3};
 use nemoral_seed::Key;
-use nemoral_terrain::{Eroded, ErosionParams, ReliefParams, Terrain, TerrainParams};
+use nemoral_terrain::{ErodedSurface, ErosionParams, NoiseTerrain, ReliefParams, TerrainParams};
 
 const SIDE_M: f64 = 360.0;
 const PIXELS: u32 = 540;
@@ -50,7 +50,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut image = RgbImage::new(3 * PIXELS, 2 * PIXELS);
     for (i, (relief, is_eroded)) in (0..).zip(panels) {
         let key = Key::world(3);
-        let terrain = Terrain::shaped(octaves, relief, key)?;
+        let terrain = NoiseTerrain::shaped(octaves, relief, key)?;
         let (left, top) = (i % 3 * PIXELS, i / 3 * PIXELS);
         if is_eroded {
             let erosion = ErosionParams {
@@ -58,7 +58,12 @@ fn main() -> Result<(), Box<dyn Error>> {
                 depth_m: 5.0,
                 generations: 3,
             };
-            shade(&mut image, left, top, &Eroded::new(erosion, key, terrain)?);
+            shade(
+                &mut image,
+                left,
+                top,
+                &ErodedSurface::new(erosion, key, terrain)?,
+            );
         } else {
             shade(&mut image, left, top, &terrain);
         }

@@ -31,7 +31,7 @@ const SHALLOWEST: f64 = 0.3;
 /// still counts.
 const FADE: f64 = 0.35;
 
-/// The gullies of an [`Eroded`] ground.
+/// The gullies of an [`ErodedSurface`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ErosionParams {
     /// Distance between the largest gullies, metres, 2..=1000.
@@ -55,7 +55,7 @@ impl Default for ErosionParams {
 }
 
 impl ErosionParams {
-    /// Checks what [`Eroded::new`] checks.
+    /// Checks what [`ErodedSurface::new`] checks.
     ///
     /// # Errors
     /// If a parameter is out of its range.
@@ -87,7 +87,7 @@ impl ErosionParams {
 /// Where a height h is to be carved by d, h² / (h + d) is left, which is nearly h − d and above 0:
 /// the lowest ground, on which water runs out, is not carved below 0.
 #[derive(Debug)]
-pub struct Eroded<S> {
+pub struct ErodedSurface<S> {
     base: S,
     generations: Vec<Generation>,
     /// Tells the cells of this ground from those of others in a thread's memory.
@@ -112,7 +112,7 @@ struct Stripes {
     depth_m: f64,
 }
 
-impl<S: Surface> Eroded<S> {
+impl<S: Surface> ErodedSurface<S> {
     /// Carves gullies into a ground whose heights are nowhere below 0.
     ///
     /// # Errors
@@ -246,7 +246,7 @@ impl<S: Surface> Eroded<S> {
     }
 }
 
-impl<S: Surface> Surface for Eroded<S> {
+impl<S: Surface> Surface for ErodedSurface<S> {
     fn sample(&self, world_m: DVec2) -> SurfaceSample {
         self.after(self.generations.len(), world_m)
     }

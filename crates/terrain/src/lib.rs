@@ -3,7 +3,7 @@
 //! ```
 //! use nemoral_scene::{ChunkCoord, MaterialId, Surface};
 //! use nemoral_seed::Key;
-//! use nemoral_terrain::{GroundMesher, MeshParams, NoZones, Terrain, TerrainParams};
+//! use nemoral_terrain::{GroundMesher, MeshParams, NoZones, NoiseTerrain, TerrainParams};
 //!
 //! let params = TerrainParams {
 //!     octaves: 5,
@@ -12,7 +12,7 @@
 //!     persistence: 0.4,
 //!     max_height_m: 20.0,
 //! };
-//! let terrain = Terrain::new(params, Key::world(7))?;
+//! let terrain = NoiseTerrain::new(params, Key::world(7))?;
 //! let ground = terrain.sample([12.5, -80.0].into());
 //! assert!((0.0..=20.0).contains(&ground.height_m));
 //! let mesher = GroundMesher::new(MeshParams::default())?;
@@ -22,18 +22,18 @@
 //! ```
 //!
 //! # Terrain
-//! [`Terrain`] sums octaves of gradient noise, controlled by the five parameters of Nunes, Ferreira
-//! and Peixoto (section IV-B): number of octaves, scale, lacunarity, persistence and maximum
-//! height. It is a pure function of the world position, so chunks have no seams, and its gradient
-//! is exact. We differ from the paper in normalising by variance and squashing smoothly: heights
-//! are always in range, use most of it, are never cut off, and roughness rises with persistence and
-//! lacunarity. [`PerlinTerrain`] is the same on the `noise` crate's generator. Other grounds
-//! implement [`Surface`](nemoral_scene::Surface).
+//! [`NoiseTerrain`] sums octaves of gradient noise, controlled by the five parameters of Nunes,
+//! Ferreira and Peixoto (section IV-B): number of octaves, scale, lacunarity, persistence and
+//! maximum height. It is a pure function of the world position, so chunks have no seams, and its
+//! gradient is exact. We differ from the paper in normalising by variance and squashing smoothly:
+//! heights are always in range, use most of it, are never cut off, and roughness rises with
+//! persistence and lacunarity. [`PerlinTerrain`] is the same on the `noise` crate's generator.
+//! Other grounds implement [`Surface`](nemoral_scene::Surface).
 //! [`HeightField`] lays measured heights over any of them, exact at every post.
 //!
-//! [`Terrain::shaped`] has ridges, winding valleys and terraces besides, and [`Eroded`] carves
-//! gullies into any ground, along its slopes. Both are functions of the position alone, with exact
-//! gradients.
+//! [`NoiseTerrain::shaped`] has ridges, winding valleys and terraces besides, and
+//! [`ErodedSurface`] carves gullies into any ground, along its slopes. Both are functions of the
+//! position alone, with exact gradients.
 //!
 //! # Mesh
 //! [`GroundMesher`] turns any `Surface` into triangles. It follows break-lines, the zero contour of
@@ -62,11 +62,11 @@ mod zones;
 #[cfg(doctest)]
 struct Readme;
 
-pub use erosion::{Eroded, ErosionParams};
+pub use erosion::{ErodedSurface, ErosionParams};
 pub use height_field::{HeightField, HeightPosts};
 pub use mesher::{GroundMesher, MeshParams};
 pub use nemoral_scene::ParamError;
-pub use noise_terrain::Terrain;
+pub use noise_terrain::NoiseTerrain;
 pub use params::TerrainParams;
 pub use perlin::PerlinTerrain;
 pub use relief::ReliefParams;

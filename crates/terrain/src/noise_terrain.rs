@@ -27,7 +27,7 @@ const WARP_SCALE: f64 = 2.0;
 /// with every increase of persistence and of lacunarity. Every octave has its own turn and shift,
 /// so that lattice points (where gradient noise is 0) of different octaves never coincide.
 #[derive(Clone, Debug)]
-pub struct Terrain {
+pub struct NoiseTerrain {
     octaves: Vec<Octave>,
     /// What displaces places along x and along y before the octaves are looked up.
     warp: Option<[Octave; 2]>,
@@ -35,7 +35,7 @@ pub struct Terrain {
     max_height_m: f64,
 }
 
-impl Terrain {
+impl NoiseTerrain {
     /// The terrain of the world (or of the layer of ground) of `key`.
     ///
     /// # Errors
@@ -103,7 +103,7 @@ impl Terrain {
     }
 }
 
-impl Surface for Terrain {
+impl Surface for NoiseTerrain {
     fn sample(&self, world_m: DVec2) -> SurfaceSample {
         let (sum, gradient) = match &self.warp {
             None => self.sum(world_m),

@@ -18,12 +18,12 @@ const SIGMA: f64 = 0.42;
 /// Half the step of the difference quotient for the gradient, metres.
 const STEP_M: f64 = 0.01;
 
-/// `Fbm<PerlinSurflet>` of the `noise` crate, scaled to the same range as [`Terrain`].
+/// `Fbm<PerlinSurflet>` of the `noise` crate, scaled to the same range as [`NoiseTerrain`].
 ///
 /// It has known weaknesses: the lattice repeats after 256 cells, all octaves are 0 at lattice
 /// points that they share, gradients are central differences over 2 cm, and it is slower.
 ///
-/// [`Terrain`]: crate::Terrain
+/// [`NoiseTerrain`]: crate::NoiseTerrain
 pub struct PerlinTerrain {
     fbm: Fbm<PerlinSurflet>,
     /// Turns the crate's normalisation by amplitudes into one by variance.

@@ -6,7 +6,7 @@ use nemoral_scene::glam::{DVec2, Vec3};
 use nemoral_scene::{ChunkCoord, FlatSurface, MaterialId, Mesh, Surface};
 use nemoral_seed::Key;
 use nemoral_terrain::{
-    GroundMesher, GroundZones, MeshParams, NoZones, Terrain, TerrainParams, ZoneSample,
+    GroundMesher, GroundZones, MeshParams, NoZones, NoiseTerrain, TerrainParams, ZoneSample,
 };
 use proptest::prelude::*;
 
@@ -26,8 +26,8 @@ impl<F: Fn(DVec2) -> f64 + Send + Sync> GroundZones for Zone<F> {
     }
 }
 
-fn terrain() -> Terrain {
-    Terrain::new(TerrainParams::default(), Key::world(7)).expect("valid")
+fn terrain() -> NoiseTerrain {
+    NoiseTerrain::new(TerrainParams::default(), Key::world(7)).expect("valid")
 }
 
 fn mesher(chunk_size_m: f64) -> GroundMesher {

@@ -5,7 +5,9 @@ use std::thread;
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{FlatSurface, Surface};
 use nemoral_seed::Key;
-use nemoral_terrain::{Eroded, ErosionParams, PerlinTerrain, ReliefParams, Terrain, TerrainParams};
+use nemoral_terrain::{
+    ErodedSurface, ErosionParams, NoiseTerrain, PerlinTerrain, ReliefParams, TerrainParams,
+};
 use proptest::prelude::*;
 
 const HILLS: TerrainParams = TerrainParams {
@@ -45,10 +47,10 @@ fn erosion() -> impl Strategy<Value = ErosionParams> {
     })
 }
 
-fn eroded(relief: ReliefParams, erosion: ErosionParams, seed: u64) -> Eroded<Terrain> {
+fn eroded(relief: ReliefParams, erosion: ErosionParams, seed: u64) -> ErodedSurface<NoiseTerrain> {
     let key = Key::world(seed);
-    let base = Terrain::shaped(HILLS, relief, key).expect("valid");
-    Eroded::new(erosion, key, base).expect("valid")
+    let base = NoiseTerrain::shaped(HILLS, relief, key).expect("valid");
+    ErodedSurface::new(erosion, key, base).expect("valid")
 }
 
 /// The distance between the gullies of the last generation, metres.
@@ -124,7 +126,7 @@ proptest! {
 #[test]
 fn nothing_changes_without_being_asked_for() {
     let key = Key::world(5);
-    let plain = Terrain::new(HILLS, key).expect("valid");
+    let plain = NoiseTerrain::new(HILLS, key).expect("valid");
     let none = ErosionParams {
         depth_m: 0.0,
         ..ErosionParams::default()
@@ -165,7 +167,7 @@ fn ridges_are_sharper_than_valleys() {
             ridges,
             ..ReliefParams::default()
         };
-        let ground = Terrain::shaped(HILLS, relief, Key::world(3)).expect("valid");
+        let ground = NoiseTerrain::shaped(HILLS, relief, Key::world(3)).expect("valid");
         let mut found: Vec<(f64, f64)> = places()
             .map(|p| {
                 let here = ground.height_m(p);
@@ -192,7 +194,7 @@ fn terraces_have_level_treads_and_steep_risers() {
             terrace_step_m: 5.0,
             ..ReliefParams::default()
         };
-        let ground = Terrain::shaped(HILLS, relief, Key::world(3)).expect("valid");
+        let ground = NoiseTerrain::shaped(HILLS, relief, Key::world(3)).expect("valid");
         let mut slopes: Vec<f64> = places()
             .map(|p| ground.sample(p).gradient.length())
             .collect();
@@ -213,7 +215,7 @@ fn cliffs_are_sheer() {
             terrace_step_m: 5.0,
             ..ReliefParams::default()
         };
-        let ground = Terrain::shaped(HILLS, relief, Key::world(3)).expect("valid");
+        let ground = NoiseTerrain::shaped(HILLS, relief, Key::world(3)).expect("valid");
         let slopes = places().map(|p| ground.sample(p).gradient.length());
         slopes.fold(0.0_f64, f64::max)
     };
@@ -234,7 +236,7 @@ fn gullies_run_down_slopes_and_spare_level_ground() {
     };
     let carve = |slope| {
         let (base, key) = (plane(slope), Key::world(2));
-        let ground = Eroded::new(params, key, base).expect("valid");
+        let ground = ErodedSurface::new(params, key, base).expect("valid");
         let depth = |p| base.height_m(p) - ground.height_m(p);
         let (mut deepest, mut along, mut across) = (0.0_f64, 0.0, 0.0);
         for p in places() {
@@ -258,7 +260,7 @@ fn water_gathers_in_gullies() {
         height_m: 1e4,
         gradient: DVec2::new(0.35, 0.0),
     };
-    let ground = Eroded::new(ErosionParams::default(), Key::world(6), base).expect("valid");
+    let ground = ErodedSurface::new(ErosionParams::default(), Key::world(6), base).expect("valid");
     let mut ends: Vec<f64> = (0..600)
         .map(|i| {
             let mut at = DVec2::new(0.0, 0.5 * f64::from(i));
@@ -279,7 +281,7 @@ fn water_gathers_in_gullies() {
 #[test]
 fn other_grounds_can_be_eroded_too() {
     let base = PerlinTerrain::new(HILLS, Key::world(1)).expect("valid");
-    let ground = Eroded::new(ErosionParams::default(), Key::world(1), base).expect("valid");
+    let ground = ErodedSurface::new(ErosionParams::default(), Key::world(1), base).expect("valid");
     let carved = places().step_by(50).filter(|p| {
         let base = PerlinTerrain::new(HILLS, Key::world(1)).expect("valid");
         ground.height_m(*p) < base.height_m(*p) - 0.1
@@ -292,7 +294,7 @@ fn impossible_reliefs_are_refused() {
     let relief = |change: fn(&mut ReliefParams)| {
         let mut params = ReliefParams::default();
         change(&mut params);
-        let refused = Terrain::shaped(HILLS, params, Key::world(0));
+        let refused = NoiseTerrain::shaped(HILLS, params, Key::world(0));
         refused.expect_err("refused").field
     };
     assert_eq!(relief(|p| p.ridges = 1.1), "ridges");
@@ -303,7 +305,7 @@ fn impossible_reliefs_are_refused() {
     let erosion = |change: fn(&mut ErosionParams)| {
         let mut params = ErosionParams::default();
         change(&mut params);
-        let refused = Eroded::new(params, Key::world(0), FlatSurface::default());
+        let refused = ErodedSurface::new(params, Key::world(0), FlatSurface::default());
         refused.expect_err("refused").field
     };
     assert_eq!(erosion(|p| p.spacing_m = 1.0), "spacing_m");

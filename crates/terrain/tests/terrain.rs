@@ -3,7 +3,7 @@
 use nemoral_scene::Surface;
 use nemoral_scene::glam::DVec2;
 use nemoral_seed::Key;
-use nemoral_terrain::{Eroded, ErosionParams, PerlinTerrain, Terrain, TerrainParams};
+use nemoral_terrain::{ErodedSurface, ErosionParams, NoiseTerrain, PerlinTerrain, TerrainParams};
 use proptest::prelude::*;
 
 fn params() -> impl Strategy<Value = TerrainParams> {
@@ -28,7 +28,7 @@ fn params() -> impl Strategy<Value = TerrainParams> {
 fn both(params: TerrainParams, seed: u64) -> [Box<dyn Surface>; 2] {
     let key = Key::world(seed);
     [
-        Box::new(Terrain::new(params, key).expect("valid")),
+        Box::new(NoiseTerrain::new(params, key).expect("valid")),
         Box::new(PerlinTerrain::new(params, key).expect("valid")),
     ]
 }
@@ -59,7 +59,7 @@ proptest! {
         x in -1e4_f64..1e4,
         y in -1e4_f64..1e4,
     ) {
-        let t = Terrain::new(p, Key::world(seed)).expect("valid");
+        let t = NoiseTerrain::new(p, Key::world(seed)).expect("valid");
         let at = DVec2::new(x, y);
         let step = finest(&p) * 1e-4;
         let difference =
@@ -79,7 +79,7 @@ proptest! {
     ) {
         // A millionth of a wavelength away, height and gradient are practically the same. (Few of
         // these steps cross a line of the lattice; `gradient_noise` has a test of those.)
-        let t = Terrain::new(p, Key::world(seed)).expect("valid");
+        let t = NoiseTerrain::new(p, Key::world(seed)).expect("valid");
         let step = finest(&p) * 1e-6;
         let a = t.sample(DVec2::new(x, y));
         let b = t.sample(DVec2::new(x, y) + DVec2::from_angle(angle) * step);
@@ -104,7 +104,7 @@ fn fig3(persistence: f64, lacunarity: f64) -> TerrainParams {
 fn slope(p: TerrainParams) -> f64 {
     let mut sum = 0.0;
     for seed in 0..10 {
-        let t = Terrain::new(p, Key::world(seed)).expect("valid");
+        let t = NoiseTerrain::new(p, Key::world(seed)).expect("valid");
         for i in 0..1000 {
             let at = DVec2::new(f64::from(i % 40) * 17.3, f64::from(i / 40) * 23.9);
             sum += t.sample(at).gradient.length_squared();
@@ -128,7 +128,7 @@ fn roughness_rises_with_persistence_and_lacunarity() {
 #[test]
 fn most_of_the_range_is_used_and_there_are_no_plateaus() {
     let p = fig3(0.5, 2.0);
-    let t = Terrain::new(p, Key::world(4)).expect("valid");
+    let t = NoiseTerrain::new(p, Key::world(4)).expect("valid");
     let (mut low, mut high, mut flat) = (f64::INFINITY, 0.0_f64, 0);
     for i in 0..200_000 {
         let at = DVec2::new(f64::from(i % 500) * 3.71, f64::from(i / 500) * 5.13);
@@ -164,8 +164,8 @@ fn heights_do_not_repeat_after_256_cells() {
 
 #[test]
 fn places_without_a_lattice_are_no_panic() {
-    let base = Terrain::new(TerrainParams::default(), Key::world(5)).expect("valid");
-    let eroded = Eroded::new(ErosionParams::default(), Key::world(5), &base).expect("valid");
+    let base = NoiseTerrain::new(TerrainParams::default(), Key::world(5)).expect("valid");
+    let eroded = ErodedSurface::new(ErosionParams::default(), Key::world(5), &base).expect("valid");
     for far in [1e19, 1e300, f64::INFINITY, f64::NAN] {
         for p in [DVec2::splat(far), DVec2::splat(-far), DVec2::new(-far, 0.0)] {
             base.sample(p);
@@ -186,7 +186,11 @@ fn worlds_differ() {
 #[test]
 fn impossible_terrains_are_refused() {
     let good = fig3(0.5, 2.0);
-    let refused = |p: TerrainParams| Terrain::new(p, Key::world(0)).expect_err("refused").field;
+    let refused = |p: TerrainParams| {
+        NoiseTerrain::new(p, Key::world(0))
+            .expect_err("refused")
+            .field
+    };
     assert_eq!(refused(TerrainParams { octaves: 0, ..good }), "octaves");
     assert_eq!(
         refused(TerrainParams {

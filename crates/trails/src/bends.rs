@@ -3,9 +3,8 @@
 use glam::DVec2;
 use nemoral_scene::Dual;
 
-use crate::curve::Cubic;
+use crate::curve::{Cubic, smoothstep};
 use crate::path::{Foot, Knot, cubic};
-use crate::profile::smoothstep;
 
 /// The cost of looking along a trail instead of across it, in metres of the distance to its edge
 /// per metre along. With it, the edge is that at the foot unless the width changes faster.
@@ -87,7 +86,7 @@ impl Bends {
         let [left, right] = self.sharpest[i];
         // The curve is at most this far from its chord.
         let bulge = (half_step * half_step * left.max(right)).min(half_step);
-        to_chord - bulge - a.lane.half_width.max(b.lane.half_width) - 1e-9
+        to_chord - bulge - a.attributes.half_width.max(b.attributes.half_width) - 1e-9
     }
 
     /// Whether the edge may be that at another place than the foot, for points near an interval.
@@ -158,7 +157,7 @@ fn curvatures(pair: &[Knot]) -> [f64; 2] {
 
 /// How much half the width changes per metre between two knots.
 fn widening(pair: &[Knot]) -> f64 {
-    let change = pair[1].lane.half_width - pair[0].lane.half_width;
+    let change = pair[1].attributes.half_width - pair[0].attributes.half_width;
     (change / (pair[1].arc - pair[0].arc)).abs()
 }
 
@@ -186,7 +185,7 @@ impl<'a> View<'a> {
     pub(crate) fn edge_at_knot_m(knots: &[Knot], i: usize, p: DVec2) -> f64 {
         let knot = &knots[i];
         let away = p - knot.position;
-        away.length() - knot.lane.half_width + SLANT * away.dot(knot.tangent).abs() + 1e-9
+        away.length() - knot.attributes.half_width + SLANT * away.dot(knot.tangent).abs() + 1e-9
     }
 
     /// The least distance to the edge over all places of the part, where looking along the trail
@@ -235,7 +234,8 @@ impl<'a> View<'a> {
         let [q, d1, _] = self.curve.at(t);
         let (away, tangent) = (self.p - q, d1 / d1.length().max(f64::MIN_POSITIVE));
         let distance = away.length();
-        let half_width = a.lane.half_width + t * (b.lane.half_width - a.lane.half_width);
+        let half_width =
+            a.attributes.half_width + t * (b.attributes.half_width - a.attributes.half_width);
         let ahead = away.dot(tangent);
         // Nothing is to be seen beyond the ends of a trail but these.
         let is_end =

@@ -1,4 +1,4 @@
-//! Smooth curves through the plane.
+//! Smooth curves through the plane, and the smooth step from 0 to 1.
 
 use glam::DVec2;
 
@@ -114,6 +114,12 @@ pub(crate) fn stiffness(away: DVec2, d1: DVec2, d2: DVec2) -> f64 {
     (speed - away.dot(d2))
         .max(0.05 * speed)
         .max(f64::MIN_POSITIVE)
+}
+
+/// 0 below 0, 1 above 1, and 3t² − 2t³ between.
+pub(crate) fn smoothstep(t: f64) -> f64 {
+    let t = t.clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
 }
 
 #[cfg(test)]

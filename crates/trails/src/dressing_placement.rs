@@ -8,7 +8,7 @@ use nemoral_scene::ChunkCoord;
 use nemoral_seed::{Domain, Draw, Key, Rng};
 
 use crate::dressing::{DressingKind, TrailDressing};
-use crate::profile::Wobble;
+use crate::value_noise::ValueNoise1d;
 use crate::{TrailPath, TrailSurfaceKind};
 
 const STONES: Domain = Domain::new("trails.stones");
@@ -145,7 +145,7 @@ pub(crate) fn verges(
         let (from, to) = (path.knots()[knots.start].arc, path.knots()[last].arc);
         for (side, sign) in [(0, 1.0), (1, -1.0)] {
             let key = key.item(side);
-            let growth = Wobble::new(key, path.length_m(), VERGE_WAVE_M);
+            let growth = ValueNoise1d::new(key, path.length_m(), VERGE_WAVE_M);
             let key = key.item(index as u64);
             let count = (path.way().verge_tufts_per_m * (to - from)).round() as u32;
             for i in 0..count {
@@ -185,7 +185,7 @@ pub(crate) fn strip(
     }
     let key = path.id().key(key.domain(STRIP));
     let [stands, gaps] = [(0, STRIP_WAVES_M[0]), (1, STRIP_WAVES_M[1])]
-        .map(|(i, wave_m)| Wobble::new(key.item(i), path.length_m(), wave_m));
+        .map(|(i, wave_m)| ValueNoise1d::new(key.item(i), path.length_m(), wave_m));
     for (index, _, knots) in path.transits().filter(|t| t.1 == chunk) {
         let key = key.item(2).item(index as u64);
         let last = knots.end.min(path.knots().len() - 1);
@@ -269,7 +269,7 @@ pub(crate) fn steps(
     if steep <= 0.0 {
         return;
     }
-    let built = Wobble::new(
+    let built = ValueNoise1d::new(
         path.id().key(key.domain(STEPS)),
         path.length_m(),
         STEPS_WAVE_M,
@@ -362,7 +362,7 @@ pub(crate) fn beds(
         let (from, to) = (path.knots()[knots.start].arc, path.knots()[last].arc);
         for (side, sign) in [(0, 1.0), (1, -1.0)] {
             let key = key.item(side);
-            let stony = Wobble::new(key, path.length_m(), BED_WAVE_M);
+            let stony = ValueNoise1d::new(key, path.length_m(), BED_WAVE_M);
             let key = key.item(index as u64);
             for i in 0..((to - from) / BED_M) as u32 {
                 let mut rng = key.item(u64::from(i)).rng();

@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use crate::{Section, Way};
+use crate::{CrossSection, WayKind};
 
 /// The distance from edges within which the ground has shapes as small as ruts, metres.
 const FINE_M: f64 = 1.0;
@@ -16,7 +16,7 @@ pub(crate) const REACH_M: f64 = 12.0;
 pub(crate) struct Earthwork {
     /// The numbers of the ways.
     pub(crate) numbers: Range<usize>,
-    pub(crate) section: Section,
+    pub(crate) section: CrossSection,
     pub(crate) width_m: f64,
     pub(crate) has_ditch: bool,
 }
@@ -35,7 +35,7 @@ pub(crate) struct Earthworks {
 
 impl Earthworks {
     /// The earthworks of ways, as far as they are used.
-    pub(crate) fn new(ways: &[Arc<Way>], used: &[bool]) -> Self {
+    pub(crate) fn new(ways: &[Arc<WayKind>], used: &[bool]) -> Self {
         let mut all: Vec<Earthwork> = Vec::new();
         let (mut width_m, mut ditch_m, mut ragged) = (0.0_f64, 0.0_f64, false);
         let ways_in_use = (ways.iter().enumerate()).filter(|(number, _)| used[*number]);

@@ -8,9 +8,9 @@ use nemoral_scene::{ChunkCoord, Surface, SurfaceSample};
 use nemoral_seed::Key;
 
 use crate::earthwork::{Earthwork, Earthworks};
-use crate::layer::Layer;
+use crate::earthwork_layer::Layer;
 use crate::place::TrailPlace;
-use crate::ragged::Ragged;
+use crate::value_noise::ValueNoise2d;
 use crate::zone::TrailZone;
 use crate::{TrailPath, TrailSurfaceKind};
 
@@ -42,7 +42,7 @@ pub struct TrailGround {
     base: Arc<dyn Surface>,
     layers: Vec<Layer>,
     fine_m: f64,
-    ragged: Option<Ragged>,
+    ragged: Option<ValueNoise2d>,
 }
 
 impl fmt::Debug for TrailGround {
@@ -72,7 +72,7 @@ impl TrailGround {
             base,
             layers: earthworks.all.iter().filter_map(layer).collect(),
             fine_m: earthworks.fine_m,
-            ragged: earthworks.ragged.then(|| Ragged::new(key)),
+            ragged: earthworks.ragged.then(|| ValueNoise2d::new(key)),
         }
     }
 

@@ -36,8 +36,9 @@
 //! - A trail's material varies from trail to trail and along each ([`TrailSurfaceKind`]): the
 //!   paper's segmentation failed on trails that looked different from its one texture.
 //!
-//! - A world has several kinds of way ([`Way`]): a trail's key draws which one it is. Those that
-//!   are one piece of earthwork join at grade; a trodden path fades into the road that it meets.
+//! - A world has several kinds of way ([`WayKind`]): a trail's key draws which one it is. Those
+//!   that are one piece of earthwork join at grade; a trodden path fades into the road that it
+//!   meets.
 //!
 //! All lengths are metres; offsets are positive to the left of a trail's direction.
 
@@ -46,22 +47,22 @@ mod curve;
 mod dressing;
 mod dressing_placement;
 mod earthwork;
-mod given;
+mod earthwork_layer;
+mod grading;
 mod ground;
 mod index;
-mod layer;
 mod layout;
 mod params;
 mod path;
 mod place;
-mod profile;
-mod ragged;
 mod route;
 mod section;
 mod surface_kinds;
 mod trail_id;
 mod trails;
 mod turning;
+mod user_lines;
+mod value_noise;
 mod way;
 mod zone;
 
@@ -73,10 +74,10 @@ pub use dressing::{DressingKind, TrailDressing};
 pub use ground::TrailGround;
 pub use nemoral_scene::ParamError;
 pub use nemoral_scene::TrailSurfaceKind;
-pub use params::{Ditch, Ruts, Section, TrailParams};
+pub use params::{CrossSection, Ditch, Ruts, TrailParams};
 pub use path::TrailPath;
 pub use place::TrailPlace;
 pub use trail_id::TrailId;
 pub use trails::{TrailEdges, Trails};
-pub use way::Way;
+pub use way::WayKind;
 pub use zone::TrailZone;

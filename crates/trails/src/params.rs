@@ -3,7 +3,7 @@
 use glam::DVec2;
 use nemoral_scene::ParamError;
 
-use crate::Way;
+use crate::WayKind;
 
 /// Where trails run (the paper's section IV-C), and which kinds of way they are.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,10 +20,10 @@ pub struct TrailParams {
     /// 2 to 6 chunks long, leaves it there at an acute angle. Branches do not fork.
     pub fork_probability: f64,
     /// The kinds of way, each with its share of all trails, at least one above 0. Each trail has
-    /// one of them. Neighbours in this list that have the same earthwork ([`Section`]) join at
+    /// one of them. Neighbours in this list that have the same earthwork ([`CrossSection`]) join at
     /// grade; where others meet, the one listed first keeps its section and the later ones fade
     /// into it.
-    pub ways: Vec<(Way, f64)>,
+    pub ways: Vec<(WayKind, f64)>,
 }
 
 /// The shape of a trail across its run, and how it meets the ground beside it.
@@ -31,7 +31,7 @@ pub struct TrailParams {
 /// Offsets are to the left of the direction of travel, heights above the formation: the smoothed
 /// ground along the middle.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Section {
+pub struct CrossSection {
     /// Horizontal metres per metre of height of the slopes cut into higher ground, 0.25..=10.
     pub cut_ratio: f64,
     /// Horizontal metres per metre of height of the slopes filled onto lower ground, 0.25..=10.
@@ -92,11 +92,11 @@ pub struct Ruts {
 impl Default for TrailParams {
     /// A 3 m forest track in about every second chunk.
     fn default() -> Self {
-        Self::of(Way::default())
+        Self::of(WayKind::default())
     }
 }
 
-impl Default for Section {
+impl Default for CrossSection {
     /// A forest track in earth: slopes 1:1 cut and 1.5:1 filled, 20 % grade where 3 m of earth are
     /// enough, 3 % crossfall, ruts.
     fn default() -> Self {
@@ -139,7 +139,7 @@ const CURVE_REACH_M: f64 = 10.0;
 impl TrailParams {
     /// Trails of one kind only.
     #[must_use]
-    pub fn of(way: Way) -> Self {
+    pub fn of(way: WayKind) -> Self {
         Self {
             spawn_probability: 0.02,
             forward_probability: 0.7,
@@ -197,7 +197,7 @@ impl TrailParams {
     }
 }
 
-impl Section {
+impl CrossSection {
     pub(crate) fn check(&self) -> Result<(), ParamError> {
         ParamError::check_range(
             "section.cut_ratio",

@@ -7,13 +7,14 @@ use nemoral_scene::{ChunkCoord, Dual, Surface};
 use nemoral_seed::{Domain, Key};
 
 use crate::bends::Bends;
-use crate::curve::{Cubic, stiffness};
+use crate::curve::{Cubic, smoothstep, stiffness};
 use crate::dressing::{DressingKind, TrailDressing};
+use crate::grading::{formation, smooth};
 use crate::layout::Course;
-use crate::profile::{Wobble, formation, smooth, smoothstep};
 use crate::surface_kinds::{SurfaceKinds, rut_factor};
 use crate::trail_id::TrailId;
-use crate::{TrailSurfaceKind, Way};
+use crate::value_noise::ValueNoise1d;
+use crate::{TrailSurfaceKind, WayKind};
 
 const RUTS: Domain = Domain::new("trails.ruts");
 const KINDS: Domain = Domain::new("trails.kinds");
@@ -52,7 +53,7 @@ const ROUNDING_M: f64 = 3.0;
 #[derive(Debug)]
 pub struct TrailPath {
     id: TrailId,
-    way: Arc<Way>,
+    way: Arc<WayKind>,
     /// The number of the way among the parameters' ways.
     number: usize,
     /// At least two knots.
@@ -64,7 +65,7 @@ pub struct TrailPath {
     free: [bool; 2],
     kinds: SurfaceKinds,
     /// By which grass and stones vary along a way that changes.
-    growth: Option<[Wobble; 2]>,
+    growth: Option<[ValueNoise1d; 2]>,
     stones: Vec<TrailDressing>,
 }
 
@@ -78,12 +79,12 @@ pub(crate) struct Knot {
     /// Formation: height of the middle, and its slope along the trail.
     pub(crate) height: f64,
     pub(crate) grade: f64,
-    pub(crate) lane: Lane,
+    pub(crate) attributes: KnotAttributes,
 }
 
 /// Properties that are interpolated linearly between knots.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Lane {
+pub(crate) struct KnotAttributes {
     /// Half the width, metres.
     pub(crate) half_width: f64,
     /// Rise per metre to the left.
@@ -98,7 +99,7 @@ pub(crate) struct Lane {
     pub(crate) ditches: [f64; 2],
 }
 
-impl Lane {
+impl KnotAttributes {
     const COUNT: usize = 7;
 
     pub(crate) fn to_array(self) -> [f64; Self::COUNT] {
@@ -141,9 +142,9 @@ pub(crate) struct Foot {
     pub(crate) left: DVec2,
     /// Gradient of the arc length; zero beyond the trail's ends.
     pub(crate) along: DVec2,
-    pub(crate) lane: Lane,
-    /// Derivative of `lane` by arc length.
-    pub(crate) lane_rate: Lane,
+    pub(crate) attributes: KnotAttributes,
+    /// Derivative of `attributes` by arc length.
+    pub(crate) attribute_rates: KnotAttributes,
     /// The number of the knot before it.
     pub(crate) interval: usize,
 }
@@ -151,7 +152,7 @@ pub(crate) struct Foot {
 impl TrailPath {
     /// Lays a trail over the ground.
     pub(crate) fn new(
-        (number, way): (usize, Arc<Way>),
+        (number, way): (usize, Arc<WayKind>),
         world: Key,
         course: Course,
         base: &dyn Surface,
@@ -180,8 +181,8 @@ impl TrailPath {
         };
 
         let key = id.key(world.domain(RUTS));
-        let depth = Wobble::new(key.item(0), length, 9.0);
-        let wander = Wobble::new(key.item(1), length, 12.0);
+        let depth = ValueNoise1d::new(key.item(0), length, 9.0);
+        let wander = ValueNoise1d::new(key.item(1), length, 12.0);
         let fade = |s: f64| fade(s, length, free);
         let widths = Widths::new(&way, id.key(world.domain(WIDTH)), (length, free));
         let ruts = places
@@ -201,7 +202,7 @@ impl TrailPath {
                     arc,
                     height: heights[i],
                     grade,
-                    lane: Lane {
+                    attributes: KnotAttributes {
                         half_width: widths.half_m(&way, arc),
                         tilt: tilts[i],
                         rut: ruts[i].max(0.0),
@@ -214,7 +215,7 @@ impl TrailPath {
             .collect();
         let key = id.key(world.domain(GROWTH));
         let growth = (way.change > 0.0)
-            .then(|| [0, 1].map(|i| Wobble::new(key.item(i), length, GROWTH_WAVE_M)));
+            .then(|| [0, 1].map(|i| ValueNoise1d::new(key.item(i), length, GROWTH_WAVE_M)));
         Self {
             id,
             way,
@@ -231,7 +232,11 @@ impl TrailPath {
 
     /// The same trail on the map only: all heights are 0, and it has no stones. That takes a small
     /// part of the work.
-    pub(crate) fn outline((number, way): (usize, Arc<Way>), world: Key, course: Course) -> Self {
+    pub(crate) fn outline(
+        (number, way): (usize, Arc<WayKind>),
+        world: Key,
+        course: Course,
+    ) -> Self {
         let Course {
             id,
             points,
@@ -246,7 +251,7 @@ impl TrailPath {
             arc,
             height: 0.0,
             grade: 0.0,
-            lane: Lane {
+            attributes: KnotAttributes {
                 half_width: widths.half_m(&way, arc),
                 tilt: 0.0,
                 rut: 0.0,
@@ -294,7 +299,7 @@ impl TrailPath {
 
     /// The kind of way that the trail is.
     #[must_use]
-    pub fn way(&self) -> &Way {
+    pub fn way(&self) -> &WayKind {
         &self.way
     }
 
@@ -338,7 +343,7 @@ impl TrailPath {
     #[must_use]
     pub fn width_m(&self, s_m: f64) -> f64 {
         let (i, t) = self.locate(s_m);
-        2.0 * self.lane(i, t).0.half_width
+        2.0 * self.attributes(i, t).0.half_width
     }
 
     /// The material at arc length `s_m` (clamped to the trail).
@@ -350,13 +355,13 @@ impl TrailPath {
     /// The share of their depth that the ditches on the left and the right have at an arc length.
     pub(crate) fn ditches(&self, s_m: f64) -> [f64; 2] {
         let (i, t) = self.locate(s_m);
-        self.lane(i, t).0.ditches
+        self.attributes(i, t).0.ditches
     }
 
     /// How far left of the middle the ruts' middle is at an arc length, metres.
     pub(crate) fn wander_m(&self, s_m: f64) -> f64 {
         let (i, t) = self.locate(s_m);
-        self.lane(i, t).0.wander
+        self.attributes(i, t).0.wander
     }
 
     /// Whether a tuft, stone or root with this draw in 0..1 is there at an arc length: on a way
@@ -426,7 +431,7 @@ impl TrailPath {
         } else {
             left * away.dot(left).signum()
         };
-        let (lane, lane_rate) = self.lane(i, t);
+        let (attributes, attribute_rates) = self.attributes(i, t);
         Foot {
             arc: self.knots[i].arc + t * step,
             away,
@@ -434,8 +439,8 @@ impl TrailPath {
             outward,
             left,
             along,
-            lane,
-            lane_rate,
+            attributes,
+            attribute_rates,
             interval: i,
         }
     }
@@ -472,15 +477,18 @@ impl TrailPath {
         cubic(&self.knots[i], &self.knots[i + 1])
     }
 
-    fn lane(&self, i: usize, t: f64) -> (Lane, Lane) {
+    fn attributes(&self, i: usize, t: f64) -> (KnotAttributes, KnotAttributes) {
         let (a, b) = (
-            self.knots[i].lane.to_array(),
-            self.knots[i + 1].lane.to_array(),
+            self.knots[i].attributes.to_array(),
+            self.knots[i + 1].attributes.to_array(),
         );
         let step = self.step(i);
         let mix = std::array::from_fn(|k| a[k] + t * (b[k] - a[k]));
         let rate = std::array::from_fn(|k| (b[k] - a[k]) / step);
-        (Lane::from_array(mix), Lane::from_array(rate))
+        (
+            KnotAttributes::from_array(mix),
+            KnotAttributes::from_array(rate),
+        )
     }
 }
 
@@ -510,21 +518,21 @@ fn fade(s_m: f64, length_m: f64, free: [bool; 2]) -> f64 {
 struct Widths {
     length_m: f64,
     free: [bool; 2],
-    variation: Option<Wobble>,
+    variation: Option<ValueNoise1d>,
 }
 
 impl Widths {
-    fn new(way: &Way, key: Key, (length_m, free): (f64, [bool; 2])) -> Self {
+    fn new(way: &WayKind, key: Key, (length_m, free): (f64, [bool; 2])) -> Self {
         let varied = way.width_variation > 0.0;
         Self {
             length_m,
             free,
-            variation: varied.then(|| Wobble::new(key, length_m, WIDTH_WAVE_M)),
+            variation: varied.then(|| ValueNoise1d::new(key, length_m, WIDTH_WAVE_M)),
         }
     }
 
     /// Half the width at an arc length, metres.
-    fn half_m(&self, way: &Way, s_m: f64) -> f64 {
+    fn half_m(&self, way: &WayKind, s_m: f64) -> f64 {
         let fade = fade(s_m, self.length_m, self.free);
         let noise = self.variation.as_ref().map_or(0.0, |v| v.at(s_m));
         let width = way.width_m

@@ -7,11 +7,11 @@ use glam::DVec2;
 use nemoral_scene::{Dual, Surface, SurfaceSample};
 
 use crate::TrailSurfaceKind;
+use crate::curve::smoothstep;
 use crate::earthwork::REACH_M;
-use crate::layer::{Around, Layer, Strand, nearest, union};
-use crate::profile::smoothstep;
-use crate::ragged::Ragged;
+use crate::earthwork_layer::{Around, Layer, Strand, nearest, union};
 use crate::section::Part;
+use crate::value_noise::ValueNoise2d;
 use crate::zone::TrailZone;
 
 /// The distance from the edge of a way within which what another earthwork changes fades, metres.
@@ -30,7 +30,7 @@ const TOUCH_M: f64 = 0.02;
 pub struct TrailPlace<'a> {
     base: &'a dyn Surface,
     /// How materials end, if they do so raggedly.
-    ragged: Option<&'a Ragged>,
+    ragged: Option<&'a ValueNoise2d>,
     world_m: DVec2,
     /// The layers that have a trail within reach.
     around: Vec<Near<'a>>,
@@ -57,7 +57,7 @@ impl<'a> TrailPlace<'a> {
     pub(crate) fn new(
         layers: &'a [Layer],
         base: &'a dyn Surface,
-        ragged: Option<&'a Ragged>,
+        ragged: Option<&'a ValueNoise2d>,
         world_m: DVec2,
     ) -> Self {
         let near = layers.iter().filter_map(|layer| {

@@ -15,9 +15,9 @@ const BRANCH_CHUNKS: [u32; 2] = [2, 6];
 
 /// A compass direction: 0 east, 1 north, 2 west, 3 south.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Heading(u8);
+pub(crate) struct CompassDirection(u8);
 
-impl Heading {
+impl CompassDirection {
     pub(crate) fn step(self) -> (i32, i32) {
         [(1, 0), (0, 1), (-1, 0), (0, -1)][usize::from(self.0)]
     }
@@ -42,7 +42,7 @@ impl Heading {
 pub(crate) struct Step {
     pub(crate) chunk: ChunkCoord,
     /// The direction in which the chunk is left, or would be.
-    pub(crate) exit: Heading,
+    pub(crate) exit: CompassDirection,
 }
 
 /// Decides where trails are born and where they turn.
@@ -78,7 +78,7 @@ impl Router {
         if !rng.chance(self.spawn_probability) {
             return None;
         }
-        let exit = Heading(rng.below(4) as u8);
+        let exit = CompassDirection(rng.below(4) as u8);
         let left = rng.between(self.max_length.div_ceil(2), self.max_length);
         Some(Walk {
             forward_probability: self.forward_probability,

@@ -3,10 +3,10 @@
 use glam::DVec2;
 use nemoral_scene::Dual;
 
-use crate::path::{Foot, Lane};
-use crate::profile::smoothstep;
+use crate::curve::smoothstep;
+use crate::path::{Foot, KnotAttributes};
 use crate::zone::TrailZone;
-use crate::{Ditch, Ruts, Section, Way};
+use crate::{CrossSection, Ditch, Ruts, WayKind};
 
 /// Trails narrower than this have no wheel ruts, metres.
 const RUT_WIDTH_M: f64 = 2.0;
@@ -21,7 +21,7 @@ const RUT_EDGE: f64 = 1.25;
 /// ground's mesh, which might miss narrower parts.
 const BAND_M: f64 = 0.36;
 
-impl Way {
+impl WayKind {
     /// The ruts, where the trail is wide enough for a vehicle.
     pub(crate) fn ruts(&self) -> Option<Ruts> {
         let wide = self.width_m >= RUT_WIDTH_M;
@@ -31,28 +31,28 @@ impl Way {
     /// Height of the section above the formation at a point, by its foot; constant beyond the
     /// edges, but for the user's curve, which goes on.
     pub(crate) fn profile(&self, foot: &Foot) -> Dual {
-        let lane = |value: f64, rate: f64| Dual::new(value, rate * foot.along);
-        let Lane {
+        let dual = |value: f64, rate: f64| Dual::new(value, rate * foot.along);
+        let KnotAttributes {
             half_width,
             tilt,
             rut,
             wander,
             sink,
             ditches: _,
-        } = foot.lane;
-        let rate = foot.lane_rate;
+        } = foot.attributes;
+        let rate = foot.attribute_rates;
         let offset = foot.away.dot(foot.left);
         let s = if offset.abs() < half_width {
             Dual::new(offset, foot.left)
         } else {
-            lane(half_width, rate.half_width).scale(offset.signum())
+            dual(half_width, rate.half_width).scale(offset.signum())
         };
-        let mut height = lane(tilt, rate.tilt) * s;
+        let mut height = dual(tilt, rate.tilt) * s;
         // A parabola from 0 in the middle to -crown · w / 2 at the edges.
         height = height - (s * s).scale(2.0 * self.section.crown / self.width_m);
         if let Some(ruts) = self.ruts() {
-            let depth = lane(rut, rate.rut).scale(ruts.depth_m);
-            let s = s - lane(wander, rate.wander);
+            let depth = dual(rut, rate.rut).scale(ruts.depth_m);
+            let s = s - dual(wander, rate.wander);
             let bell = |centre: f64, sigma: f64| {
                 let x = (s.value - centre) / sigma;
                 let value = libm::exp(-0.5 * x * x);
@@ -65,7 +65,7 @@ impl Way {
             height = height + depth * shape;
         }
         if sink != 0.0 || rate.sink != 0.0 {
-            height = height - lane(sink, rate.sink);
+            height = height - dual(sink, rate.sink);
         }
         let across = Dual::new(offset, foot.left);
         height + across.chain(polyline(&self.section.curve, offset))
@@ -75,7 +75,10 @@ impl Way {
     pub(crate) fn ditch(&self, foot: &Foot) -> Option<(Ditch, Dual)> {
         let ditch = self.section.ditch?;
         let side = usize::from(foot.away.dot(foot.left) < 0.0);
-        let (share, rate) = (foot.lane.ditches[side], foot.lane_rate.ditches[side]);
+        let (share, rate) = (
+            foot.attributes.ditches[side],
+            foot.attribute_rates.ditches[side],
+        );
         Some((ditch, Dual::new(share, rate * foot.along)))
     }
 
@@ -90,7 +93,7 @@ impl Way {
         let Some(ruts) = self.ruts() else {
             return edge;
         };
-        let offset = (foot.away.dot(foot.left) - foot.lane.wander).abs();
+        let offset = (foot.away.dot(foot.left) - foot.attributes.wander).abs();
         let half = (RUT_EDGE * ruts.sigma_m).max(0.5 * BAND_M);
         let inner = 0.5 * ruts.gauge_m - half;
         // Distances from the ruts, towards the edge and towards the middle.
@@ -136,7 +139,7 @@ pub(crate) struct Part {
     pub(crate) beyond: TrailZone,
 }
 
-impl Section {
+impl CrossSection {
     /// The share of the ditch's depth on the left and the right of a trail on a ground with this
     /// slope to the left: all of it uphill and on level ground, none downhill of slopes of 6 %.
     pub(crate) fn ditches(&self, side_slope: f64) -> [f64; 2] {

@@ -2,8 +2,8 @@
 
 use nemoral_seed::{Draw, Key};
 
-use crate::profile::Wobble;
-use crate::{TrailSurfaceKind, Way};
+use crate::value_noise::ValueNoise1d;
+use crate::{TrailSurfaceKind, WayKind};
 
 /// The wavelength of the noise by which kinds change, metres.
 const CHANGE_WAVE_M: f64 = 24.0;
@@ -20,7 +20,7 @@ pub(crate) struct SurfaceKinds {
 
 impl SurfaceKinds {
     /// Draws the kinds of a trail: a main kind and others, as the way says.
-    pub(crate) fn draw(way: &Way, key: Key, length_m: f64) -> Self {
+    pub(crate) fn draw(way: &WayKind, key: Key, length_m: f64) -> Self {
         let weights = &way.surfaces;
         if let Some(kind) = only(weights) {
             return Self {
@@ -49,13 +49,13 @@ impl SurfaceKinds {
 
     /// Kinds that come and go with smooth noise: where that of another kind is above a threshold,
     /// the surface is of the kind with the greatest noise.
-    fn changing(way: &Way, own: TrailSurfaceKind, key: Key, length_m: f64) -> Self {
+    fn changing(way: &WayKind, own: TrailSurfaceKind, key: Key, length_m: f64) -> Self {
         let most = way.surfaces.iter().fold(0.0_f64, |a, &b| a.max(b));
         let others: Vec<_> = (TrailSurfaceKind::ALL.into_iter().zip(way.surfaces))
             .enumerate()
             .filter(|(_, (kind, weight))| *kind != own && *weight > 0.0)
             .map(|(i, (kind, weight))| {
-                let noise = Wobble::new(key.item(i as u64), length_m, CHANGE_WAVE_M);
+                let noise = ValueNoise1d::new(key.item(i as u64), length_m, CHANGE_WAVE_M);
                 // A rare kind has a higher threshold.
                 let threshold = 1.0 - way.change * (0.4 + 0.6 * libm::sqrt(weight / most));
                 (kind, noise, threshold)

@@ -22,7 +22,7 @@ use crate::path::STEP_M;
 use crate::route::{Block, Router};
 use crate::trail_id::TrailId;
 use crate::turning;
-use crate::{ParamError, TrailGround, TrailParams, TrailPath, Way};
+use crate::{ParamError, TrailGround, TrailParams, TrailPath, WayKind};
 
 const TRAILS: Domain = Domain::new("trails");
 const WAYS: Domain = Domain::new("trails.ways");
@@ -36,7 +36,7 @@ const WIDEST_M: f64 = 1000.0;
 /// threads, nor evictions from its bounded cache can change a result.
 pub struct Trails {
     params: TrailParams,
-    ways: Vec<Arc<Way>>,
+    ways: Vec<Arc<WayKind>>,
     /// Whether there are trails of each of them.
     used: Vec<bool>,
     earthworks: Earthworks,
@@ -124,7 +124,7 @@ impl Trails {
     }
 
     /// The kinds of way of which there are trails.
-    fn used_ways(&self) -> impl Iterator<Item = &Way> {
+    fn used_ways(&self) -> impl Iterator<Item = &WayKind> {
         let used = self.ways.iter().zip(&self.used).filter(|(_, used)| **used);
         used.map(|(way, _)| &**way)
     }

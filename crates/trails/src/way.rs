@@ -4,18 +4,18 @@ use nemoral_scene::{ParamError, TrailSurfaceKind};
 
 use glam::DVec2;
 
-use crate::{Ditch, Ruts, Section};
+use crate::{CrossSection, Ditch, Ruts};
 
 /// A kind of way: its width and section, its materials, what grows and lies on it, and how much it
 /// changes along its run.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Way {
+pub struct WayKind {
     /// Width of the usable surface, metres, 0.3..=12.
     pub width_m: f64,
     /// How much the width varies along the way, relative to it, 0..=0.6.
     pub width_variation: f64,
     /// The shape across the run.
-    pub section: Section,
+    pub section: CrossSection,
     /// The weights of the materials, in the order of [`TrailSurfaceKind::ALL`].
     pub surfaces: [f64; TrailSurfaceKind::ALL.len()],
     /// How readily the surface changes along the way, 0..=1. With 0, each way has a main material
@@ -55,13 +55,13 @@ pub struct Way {
     pub turning_radius_m: f64,
 }
 
-impl Default for Way {
+impl Default for WayKind {
     /// A machine track, 3 m wide: two ruts, and a strip of grass between.
     fn default() -> Self {
         Self {
             width_m: 3.0,
             width_variation: 0.0,
-            section: Section::default(),
+            section: CrossSection::default(),
             surfaces: Self::ALL_SURFACES,
             change: 0.0,
             grass_max_per_chunk: 120,
@@ -78,7 +78,7 @@ impl Default for Way {
     }
 }
 
-impl Way {
+impl WayKind {
     /// Weights of all materials: common ones are more frequent.
     pub const ALL_SURFACES: [f64; TrailSurfaceKind::ALL.len()] =
         [0.2, 0.2, 0.13, 0.14, 0.13, 0.1, 0.05, 0.05];
@@ -90,7 +90,7 @@ impl Way {
         Self {
             width_m: 0.8,
             width_variation: 0.4,
-            section: Section {
+            section: CrossSection {
                 cut_ratio: 0.6,
                 fill_ratio: 1.2,
                 max_grade: 0.5,
@@ -102,7 +102,7 @@ impl Way {
                 sink_m: 0.06,
                 hollow_m: 0.4,
                 ruts: None,
-                ..Section::default()
+                ..CrossSection::default()
             },
             surfaces: surfaces(&[
                 (TrailSurfaceKind::DryEarth, 0.4),
@@ -133,7 +133,7 @@ impl Way {
         Self {
             width_m: 3.6,
             width_variation: 0.06,
-            section: Section {
+            section: CrossSection {
                 max_grade: 0.12,
                 smoothing_m: 15.0,
                 crossfall: 0.0,
@@ -147,7 +147,7 @@ impl Way {
                     gauge_m: 1.8,
                     sigma_m: 0.25,
                 }),
-                ..Section::default()
+                ..CrossSection::default()
             },
             surfaces: surfaces(&[
                 (TrailSurfaceKind::Gravel, 0.85),
@@ -174,7 +174,7 @@ impl Way {
         Self {
             width_m: 4.0,
             width_variation: 0.1,
-            section: Section {
+            section: CrossSection {
                 max_grade: 0.35,
                 smoothing_m: 5.0,
                 crossfall: 0.0,
@@ -184,7 +184,7 @@ impl Way {
                     gauge_m: 2.1,
                     sigma_m: 0.24,
                 }),
-                ..Section::default()
+                ..CrossSection::default()
             },
             surfaces: surfaces(&[
                 (TrailSurfaceKind::Mud, 0.5),
@@ -212,7 +212,7 @@ impl Way {
         Self {
             width_m: 0.4,
             width_variation: 0.0,
-            section: Section {
+            section: CrossSection {
                 cut_ratio: 0.6,
                 fill_ratio: 1.2,
                 max_grade: 0.8,
@@ -224,7 +224,7 @@ impl Way {
                 sink_m: 0.03,
                 hollow_m: 0.05,
                 ruts: None,
-                ..Section::default()
+                ..CrossSection::default()
             },
             surfaces: surfaces(&[
                 (TrailSurfaceKind::DryEarth, 0.5),
@@ -252,7 +252,7 @@ impl Way {
         Self {
             width_m: 8.0,
             width_variation: 0.08,
-            section: Section {
+            section: CrossSection {
                 max_grade: 1.0,
                 smoothing_m: 2.0,
                 crossfall: 0.0,
@@ -268,7 +268,7 @@ impl Way {
                 curve: [(-4.0, 0.22), (-3.1, 0.0), (3.1, 0.0), (4.0, 0.22)]
                     .map(|(x, y)| DVec2::new(x, y))
                     .to_vec(),
-                ..Section::default()
+                ..CrossSection::default()
             },
             surfaces: surfaces(&[
                 (TrailSurfaceKind::DryEarth, 0.45),

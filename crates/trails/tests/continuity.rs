@@ -7,7 +7,7 @@ use std::sync::Arc;
 use common::{SIZE_M, around, flat, hills, trails};
 use nemoral_scene::glam::{DVec2, Vec2Swizzles};
 use nemoral_scene::{ChunkCoord, Surface};
-use nemoral_trails::{TrailGround, TrailParams, Trails, Way};
+use nemoral_trails::{TrailGround, TrailParams, Trails, WayKind};
 use proptest::prelude::*;
 
 /// The steps along a line, metres.
@@ -63,13 +63,13 @@ fn worst(ground: &TrailGround, chunk: ChunkCoord, lines: usize) -> (f64, f64, f6
     (height_step, edge_step, edge_slope)
 }
 
-fn ways() -> impl Strategy<Value = Way> {
+fn ways() -> impl Strategy<Value = WayKind> {
     prop_oneof![
-        Just(Way::default()),
-        Just(Way::forest_road()),
-        Just(Way::footpath()),
-        Just(Way::skid_trail()),
-        Just(Way::firebreak()),
+        Just(WayKind::default()),
+        Just(WayKind::forest_road()),
+        Just(WayKind::footpath()),
+        Just(WayKind::skid_trail()),
+        Just(WayKind::firebreak()),
     ]
 }
 
@@ -89,7 +89,7 @@ fn line(stride_m: f64) -> impl Strategy<Value = Vec<DVec2>> {
     })
 }
 
-fn along(way: Way, lines: &[Vec<DVec2>], slope: DVec2) -> TrailGround {
+fn along(way: WayKind, lines: &[Vec<DVec2>], slope: DVec2) -> TrailGround {
     let none = TrailParams {
         spawn_probability: 0.0,
         ..TrailParams::of(way)

@@ -5,15 +5,15 @@ mod common;
 use common::{around, flat, given, northward};
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, Surface};
-use nemoral_trails::{DressingKind, Way};
+use nemoral_trails::{DressingKind, WayKind};
 
 #[test]
 fn grass_and_stones_come_in_patches_on_a_way_that_changes() {
     let counts = |change: f64, wanted: DressingKind| {
-        let way = Way {
+        let way = WayKind {
             change,
             rocks_max_per_trail: 2000,
-            ..Way::default()
+            ..WayKind::default()
         };
         let (trails, path) = northward(way, flat(DVec2::ZERO));
         let mut along = [0_u32; 24];
@@ -38,9 +38,9 @@ fn grass_and_stones_come_in_patches_on_a_way_that_changes() {
 #[test]
 fn steps_lie_where_a_path_is_steep() {
     let steps = |grade: f64, from: f64| {
-        let way = Way {
+        let way = WayKind {
             steps_from_grade: from,
-            ..Way::footpath()
+            ..WayKind::footpath()
         };
         let (trails, path) = northward(way, flat(DVec2::new(0.0, grade)));
         let mut steps = Vec::new();
@@ -73,9 +73,9 @@ fn steps_lie_where_a_path_is_steep() {
 #[test]
 fn culverts_lead_from_the_uphill_ditch_to_the_slope_below() {
     let culverts = |slope: f64, spacing_m: f64| {
-        let way = Way {
+        let way = WayKind {
             culvert_spacing_m: spacing_m,
-            ..Way::forest_road()
+            ..WayKind::forest_road()
         };
         let (trails, path) = northward(way, flat(DVec2::new(slope, 0.0)));
         let mut found = Vec::new();
@@ -105,7 +105,7 @@ fn culverts_lead_from_the_uphill_ditch_to_the_slope_below() {
 
 #[test]
 fn roots_lie_across_paths_and_stones_in_ditches() {
-    let (trails, path) = northward(Way::footpath(), flat(DVec2::ZERO));
+    let (trails, path) = northward(WayKind::footpath(), flat(DVec2::ZERO));
     let mut roots = 0;
     for chunk in around(ChunkCoord::new(0, 0), 3) {
         let roots_here = trails.dressing(chunk);
@@ -119,9 +119,9 @@ fn roots_lie_across_paths_and_stones_in_ditches() {
     }
     // About half of one a metre, in patches.
     assert!((60..200).contains(&roots), "{roots}");
-    let way = Way {
+    let way = WayKind {
         stone_beds: 0.5,
-        ..Way::forest_road()
+        ..WayKind::forest_road()
     };
     let ditch = way.section.ditch.expect("a road has one");
     let (trails, path) = northward(way, flat(DVec2::new(0.2, 0.0)));
@@ -146,13 +146,13 @@ fn no_root_lies_on_a_road() {
         (0, [DVec2::new(-60.0, 10.0), DVec2::new(60.0, 12.0)]),
         (1, [DVec2::new(9.0, -60.0), DVec2::new(11.0, 60.0)]),
     ];
-    let rooted = Way {
+    let rooted = WayKind {
         roots_per_m: 5.0,
         change: 0.0,
-        ..Way::footpath()
+        ..WayKind::footpath()
     };
     let trails = given(
-        vec![(Way::forest_road(), 1.0), (rooted, 1.0)],
+        vec![(WayKind::forest_road(), 1.0), (rooted, 1.0)],
         &lines,
         flat(DVec2::ZERO),
     );
@@ -166,7 +166,7 @@ fn no_root_lies_on_a_road() {
 
 #[test]
 fn stones_lie_in_narrow_ditches_too() {
-    let mut way = Way::forest_road();
+    let mut way = WayKind::forest_road();
     way.stone_beds = 1.0;
     for width_m in [0.4, 0.6, 1.2, 1.5] {
         way.section.ditch = Some(nemoral_trails::Ditch {

@@ -8,12 +8,12 @@ use common::{SIZE_M, around, flat, hills, plain, trails};
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, Surface};
 use nemoral_trails::{
-    DressingKind, Ruts, Section, TrailDressing, TrailGround, TrailParams, TrailPath,
-    TrailSurfaceKind, TrailZone, Trails, Way,
+    CrossSection, DressingKind, Ruts, TrailDressing, TrailGround, TrailParams, TrailPath,
+    TrailSurfaceKind, TrailZone, Trails, WayKind,
 };
 use proptest::prelude::*;
 
-fn dense(way: Way) -> TrailParams {
+fn dense(way: WayKind) -> TrailParams {
     TrailParams {
         spawn_probability: 0.1,
         max_length_chunks: 14,
@@ -21,10 +21,10 @@ fn dense(way: Way) -> TrailParams {
     }
 }
 
-fn params(section: Section) -> TrailParams {
-    dense(Way {
+fn params(section: CrossSection) -> TrailParams {
+    dense(WayKind {
         section,
-        ..Way::default()
+        ..WayKind::default()
     })
 }
 
@@ -79,7 +79,7 @@ proptest! {
         y in -1_000_000..1_000_000,
         east in any::<bool>(),
     ) {
-        let trails = trails(params(Section::default()), seed, hills(0.4));
+        let trails = trails(params(CrossSection::default()), seed, hills(0.4));
         let here = ChunkCoord::new(x, y);
         let there = if east {
             here.offset(1, 0)
@@ -108,7 +108,7 @@ proptest! {
 
     #[test]
     fn the_ground_is_continuous_and_gradients_are_difference_quotients(seed: u64) {
-        let trails = trails(params(Section::default()), seed, hills(0.4));
+        let trails = trails(params(CrossSection::default()), seed, hills(0.4));
         let (mut near, mut off) = (0, 0);
         for chunk in around(ChunkCoord::new(0, 0), 1) {
             let ground = trails.ground_near(chunk, 1.0);
@@ -158,7 +158,7 @@ fn edges_are_where_the_width_says() {
 
 #[test]
 fn the_full_width_is_usable_and_the_grade_is_limited() {
-    let section = Section {
+    let section = CrossSection {
         earth_m: 30.0,
         ..plain()
     };
@@ -179,7 +179,7 @@ fn the_full_width_is_usable_and_the_grade_is_limited() {
 
 #[test]
 fn slopes_are_no_steeper_than_their_ratios() {
-    let section = Section {
+    let section = CrossSection {
         cut_ratio: 0.8,
         fill_ratio: 1.6,
         ..plain()
@@ -210,7 +210,7 @@ fn slopes_are_no_steeper_than_their_ratios() {
 #[test]
 fn ground_is_untouched_where_no_slope_reaches() {
     let base = hills(0.3);
-    let trails = trails(params(Section::default()), 4, Arc::clone(&base));
+    let trails = trails(params(CrossSection::default()), 4, Arc::clone(&base));
     let (mut far, mut daylight) = (0, 0);
     for chunk in around(ChunkCoord::new(0, 0), 1) {
         let ground = trails.ground_near(chunk, 0.0);
@@ -280,11 +280,11 @@ fn crossings_have_no_cliffs() {
 #[test]
 fn the_section_is_carved() {
     let base = flat(DVec2::ZERO);
-    let relief = |section: Section, width_m: f64, offset: f64| {
-        let way = Way {
+    let relief = |section: CrossSection, width_m: f64, offset: f64| {
+        let way = WayKind {
             width_m,
             section,
-            ..Way::default()
+            ..WayKind::default()
         };
         let params = dense(way.surfaced(TrailSurfaceKind::DryEarth));
         let trails = trails(params, 7, Arc::clone(&base));
@@ -296,12 +296,12 @@ fn the_section_is_carved() {
         let (sum, n) = heights.fold((0.0, 0.0), |(sum, n), h| (sum + h, n + 1.0));
         sum / n
     };
-    let crowned = Section {
+    let crowned = CrossSection {
         crown: 0.1,
         ..plain()
     };
     assert!((relief(crowned, 3.0, 1.0) + 0.1 * 2.0 / 3.0).abs() < 1e-6);
-    let curved = Section {
+    let curved = CrossSection {
         curve: vec![
             DVec2::new(-1.0, 0.2),
             DVec2::new(0.0, 0.0),
@@ -312,13 +312,13 @@ fn the_section_is_carved() {
     assert!((relief(curved.clone(), 3.0, -0.5) - 0.1).abs() < 1e-6);
     assert!((relief(curved, 3.0, 1.2) + 0.1).abs() < 1e-6);
     // The curve goes on beyond the edge, and the shoulder fades it by a fifth 0.4 m from there.
-    let banked = Section {
+    let banked = CrossSection {
         curve: vec![DVec2::new(1.5, 0.0), DVec2::new(1.9, 0.6)],
         ..plain()
     };
     let bank = relief(banked, 3.0, 1.9);
     assert!((0.3..0.6).contains(&bank), "{bank}");
-    let rutted = Section {
+    let rutted = CrossSection {
         ruts: Some(Ruts {
             depth_m: 0.2,
             gauge_m: 1.6,
@@ -334,7 +334,7 @@ fn the_section_is_carved() {
     assert!(relief(rutted, 1.8, 0.8).abs() < 1e-9);
     // Crossfall falls to the downhill side.
     let tilted = trails(
-        params(Section {
+        params(CrossSection {
             crossfall: 0.05,
             ..plain()
         }),
@@ -353,7 +353,7 @@ fn the_section_is_carved() {
 
 #[test]
 fn zones_meet_where_the_border_says() {
-    let trails = trails(params(Section::default()), 9, hills(0.2));
+    let trails = trails(params(CrossSection::default()), 9, hills(0.2));
     let mut borders = 0;
     for p in lonely_places(&trails, 16.0).iter().take(40) {
         let half = 0.5 * p.path.width_m(p.s) + 0.5;
@@ -386,7 +386,7 @@ fn zones_meet_where_the_border_says() {
 
 #[test]
 fn zones_follow_the_ruts() {
-    let trails = trails(params(Section::default()), 9, hills(0.2));
+    let trails = trails(params(CrossSection::default()), 9, hills(0.2));
     let mut seen = std::collections::BTreeSet::new();
     for p in lonely_places(&trails, 16.0)
         .iter()
@@ -414,10 +414,10 @@ fn zones_follow_the_ruts() {
 
 #[test]
 fn small_chunks_and_wide_trails_work() {
-    let params = dense(Way {
+    let params = dense(WayKind {
         width_m: 4.0,
         grass_spread_m: 9.0,
-        ..Way::default()
+        ..WayKind::default()
     });
     let trails = Trails::new(params, 16.0, nemoral_seed::Key::world(3), hills(0.3)).expect("valid");
     for chunk in around(ChunkCoord::new(0, 0), 2) {
@@ -439,7 +439,11 @@ fn small_chunks_and_wide_trails_work() {
 
 #[test]
 fn value_stability() {
-    let trails = trails(params(Section::default()), 7, flat(DVec2::new(0.1, -0.05)));
+    let trails = trails(
+        params(CrossSection::default()),
+        7,
+        flat(DVec2::new(0.1, -0.05)),
+    );
     let (path, s) = trails.nearest(DVec2::ZERO, 500.0).expect("a trail");
     let middle = path.position_m(s);
     let ground = trails.ground_near(ChunkCoord::containing(middle, SIZE_M), 20.0);

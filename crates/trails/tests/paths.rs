@@ -10,7 +10,8 @@ use nemoral_scene::ChunkCoord;
 use nemoral_scene::glam::DVec2;
 use nemoral_seed::Key;
 use nemoral_trails::{
-    DressingKind, TrailDressing, TrailParams, TrailPath, TrailSurfaceKind, TrailZone, Trails, Way,
+    DressingKind, TrailDressing, TrailParams, TrailPath, TrailSurfaceKind, TrailZone, Trails,
+    WayKind,
 };
 use proptest::prelude::*;
 
@@ -270,13 +271,13 @@ fn dressed(grass: u32, spread: f64, rocks: u32) -> Trails {
     let params = TrailParams {
         spawn_probability: 0.1,
         max_length_chunks: 12,
-        ..TrailParams::of(Way {
+        ..TrailParams::of(WayKind {
             grass_max_per_chunk: grass,
             grass_spread_m: spread,
             rocks_max_per_trail: rocks,
             verge_tufts_per_m: 0.0,
             strip_cover: 0.0,
-            ..Way::default()
+            ..WayKind::default()
         })
     };
     trails(params, 13, flat(DVec2::ZERO))
@@ -336,12 +337,12 @@ fn verges_grow_at_edges_and_on_no_trail() {
         let params = TrailParams {
             spawn_probability: 0.1,
             max_length_chunks: 12,
-            ..TrailParams::of(Way {
+            ..TrailParams::of(WayKind {
                 grass_max_per_chunk: 0,
                 rocks_max_per_trail: 0,
                 verge_tufts_per_m: tufts_per_m,
                 strip_cover: 0.0,
-                ..Way::default()
+                ..WayKind::default()
             })
         };
         trails(params, 13, flat(DVec2::ZERO))
@@ -385,12 +386,12 @@ fn strips_are_covered_as_asked_for() {
             spawn_probability: 0.1,
             max_length_chunks: 12,
             ..TrailParams::of(
-                Way {
+                WayKind {
                     grass_max_per_chunk: 0,
                     rocks_max_per_trail: 0,
                     verge_tufts_per_m: 0.0,
                     strip_cover,
-                    ..Way::default()
+                    ..WayKind::default()
                 }
                 .surfaced(kind),
             )
@@ -453,7 +454,7 @@ fn materials_differ_from_trail_to_trail_and_along_them() {
     assert!(changes > 0);
     let mud = TrailParams {
         spawn_probability: 0.1,
-        ..TrailParams::of(Way::default().surfaced(TrailSurfaceKind::Mud))
+        ..TrailParams::of(WayKind::default().surfaced(TrailSurfaceKind::Mud))
     };
     for path in common::trails(mud, 1, flat(DVec2::ZERO)).in_chunk(ChunkCoord::new(0, 0)) {
         assert!(points(&path, 5.0).all(|p| path.kind(p.0) == TrailSurfaceKind::Mud));
@@ -470,9 +471,9 @@ fn impossible_trails_are_refused() {
     let good = TrailParams::default;
     assert_eq!(
         new(
-            TrailParams::of(Way {
+            TrailParams::of(WayKind {
                 width_m: 0.1,
-                ..Way::default()
+                ..WayKind::default()
             }),
             50.0
         ),
@@ -511,9 +512,9 @@ fn impossible_trails_are_refused() {
     );
     assert_eq!(
         new(
-            TrailParams::of(Way {
+            TrailParams::of(WayKind {
                 grass_spread_m: -1.0,
-                ..Way::default()
+                ..WayKind::default()
             }),
             50.0
         ),
@@ -591,7 +592,7 @@ fn value_stability_of_branches_and_steps() {
     let params = TrailParams {
         spawn_probability: 0.1,
         fork_probability: 0.2,
-        ..TrailParams::of(Way::footpath())
+        ..TrailParams::of(WayKind::footpath())
     };
     let trails = trails(params, 7, flat(DVec2::new(0.3, -0.15)));
     let mut branches = around(ChunkCoord::new(0, 0), 4)

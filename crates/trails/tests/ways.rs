@@ -9,17 +9,17 @@ use common::{SIZE_M, around, flat, given, hills, northward, plain, trails};
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, Surface};
 use nemoral_seed::Key;
-use nemoral_trails::{Section, TrailParams, TrailSurfaceKind, TrailZone, Trails, Way};
+use nemoral_trails::{CrossSection, TrailParams, TrailSurfaceKind, TrailZone, Trails, WayKind};
 use proptest::prelude::*;
 
-fn all_ways() -> Vec<(Way, f64)> {
+fn all_ways() -> Vec<(WayKind, f64)> {
     vec![
-        (Way::forest_road(), 1.0),
-        (Way::default(), 1.0),
-        (Way::skid_trail(), 1.0),
-        (Way::firebreak(), 0.5),
-        (Way::footpath(), 2.0),
-        (Way::deer_path(), 1.0),
+        (WayKind::forest_road(), 1.0),
+        (WayKind::default(), 1.0),
+        (WayKind::skid_trail(), 1.0),
+        (WayKind::firebreak(), 0.5),
+        (WayKind::footpath(), 2.0),
+        (WayKind::deer_path(), 1.0),
     ]
 }
 
@@ -168,7 +168,7 @@ fn kinds_come_with_their_shares_whatever_is_asked_first() {
 
 #[test]
 fn kinds_without_a_share_change_nothing() {
-    let track = Way::default();
+    let track = WayKind::default();
     let one = TrailParams {
         spawn_probability: 0.1,
         max_length_chunks: 14,
@@ -200,7 +200,10 @@ fn shapes_are_as_fine_in_every_chunk() {
     // Else the meshes of neighbours would differ along their border.
     let trails = trails(mixed(), 2, hills(0.3));
     let fine = trails.ground_near(ChunkCoord::new(0, 0), 1.0).fine_m();
-    let ditch = Way::forest_road().section.ditch.expect("a road has one");
+    let ditch = WayKind::forest_road()
+        .section
+        .ditch
+        .expect("a road has one");
     assert!(fine > ditch.width_m);
     for chunk in around(ChunkCoord::new(50, -9), 6) {
         assert_eq!(trails.ground_near(chunk, 1.0).fine_m(), fine);
@@ -240,9 +243,9 @@ fn widths_are_those_of_the_kinds() {
 #[test]
 fn roads_end_in_loops_around_islands() {
     let of_roads = |turning_radius_m| {
-        let road = Way {
+        let road = WayKind {
             turning_radius_m,
-            ..Way::forest_road()
+            ..WayKind::forest_road()
         };
         let params = TrailParams {
             spawn_probability: 0.04,
@@ -291,7 +294,7 @@ fn roads_end_in_loops_around_islands() {
 
 #[test]
 fn a_ditch_is_as_deep_and_wide_as_it_says_and_uphill() {
-    let way = Way::forest_road();
+    let way = WayKind::forest_road();
     let ditch = way.section.ditch.expect("a road has one");
     // It rises to the east, which is to the right of a way to the north.
     let base = flat(DVec2::new(0.2, 0.0));
@@ -320,7 +323,7 @@ fn a_ditch_is_as_deep_and_wide_as_it_says_and_uphill() {
         assert!((camber - 0.04 * half).abs() < 0.05, "{camber}");
     }
     // On level ground there is one on both sides.
-    let (trails, path) = northward(Way::forest_road(), flat(DVec2::ZERO));
+    let (trails, path) = northward(WayKind::forest_road(), flat(DVec2::ZERO));
     let p = path.position_m(120.0);
     let ground = trails.ground_near(ChunkCoord::containing(p, SIZE_M), 12.0);
     for side in [-1.0, 1.0] {
@@ -332,25 +335,25 @@ fn a_ditch_is_as_deep_and_wide_as_it_says_and_uphill() {
 
 #[test]
 fn paths_are_hollow_where_they_are_steep_and_deer_barely_carve() {
-    let depth = |way: Way, slope: DVec2| {
+    let depth = |way: WayKind, slope: DVec2| {
         let base = flat(slope);
         let (trails, path) = northward(way, Arc::clone(&base));
         let p = path.position_m(120.0);
         let ground = trails.ground_near(ChunkCoord::containing(p, SIZE_M), 10.0);
         base.height_m(p) - ground.height_m(p)
     };
-    let Section {
+    let CrossSection {
         sink_m, hollow_m, ..
-    } = Way::footpath().section;
-    let level = depth(Way::footpath(), DVec2::ZERO);
+    } = WayKind::footpath().section;
+    let level = depth(WayKind::footpath(), DVec2::ZERO);
     assert!((level - sink_m).abs() < 1e-6, "{level}");
-    let steep = depth(Way::footpath(), DVec2::new(0.0, 0.3));
+    let steep = depth(WayKind::footpath(), DVec2::new(0.0, 0.3));
     assert!((steep - sink_m - hollow_m).abs() < 1e-6, "{steep}");
-    let half = depth(Way::footpath(), DVec2::new(0.0, -0.1));
+    let half = depth(WayKind::footpath(), DVec2::new(0.0, -0.1));
     assert!((half - sink_m - 0.5 * hollow_m).abs() < 1e-6, "{half}");
     // The ground under a deer path changes by centimetres wherever it runs.
     let base = hills(0.4);
-    let (trails, path) = northward(Way::deer_path(), Arc::clone(&base));
+    let (trails, path) = northward(WayKind::deer_path(), Arc::clone(&base));
     for i in 10..230 {
         let p = path.position_m(f64::from(i));
         let ground = trails.ground_near(ChunkCoord::containing(p, SIZE_M), 10.0);
@@ -368,9 +371,9 @@ fn no_way_moves_more_earth_than_it_may() {
     // Straight down 45 %, where a grade of 20 % would need 30 m of earth.
     let base = flat(DVec2::new(0.0, -0.45));
     for earth_m in [0.5, 3.0, 10.0] {
-        let way = Way {
-            section: Section { earth_m, ..plain() },
-            ..Way::default()
+        let way = WayKind {
+            section: CrossSection { earth_m, ..plain() },
+            ..WayKind::default()
         };
         let (trails, path) = northward(way, Arc::clone(&base));
         let moved = |s: f64| {
@@ -392,7 +395,7 @@ fn no_way_moves_more_earth_than_it_may() {
 #[test]
 fn lines_that_meet_end_to_end_are_as_wide_there_as_elsewhere() {
     let vertex = |x: f64| DVec2::new(x, 3.0);
-    let way = || vec![(Way::default(), 1.0)];
+    let way = || vec![(WayKind::default(), 1.0)];
     let [first, second] = [[-80.0, 10.0], [10.04, 90.0]].map(|x| x.map(vertex));
     // All lines at once, or one after the other.
     let params = TrailParams {
@@ -468,7 +471,7 @@ fn borders_change_by_up_to_the_root_of_two_in_rounded_corners() {
     let second = DVec2::new(60.0 * libm::cos(0.35), 60.0 * libm::sin(0.35));
     let first = DVec2::new(60.0, 0.0);
     let lines = [(0, [-first, first]), (0, [-second, second])];
-    let trails = given(vec![(Way::default(), 1.0)], &lines, flat(DVec2::ZERO));
+    let trails = given(vec![(WayKind::default(), 1.0)], &lines, flat(DVec2::ZERO));
     let ground = trails.ground_near(ChunkCoord::new(0, 0), 20.0);
     let mut fastest = 0.0_f64;
     for line in 0..80 {
@@ -490,7 +493,7 @@ fn borders_change_by_up_to_the_root_of_two_in_rounded_corners() {
 fn a_firebreak_follows_the_ground() {
     // A plane that falls across it is not levelled: the slope across stays.
     let base = flat(DVec2::new(0.25, 0.05));
-    let (trails, path) = northward(Way::firebreak(), Arc::clone(&base));
+    let (trails, path) = northward(WayKind::firebreak(), Arc::clone(&base));
     let p = path.position_m(120.0);
     let ground = trails.ground_near(ChunkCoord::containing(p, SIZE_M), 10.0);
     for offset in [-2.5, -2.0, 0.0, 2.0, 2.5] {
@@ -505,11 +508,11 @@ fn a_path_fades_into_the_road_that_it_meets() {
     let road = [DVec2::new(-90.0, 4.0), DVec2::new(90.0, 9.0)];
     let path = [DVec2::new(2.0, -80.0), DVec2::new(-7.0, 85.0)];
     // Widths vary by the number of the line, which differs.
-    let footpath = Way {
+    let footpath = WayKind {
         width_variation: 0.0,
-        ..Way::footpath()
+        ..WayKind::footpath()
     };
-    let ways = || vec![(Way::forest_road(), 1.0), (footpath.clone(), 1.0)];
+    let ways = || vec![(WayKind::forest_road(), 1.0), (footpath.clone(), 1.0)];
     let both = given(ways(), &[(0, road), (1, path)], hills(0.4));
     let alone = given(ways(), &[(0, road)], hills(0.4));
     let foot = given(ways(), &[(1, path)], hills(0.4));
@@ -547,10 +550,10 @@ fn a_path_fades_into_the_road_that_it_meets() {
 
 #[test]
 fn surfaces_change_along_a_way_without_straight_lines() {
-    let way = Way {
-        surfaces: Way::ALL_SURFACES,
+    let way = WayKind {
+        surfaces: WayKind::ALL_SURFACES,
         change: 0.8,
-        ..Way::forest_road()
+        ..WayKind::forest_road()
     };
     let (trails, path) = northward(way, flat(DVec2::ZERO));
     let kinds: Vec<_> = (0..480).map(|i| path.kind(f64::from(i) * 0.5)).collect();
@@ -578,9 +581,9 @@ fn surfaces_change_along_a_way_without_straight_lines() {
         changes.len()
     );
     // A way without changes has straight ends.
-    let still = Way {
+    let still = WayKind {
         change: 0.0,
-        ..Way::default()
+        ..WayKind::default()
     };
     let (trails, path) = northward(still, flat(DVec2::ZERO));
     for i in 0..240 {
@@ -609,12 +612,12 @@ fn of_unequal_ways_the_nearest_edge_counts() {
             }
         }
     }
-    let wide = Way {
+    let wide = WayKind {
         width_m: 4.0,
         width_variation: 0.0,
-        ..Way::skid_trail()
+        ..WayKind::skid_trail()
     };
-    let ways = vec![(wide, 1.0), (Way::default(), 1.0)];
+    let ways = vec![(wide, 1.0), (WayKind::default(), 1.0)];
     let line = |x: f64| [DVec2::new(x, -60.0), DVec2::new(x, 60.0)];
     let lines = [(0, line(8.05)), (1, line(0.0))];
     let trails = given(ways, &lines, Arc::new(Ridge(ridge)));
@@ -632,7 +635,7 @@ fn of_unequal_ways_the_nearest_edge_counts() {
 #[test]
 fn a_kind_without_a_share_bounds_no_chunk() {
     let params = |share| TrailParams {
-        ways: vec![(Way::default(), 1.0), (Way::firebreak(), share)],
+        ways: vec![(WayKind::default(), 1.0), (WayKind::firebreak(), share)],
         ..TrailParams::default()
     };
     let made = |share| Trails::new(params(share), 20.0, Key::world(1), flat(DVec2::ZERO));
@@ -643,12 +646,12 @@ fn a_kind_without_a_share_bounds_no_chunk() {
 
 #[test]
 fn lines_that_are_none_make_no_kind_used() {
-    let wide = Way {
+    let wide = WayKind {
         width_m: 6.0,
-        ..Way::default()
+        ..WayKind::default()
     };
     let params = TrailParams {
-        ways: vec![(Way::forest_road(), 1.0), (wide, 0.0)],
+        ways: vec![(WayKind::forest_road(), 1.0), (wide, 0.0)],
         ..mixed()
     };
     let without = trails(params.clone(), 4, hills(0.4));
@@ -669,8 +672,8 @@ fn lines_that_are_none_make_no_kind_used() {
 
 #[test]
 fn impossible_ways_are_refused() {
-    let refused = |change: &dyn Fn(&mut Way)| {
-        let mut way = Way::forest_road();
+    let refused = |change: &dyn Fn(&mut WayKind)| {
+        let mut way = WayKind::forest_road();
         change(&mut way);
         let params = TrailParams::of(way);
         Trails::new(params, 50.0, Key::world(0), flat(DVec2::ZERO))
@@ -698,7 +701,7 @@ fn impossible_ways_are_refused() {
     assert_eq!(refused(&|w| w.roots_per_m = 6.0), "roots_per_m");
     assert_eq!(refused(&|w| w.stone_beds = -0.1), "stone_beds");
     assert_eq!(refused(&|w| w.turning_radius_m = 15.1), "turning_radius_m");
-    let shares = |ways: Vec<(Way, f64)>| {
+    let shares = |ways: Vec<(WayKind, f64)>| {
         let params = TrailParams {
             ways,
             ..TrailParams::default()
@@ -708,8 +711,8 @@ fn impossible_ways_are_refused() {
             .field
     };
     assert_eq!(shares(Vec::new()), "ways");
-    assert_eq!(shares(vec![(Way::default(), 0.0)]), "ways");
-    assert_eq!(shares(vec![(Way::default(), -1.0)]), "ways share");
+    assert_eq!(shares(vec![(WayKind::default(), 0.0)]), "ways");
+    assert_eq!(shares(vec![(WayKind::default(), -1.0)]), "ways share");
 }
 
 #[test]

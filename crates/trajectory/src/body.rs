@@ -25,7 +25,12 @@ impl Body {
     /// The pose of a body at `world_m` that faces `forward`; four wheels on the ground give height,
     /// pitch and roll.
     #[must_use]
-    pub fn stand(&self, world_m: DVec2, forward: DVec2, ground: &dyn Surface) -> RigidTransform {
+    pub fn pose_on_ground(
+        &self,
+        world_m: DVec2,
+        forward: DVec2,
+        ground: &dyn Surface,
+    ) -> RigidTransform {
         let forward = forward.normalize_or(DVec2::X);
         let left = forward.perp();
         let (f, l) = (
@@ -141,7 +146,7 @@ mod tests {
                 gradient: DVec2::new(gx, gy),
             };
             let p = DVec2::new(12.0, -7.0);
-            let pose = BODY.stand(p, DVec2::from_angle(yaw), &slope);
+            let pose = BODY.pose_on_ground(p, DVec2::from_angle(yaw), &slope);
             let up = pose.transform_vector(DVec3::Z);
             prop_assert!(up.distance(DVec3::new(-gx, -gy, 1.0).normalize()) < 1e-12);
             prop_assert!((pose.translation_m.z - slope.height_m(p)).abs() < 1e-12);

@@ -15,9 +15,9 @@ const ROWS: usize = 2;
 /// metres.
 const LOOK_M: f64 = KNOT_M / ROWS as f64;
 
-/// What a flight follows on its way.
+/// What the altitude of a flight follows on its way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Follow {
+pub enum AltitudeMode {
     /// The ground, smoothly.
     Ground,
     /// A level above the highest ground of all lines.
@@ -46,7 +46,7 @@ pub struct FlightLinesParams {
     /// Height above what is followed, metres.
     pub height_m: f64,
     /// What the heights are above.
-    pub follow: Follow,
+    pub follow: AltitudeMode,
     /// Speed, metres per second; above 0.
     pub speed_m_s: f64,
     /// The time of a frame, seconds; above 0. Frames follow each other without gaps on a line.
@@ -228,8 +228,8 @@ impl FlightLines {
             .flat_map(|line| &mut line.heights_m.controls)
         {
             let followed_m = match params.follow {
-                Follow::Ground => *z,
-                Follow::Level => highest_m,
+                AltitudeMode::Ground => *z,
+                AltitudeMode::Level => highest_m,
             };
             *z = followed_m + params.height_m;
         }

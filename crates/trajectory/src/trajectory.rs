@@ -3,7 +3,10 @@
 use nemoral_scene::glam::{DQuat, DVec2, DVec3};
 use nemoral_scene::{ParamError, RigidTransform, Surface};
 
-use crate::{Body, FlightLines, Gait, Obstacles, Pace, Recording, Stations, ThereAndBack, Wander};
+use crate::{
+    Body, FlightLines, Gait, Obstacles, RecordedTrajectory, SpeedProfile, Stations, ThereAndBack,
+    Wander,
+};
 
 /// The path of a body on the map.
 #[derive(Debug)]
@@ -25,7 +28,7 @@ pub enum Path {
     /// A grid of stations, one for each frame.
     Stations(Stations),
     /// Poses of a file, one for each frame.
-    Recording(Recording),
+    Recording(RecordedTrajectory),
 }
 
 /// The pose of a body as a pure function of a frame's number and of a time relative to that
@@ -35,7 +38,7 @@ pub struct Trajectory {
     /// The path on the map.
     pub path: Path,
     /// The speed and the interval of frames. A recording and flight lines have their own.
-    pub pace: Pace,
+    pub pace: SpeedProfile,
     /// The footprint of the body.
     pub body: Body,
     /// How it walks along a line, a wander or a straight line; `None` if it rolls.
@@ -44,7 +47,7 @@ pub struct Trajectory {
 
 /// The part of a pose that follows from the path alone, without the ground.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Stance {
+pub enum PathPose {
     /// The body stands with its wheels on the ground.
     OnWheels {
         /// Position on the map, metres.
@@ -72,7 +75,7 @@ pub enum Stance {
     Free(RigidTransform),
 }
 
-impl Stance {
+impl PathPose {
     /// The place where ground is needed, within the size of a body; `None` if it is not needed.
     #[must_use]
     pub fn ground_m(&self) -> Option<DVec2> {
@@ -91,14 +94,16 @@ impl Stance {
             Self::OnWheels {
                 position_m,
                 forward,
-            } => body.stand(position_m, forward, ground),
+            } => body.pose_on_ground(position_m, forward, ground),
             Self::OnFoot {
                 position_m,
                 forward,
                 sway,
             } => {
                 // Two feet follow the ground no finer than four wheels do.
-                let place_m = body.stand(position_m, forward, ground).translation_m;
+                let place_m = body
+                    .pose_on_ground(position_m, forward, ground)
+                    .translation_m;
                 upright(place_m, forward) * sway
             }
             Self::Level {
@@ -218,28 +223,28 @@ impl Trajectory {
         }
     }
 
-    /// The body's stance `offset_s` after a frame's time.
+    /// What the path says of the body's pose `offset_s` after a frame's time.
     ///
     /// # Errors
     /// The first error of `obstacles`.
     ///
     /// # Panics
     /// If a recording has no such frame.
-    pub fn stance<O: Obstacles + ?Sized>(
+    pub fn path_pose<O: Obstacles + ?Sized>(
         &self,
         frame: u64,
         offset_s: f64,
         obstacles: &O,
-    ) -> Result<Stance, O::Error> {
+    ) -> Result<PathPose, O::Error> {
         let time_s = self.time_s(frame) + offset_s;
         let s = self.pace.travelled_m(time_s);
         let (position_m, forward) = match &self.path {
             Path::ThereAndBack(line) => line.at(s),
             Path::Wander(wander) => wander.at(s, obstacles)?,
-            Path::FlightLines(lines) => return Ok(Stance::Free(lines.pose(frame, offset_s))),
+            Path::FlightLines(lines) => return Ok(PathPose::Free(lines.pose(frame, offset_s))),
             Path::Straight { start_m, forward } => (*start_m + *forward * s, *forward),
             Path::Stations(stations) => {
-                return Ok(Stance::Level {
+                return Ok(PathPose::Level {
                     position_m: stations.place(frame, obstacles)?,
                     forward: stations.forward,
                 });
@@ -247,21 +252,21 @@ impl Trajectory {
             Path::Recording(recording) => {
                 let pose = recording.after(frame, offset_s);
                 if !recording.is_on_ground() {
-                    return Ok(Stance::Free(pose));
+                    return Ok(PathPose::Free(pose));
                 }
-                return Ok(Stance::OnWheels {
+                return Ok(PathPose::OnWheels {
                     position_m: pose.translation_m.truncate(),
                     forward: pose.transform_vector(DVec3::X).truncate(),
                 });
             }
         };
         Ok(match self.gait.zip(self.travelled_m(time_s)) {
-            Some((gait, way_m)) => Stance::OnFoot {
+            Some((gait, way_m)) => PathPose::OnFoot {
                 position_m,
                 forward,
                 sway: gait.after(way_m),
             },
-            None => Stance::OnWheels {
+            None => PathPose::OnWheels {
                 position_m,
                 forward,
             },
@@ -282,8 +287,8 @@ impl Trajectory {
         obstacles: &O,
         ground: &dyn Surface,
     ) -> Result<RigidTransform, O::Error> {
-        let stance = self.stance(frame, offset_s, obstacles)?;
-        Ok(stance.pose(&self.body, ground))
+        let path_pose = self.path_pose(frame, offset_s, obstacles)?;
+        Ok(path_pose.pose(&self.body, ground))
     }
 }
 
@@ -295,7 +300,7 @@ mod tests {
     use crate::Obstacle;
     use nemoral_scene::FlatSurface;
 
-    const PACE: Pace = Pace {
+    const PACE: SpeedProfile = SpeedProfile {
         spacing_m: 3.0,
         spacing_s: 0.0,
         speed_m_s: 1.5,
@@ -376,7 +381,7 @@ mod tests {
         let pose = straight.pose(4, -2.0, &nothing, &SLOPE).expect("never");
         // 4 frames of 3 m, less 2 s at 1.5 m/s.
         assert!(pose.translation_m.distance(DVec3::new(2.0, 9.0, 1.2)) < 1e-12);
-        let by_time = Pace {
+        let by_time = SpeedProfile {
             spacing_s: 0.25,
             ..PACE
         };
@@ -413,7 +418,7 @@ mod tests {
         };
         assert_eq!(field(of(Path::Stations(nowhere))), "stations.columns");
         // All frames would be at once; a recording has times of its own.
-        let no_step = Pace {
+        let no_step = SpeedProfile {
             spacing_m: 0.0,
             ..PACE
         };
@@ -423,7 +428,7 @@ mod tests {
         };
         assert_eq!(field(standing), "pace.spacing_m");
         let pose = RigidTransform::from_xyz_rpy(DVec3::ZERO, 0.0, 0.0, 0.0);
-        let recording = Recording::new(vec![(Some(0.0), pose)], 1.0, false, "poses");
+        let recording = RecordedTrajectory::new(vec![(Some(0.0), pose)], 1.0, false, "poses");
         let recorded = Trajectory {
             pace: no_step,
             ..of(Path::Recording(recording.expect("a pose")))
@@ -458,11 +463,12 @@ mod tests {
     fn a_recording_lies_on_the_ground_or_not() {
         let recorded = |on_ground| {
             let pose = RigidTransform::from_xyz_rpy(DVec3::new(1.0, 2.0, 30.0), 0.3, 0.2, 0.0);
-            let recording = Recording::new(vec![(Some(0.0), pose)], 1.0, on_ground, "poses");
+            let recording =
+                RecordedTrajectory::new(vec![(Some(0.0), pose)], 1.0, on_ground, "poses");
             let path = of(Path::Recording(recording.expect("a pose")));
-            let stance = path.stance(0, 0.0, &nothing).expect("never");
-            assert_eq!(stance.ground_m().is_some(), on_ground);
-            (pose, stance.pose(&BODY, &SLOPE))
+            let path_pose = path.path_pose(0, 0.0, &nothing).expect("never");
+            assert_eq!(path_pose.ground_m().is_some(), on_ground);
+            (pose, path_pose.pose(&BODY, &SLOPE))
         };
         let (pose, free) = recorded(false);
         assert_eq!(free, pose);

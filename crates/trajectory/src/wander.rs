@@ -11,7 +11,7 @@ use nemoral_seed::{Domain, Key};
 
 use self::course::{Course, Guide};
 use crate::spline::CubicBSpline;
-use crate::{Heading, Lanes, Obstacles};
+use crate::{Lanes, Obstacles, Pose2d};
 
 /// The name is older than this crate; another one would change every wander.
 const WANDER: Domain = Domain::new("pipeline.wander");
@@ -125,7 +125,7 @@ impl Wander {
         &self,
         travelled_m: f64,
         obstacles: &O,
-    ) -> Result<Heading, O::Error> {
+    ) -> Result<Pose2d, O::Error> {
         let block = (travelled_m / BLOCK_M).floor();
         let course = remembered(&self.courses, block as i64, || {
             self.course(block as i64, obstacles)

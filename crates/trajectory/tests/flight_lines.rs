@@ -6,7 +6,7 @@ use proptest::prelude::*;
 
 use nemoral_scene::glam::{DVec2, DVec3};
 use nemoral_seed::Key;
-use nemoral_trajectory::{FlightLines, FlightLinesParams, Follow};
+use nemoral_trajectory::{AltitudeMode, FlightLines, FlightLinesParams};
 
 const PLAN: FlightLinesParams = FlightLinesParams {
     middle_m: DVec2::new(1000.0, -500.0),
@@ -17,7 +17,7 @@ const PLAN: FlightLinesParams = FlightLinesParams {
     line_spacing_m: 20.0,
     is_crossed: false,
     height_m: 60.0,
-    follow: Follow::Ground,
+    follow: AltitudeMode::Ground,
     speed_m_s: 5.0,
     step_s: 1.0,
     turn_s: 40.0,
@@ -107,7 +107,7 @@ fn a_flight_follows_the_ground_or_a_level() {
     }
 
     let above = FlightLinesParams {
-        follow: Follow::Level,
+        follow: AltitudeMode::Level,
         ..PLAN
     };
     let flight = lines(above, hills);

@@ -6,18 +6,18 @@
 use std::time::{Duration, Instant};
 
 use nemoral_pipeline::Backend;
-use nemoral_pipeline::config::Layers;
+use nemoral_pipeline::config::ConfigLayers;
 use nemoral_scene::glam::DVec2;
-use nemoral_view::{ForestParams, Glance, LiveForest, Map, Place};
+use nemoral_view::{ForestParams, ImageKind, LiveForest, ViewRequest, Viewpoint};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut arguments = std::env::args().skip(1);
     let preset = arguments.next();
     let mut side = |default: u32| arguments.next().map_or(Ok(default), |a| a.parse());
     let size_px = (side(480)?, side(270)?);
-    let layers = Layers {
+    let layers = ConfigLayers {
         preset,
-        ..Layers::default()
+        ..ConfigLayers::default()
     };
     let forest = LiveForest::new(ForestParams {
         sequence: layers.sequences()?.get(0)?,
@@ -37,46 +37,46 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         std::thread::sleep(Duration::from_millis(20));
     };
     println!("first sight after {:.1} s", began.elapsed().as_secs_f64());
-    let mut glance = Glance {
-        place: Place {
+    let mut request = ViewRequest {
+        viewpoint: Viewpoint {
             position_m: DVec2::new(start.0, start.1),
             heading_deg: start.2,
             pitch_deg: 0.0,
             eye_m: 1.7,
         },
-        map: Map::Colour,
+        kind: ImageKind::Colour,
         size_px,
         still: true,
         viewer: 1,
     };
-    while !forest.picture(&glance)?.is_some_and(|p| p.is_final) {
+    while !forest.picture(&request)?.is_some_and(|p| p.is_final) {
         std::thread::sleep(Duration::from_millis(20));
     }
     println!(
         "all that is visible after {:.1} s",
         began.elapsed().as_secs_f64()
     );
-    for (map, name) in Map::ALL {
+    for (kind, name) in ImageKind::ALL {
         for still in [false, true] {
-            (glance.map, glance.still) = (map, still);
+            (request.kind, request.still) = (kind, still);
             let (mut times, mut bytes) = (Vec::new(), 0);
             for step in 0..if still { 5 } else { 40 } {
                 if !still {
-                    let (sin, cos) = glance.place.heading_deg.to_radians().sin_cos();
-                    glance.place.position_m += 0.15 * DVec2::new(sin, cos);
-                    glance.place.heading_deg += if step < 20 { 1.0 } else { -1.0 };
+                    let (sin, cos) = request.viewpoint.heading_deg.to_radians().sin_cos();
+                    request.viewpoint.position_m += 0.15 * DVec2::new(sin, cos);
+                    request.viewpoint.heading_deg += if step < 20 { 1.0 } else { -1.0 };
                 }
                 let began = Instant::now();
-                let picture = forest.picture(&glance)?.ok_or("nobody else looks")?;
-                bytes = picture.painted.encode().1.len();
-                glance.place = picture.place;
+                let picture = forest.picture(&request)?.ok_or("nobody else looks")?;
+                bytes = picture.rendered.encode().1.len();
+                request.viewpoint = picture.viewpoint;
                 times.push(began.elapsed().as_secs_f64() * 1e3);
             }
             times.sort_by(f64::total_cmp);
             let median = times[times.len() / 2];
             let worst = times[times.len() - 1];
-            let kind = if still { "still" } else { "moving" };
-            println!("{name:9} {kind:6} {median:6.1} ms (worst {worst:.1}), {bytes} bytes");
+            let manner = if still { "still" } else { "moving" };
+            println!("{name:9} {manner:6} {median:6.1} ms (worst {worst:.1}), {bytes} bytes");
         }
     }
     Ok(())

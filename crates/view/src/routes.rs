@@ -9,7 +9,7 @@ use crate::Error;
 use crate::controls::Values;
 use crate::http::{Handler, Method, Request, Response};
 use crate::live::LiveForest;
-use crate::seen::{Glance, Map, Place};
+use crate::view_request::{ImageKind, ViewRequest, Viewpoint};
 
 const PAGE: &str = include_str!("../page/page.html");
 const SCRIPT: &str = include_str!("../page/view.js");
@@ -58,14 +58,14 @@ impl Routes {
     }
 
     fn picture(&self, request: &Request) -> Result<Response, Error> {
-        let Some(picture) = self.forest.picture(&glance(request)?)? else {
+        let Some(picture) = self.forest.picture(&view_request(request)?)? else {
             return Ok(Response {
                 status: 204,
                 ..Response::ok("text/plain", "")
             });
         };
-        let (media_type, bytes) = picture.painted.encode();
-        let DVec2 { x, y } = picture.place.position_m;
+        let (media_type, bytes) = picture.rendered.encode();
+        let DVec2 { x, y } = picture.viewpoint.position_m;
         Ok(Response::ok(media_type, bytes)
             .with("X-Place", format!("{x} {y}"))
             .with("X-Revision", picture.revision)
@@ -78,7 +78,7 @@ impl Routes {
             Some("drive") => (true, "drive.toml"),
             other => return Err(Error::value("what", other.unwrap_or(""), "view or drive")),
         };
-        let config = self.forest.config(&glance(request)?, drive)?;
+        let config = self.forest.config(&view_request(request)?, drive)?;
         let attachment = format!("attachment; filename=\"{name}\"");
         let response = Response::ok("application/toml; charset=utf-8", config);
         Ok(response.with("Content-Disposition", attachment))
@@ -98,8 +98,8 @@ impl Handler for Routes {
     }
 }
 
-/// The glance that a query describes.
-fn glance(request: &Request) -> Result<Glance, Error> {
+/// The request that a query describes.
+fn view_request(request: &Request) -> Result<ViewRequest, Error> {
     let text = |key: &str| request.value(key).unwrap_or("");
     let real = |key: &str| {
         let value = text(key);
@@ -111,14 +111,14 @@ fn glance(request: &Request) -> Result<Glance, Error> {
         let refused = |_| Error::value(key, value, "a whole number");
         value.parse::<u32>().map_err(refused)
     };
-    Ok(Glance {
-        place: Place {
+    Ok(ViewRequest {
+        viewpoint: Viewpoint {
             position_m: DVec2::new(real("x")?, real("y")?),
             heading_deg: real("heading")?,
             pitch_deg: real("pitch")?,
             eye_m: real("eye")?,
         },
-        map: text("map").parse::<Map>()?,
+        kind: text("map").parse::<ImageKind>()?,
         size_px: (whole("width")?, whole("height")?),
         still: match text("still") {
             "0" => false,

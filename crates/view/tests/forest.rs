@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use nemoral_pipeline::config::{Config, Layers};
+use nemoral_pipeline::config::{Config, ConfigLayers};
 use nemoral_pipeline::plan::{Runner, Store};
 use nemoral_pipeline::{
     Backend, ForestPlan, picture_of_classes, picture_of_instances, picture_of_scan,
@@ -13,15 +13,15 @@ use nemoral_realism::grown;
 use nemoral_scene::Ontology;
 use nemoral_scene::glam::DVec2;
 use nemoral_view::{
-    ForestParams, Glance, Handler, LiveForest, Map, Method, Picture, Place, Request, Routes, Value,
-    Values,
+    ForestParams, Handler, ImageKind, LiveForest, Method, Request, Routes, Value, Values,
+    ViewImage, ViewRequest, Viewpoint,
 };
 
 fn forest(settings: &[&str]) -> LiveForest {
-    let layers = Layers {
+    let layers = ConfigLayers {
         preset: Some("demo".to_owned()),
         settings: settings.iter().map(|s| (*s).to_owned()).collect(),
-        ..Layers::default()
+        ..ConfigLayers::default()
     };
     let sequence = layers.sequences().and_then(|s| s.get(0)).expect("a config");
     LiveForest::new(ForestParams {
@@ -47,26 +47,26 @@ fn until<T>(what: &str, mut found: impl FnMut() -> Option<T>) -> T {
     }
 }
 
-/// A glance from the start of the path.
-fn glance(forest: &LiveForest) -> Glance {
+/// A request from the start of the path.
+fn request(forest: &LiveForest) -> ViewRequest {
     let (x, y, heading_deg) = until("the start", || forest.state().start);
-    Glance {
-        place: Place {
+    ViewRequest {
+        viewpoint: Viewpoint {
             position_m: DVec2::new(x, y),
             heading_deg,
             pitch_deg: 2.5,
             eye_m: 1.6,
         },
-        map: Map::Colour,
+        kind: ImageKind::Colour,
         size_px: (160, 90),
         still: true,
         viewer: 1,
     }
 }
 
-fn whole(forest: &LiveForest, glance: &Glance) -> Picture {
+fn whole(forest: &LiveForest, request: &ViewRequest) -> ViewImage {
     until("a whole picture", || {
-        let picture = forest.picture(glance).expect("it can be taken");
+        let picture = forest.picture(request).expect("it can be taken");
         picture.filter(|picture| picture.is_final)
     })
 }
@@ -80,60 +80,64 @@ fn set(name: &str, value: f64) -> Values {
 fn the_config_of_what_is_seen_makes_the_same_picture() {
     // Edges are smoothed and the sensor is noisy, as in whole data sets.
     let forest = forest(&["camera.edge_samples=4", "camera.noise.enabled=true"]);
-    let mut glance = glance(&forest);
-    glance.place.position_m += DVec2::new(7.0, 3.5);
-    glance.place.heading_deg = 123.0;
-    let colour = whole(&forest, &glance);
-    glance.place = colour.place;
-    let toml = forest.config(&glance, false).expect("a config");
+    let mut request = request(&forest);
+    request.viewpoint.position_m += DVec2::new(7.0, 3.5);
+    request.viewpoint.heading_deg = 123.0;
+    let colour = whole(&forest, &request);
+    request.viewpoint = colour.viewpoint;
+    let toml = forest.config(&request, false).expect("a config");
     let config = Config::from_toml(&toml).expect("a config that is allowed");
     assert_eq!((config.frames, config.sequences), (1, 1));
     let plan = ForestPlan::new(&config).expect("a possible plan");
     let store = Store::unlimited();
     let runner = Runner::new(plan.plan(), &store, 2);
     let images = runner.get(plan.images, 0).expect("a picture");
-    let seen = |map| whole(&forest, &Glance { map, ..glance }).painted.image;
+    let seen = |kind| {
+        whole(&forest, &ViewRequest { kind, ..request })
+            .rendered
+            .image
+    };
     let ontology = Ontology::paper();
-    assert!(seen(Map::Classes) == picture_of_classes(&images[0].truth, &ontology));
-    assert!(seen(Map::Instances) == picture_of_instances(&images[0].truth));
+    assert!(seen(ImageKind::Classes) == picture_of_classes(&images[0].truth, &ontology));
+    assert!(seen(ImageKind::Instances) == picture_of_instances(&images[0].truth));
     let differ = |a: &[[u8; 3]], b: &[[u8; 3]]| a.iter().zip(b).filter(|(a, b)| a != b).count();
-    let off = differ(colour.painted.image.pixels(), images[0].rgb.pixels());
+    let off = differ(colour.rendered.image.pixels(), images[0].rgb.pixels());
     assert_eq!(off, 0, "pixels of colour differ");
     let scans = runner.get(plan.scans, 0).expect("a scan");
     let camera = &config.camera;
     let camera_from_lidar = camera.body_from_camera().inverse() * config.lidar.body_from_lidar();
     let intrinsics = camera.intrinsics().expect("a camera");
     let scan = picture_of_scan(&scans[0], &ontology, &intrinsics, &camera_from_lidar);
-    assert!(seen(Map::Lidar) == scan);
+    assert!(seen(ImageKind::Lidar) == scan);
     // A drive begins there with the robot's own sensors.
-    let drive = forest.config(&glance, true).expect("a config");
+    let drive = forest.config(&request, true).expect("a config");
     let drive = Config::from_toml(&drive).expect("a config that is allowed");
-    assert_eq!(drive.robot.start_x_m, glance.place.position_m.x);
+    assert_eq!(drive.robot.start_x_m, request.viewpoint.position_m.x);
     assert_eq!((drive.frames, drive.camera.width_px), (2, 160));
 }
 
 #[test]
 fn light_changes_at_once_and_land_while_the_old_one_is_seen() {
     let forest = forest(&[]);
-    let glance = glance(&forest);
-    let first = whole(&forest, &glance);
+    let request = request(&forest);
+    let first = whole(&forest, &request);
     forest.change(&set("overcast", 1.0)).expect("it is allowed");
-    let overcast = whole(&forest, &glance);
+    let overcast = whole(&forest, &request);
     assert!(overcast.revision > first.revision);
-    assert_ne!(overcast.painted.image, first.painted.image);
-    let depth = |glance: &Glance| {
-        let glance = Glance {
-            map: Map::Depth,
-            ..*glance
+    assert_ne!(overcast.rendered.image, first.rendered.image);
+    let depth = |request: &ViewRequest| {
+        let request = ViewRequest {
+            kind: ImageKind::Depth,
+            ..*request
         };
-        whole(&forest, &glance).painted.image
+        whole(&forest, &request).rendered.image
     };
-    let before = depth(&glance);
+    let before = depth(&request);
 
     forest.change(&set("trees", 1000.0)).expect("it is allowed");
-    let draft = Glance {
+    let draft = ViewRequest {
         still: false,
-        ..glance
+        ..request
     };
     let meanwhile = forest
         .picture(&draft)
@@ -143,27 +147,27 @@ fn light_changes_at_once_and_land_while_the_old_one_is_seen() {
         meanwhile.revision, overcast.revision,
         "nothing waits for what grows"
     );
-    assert_ne!(depth(&glance), before);
+    assert_ne!(depth(&request), before);
     // What the newer plan has no use for is gone; so the old one comes back by growing again.
     forest.change(&set("trees", 384.0)).expect("it is allowed");
-    assert_eq!(depth(&glance), before);
+    assert_eq!(depth(&request), before);
 
     // The hour moves the sun, and the seed the trees.
     forest.change(&set("hour", 8.0)).expect("it is allowed");
     assert_ne!(
-        whole(&forest, &glance).painted.image,
-        overcast.painted.image
+        whole(&forest, &request).rendered.image,
+        overcast.rendered.image
     );
     let seed = Values::from([("seed".to_owned(), Value::Text("8".to_owned()))]);
     forest.change(&seed).expect("it is allowed");
-    assert_ne!(depth(&glance), before);
+    assert_ne!(depth(&request), before);
 }
 
 #[test]
 fn what_is_impossible_is_said_and_changes_nothing() {
     let forest = forest(&[]);
-    let glance = glance(&forest);
-    let first = whole(&forest, &glance);
+    let request = request(&forest);
+    let first = whole(&forest, &request);
     let values = forest.state().values;
     let error = forest
         .change(&set("overcast", 2.0))
@@ -179,10 +183,10 @@ fn what_is_impossible_is_said_and_changes_nothing() {
     let error = until("an error", || forest.state().error);
     assert!(error.contains("placement"), "{error}");
     assert_eq!(forest.state().values, values);
-    assert!(whole(&forest, &glance).painted.image == first.painted.image);
+    assert!(whole(&forest, &request).rendered.image == first.rendered.image);
     // The next change is not taken for the one that failed.
     forest.change(&set("trees", 200.0)).expect("it is allowed");
-    assert!(whole(&forest, &glance).revision > first.revision);
+    assert!(whole(&forest, &request).revision > first.revision);
     assert_eq!(forest.state().error, None);
 }
 
@@ -190,7 +194,7 @@ fn what_is_impossible_is_said_and_changes_nothing() {
 fn who_moves_does_not_wait_for_a_whole_picture() {
     // A whole picture of this camera takes minutes.
     let forest = forest(&["camera.bounces=8", "camera.samples=256"]);
-    let mut large = glance(&forest);
+    let mut large = request(&forest);
     large.size_px = (1280, 720);
     let given_up = AtomicBool::new(false);
     std::thread::scope(|scope| {
@@ -201,7 +205,7 @@ fn who_moves_does_not_wait_for_a_whole_picture() {
         });
         std::thread::sleep(Duration::from_millis(500));
         assert!(!given_up.load(Ordering::SeqCst), "it is long");
-        let draft = Glance {
+        let draft = ViewRequest {
             still: false,
             size_px: (160, 90),
             ..large
@@ -226,30 +230,39 @@ fn nobody_stands_in_a_stem() {
         "terrain.max_height_m=3",
         "deadwood.volume_m3_ha=60",
     ]);
-    let glance = glance(&forest);
+    let request = request(&forest);
     let mut moved = 0;
     for i in 0..400 {
         let offset = DVec2::new(f64::from(i % 20), f64::from(i / 20)) - 10.0;
-        let mut there = Glance {
-            map: Map::Depth,
+        let mut there = ViewRequest {
+            kind: ImageKind::Depth,
             size_px: (16, 16),
             still: false,
-            ..glance
+            ..request
         };
-        there.place.position_m += offset;
+        there.viewpoint.position_m += offset;
         let picture = forest
             .picture(&there)
             .expect("no error")
             .expect("a picture");
-        let by_m = picture.place.position_m.distance(there.place.position_m);
+        let by_m = picture
+            .viewpoint
+            .position_m
+            .distance(there.viewpoint.position_m);
         assert!(by_m < 2.0, "{by_m}");
         moved += usize::from(by_m > 0.0);
-        there.place = picture.place;
+        there.viewpoint = picture.viewpoint;
         let again = forest
             .picture(&there)
             .expect("no error")
             .expect("a picture");
-        assert!(again.place.position_m.distance(there.place.position_m) < 0.5);
+        assert!(
+            again
+                .viewpoint
+                .position_m
+                .distance(there.viewpoint.position_m)
+                < 0.5
+        );
     }
     assert!(moved > 0, "some of 400 places are in stems");
 }
@@ -276,8 +289,8 @@ fn the_page_asks_and_is_answered() {
     assert_eq!(get("../Cargo.toml", "").status, 404);
     assert_eq!(ask(Method::Post, "state", "", "").status, 404);
 
-    let place = glance(&forest).place;
-    let (x, y) = (place.position_m.x, place.position_m.y);
+    let viewpoint = request(&forest).viewpoint;
+    let (x, y) = (viewpoint.position_m.x, viewpoint.position_m.y);
     let from = format!("x={x}&y={y}&heading=10&pitch=0&eye=1.7&viewer=3");
     let draft = get(
         "picture",

@@ -7,20 +7,20 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use nemoral_view::{Error, MAX_CONNECTIONS, Request, Response, Server, Stop};
+use nemoral_view::{Error, MAX_CONNECTIONS, Request, Response, Server, ShutdownHandle};
 
 /// A running server that answers with what it was asked.
 struct Running {
     url: String,
     address: SocketAddr,
-    stop: Stop,
+    handle: ShutdownHandle,
     thread: JoinHandle<Result<(), Error>>,
     asked: Arc<AtomicUsize>,
 }
 
 fn run(answer_time: Duration) -> Running {
     let server = Server::bind(0).expect("a free port");
-    let (url, stop) = (server.url(), server.stop());
+    let (url, handle) = (server.url(), server.shutdown_handle());
     let port = url.split(['/', ':']).nth(4).expect("a port");
     let address = SocketAddr::from((Ipv4Addr::LOCALHOST, port.parse().expect("a port")));
     let asked = Arc::new(AtomicUsize::new(0));
@@ -36,7 +36,7 @@ fn run(answer_time: Duration) -> Running {
     Running {
         url,
         address,
-        stop,
+        handle,
         thread: std::thread::spawn(move || server.serve(Arc::new(handler))),
         asked,
     }
@@ -73,7 +73,7 @@ impl Running {
     }
 
     fn end(self) {
-        self.stop.stop();
+        self.handle.shutdown();
         self.thread.join().expect("no panic").expect("no error");
         assert!(
             TcpStream::connect(self.address).is_err(),

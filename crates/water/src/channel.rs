@@ -19,7 +19,7 @@ pub(crate) const CHANNEL_REACH_M: f64 = BANK_M + 6.0;
 
 /// A cross-section of a stream.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Section {
+pub struct CrossSection {
     /// Its middle on the map, metres.
     pub middle_m: DVec2,
     /// Unit vector downstream.
@@ -37,10 +37,10 @@ pub struct Section {
 /// A straight piece of a channel, between two sections.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Segment {
-    pub(crate) ends: [Section; 2],
+    pub(crate) ends: [CrossSection; 2],
 }
 
-impl Section {
+impl CrossSection {
     /// Half the width of the bed up to where the banks are straight, metres.
     fn bed_half_m(&self) -> f64 {
         self.bank * self.half_m * self.half_m / (2.0 * self.depth_m)
@@ -159,7 +159,7 @@ mod tests {
     use proptest::prelude::*;
 
     fn segment() -> Segment {
-        let section = |x: f64, level_m: f64, half_m: f64| Section {
+        let section = |x: f64, level_m: f64, half_m: f64| CrossSection {
             middle_m: DVec2::new(x, 0.2 * x),
             along: DVec2::X,
             level_m,

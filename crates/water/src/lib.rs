@@ -6,11 +6,11 @@
 //! use nemoral_scene::glam::DVec2;
 //! use nemoral_scene::{ChunkCoord, FlatSurface, Surface};
 //! use nemoral_seed::Key;
-//! use nemoral_water::{NoWays, Water, WaterParams};
+//! use nemoral_water::{GroundWithoutWays, Water, WaterParams};
 //!
 //! let base = Arc::new(FlatSurface { height_m: 5.0, gradient: DVec2::ZERO });
 //! let params = WaterParams { ponds: 0.02, ..WaterParams::default() };
-//! let ways = Arc::new(NoWays(Arc::clone(&base)));
+//! let ways = Arc::new(GroundWithoutWays(Arc::clone(&base)));
 //! let water = Water::new(params, 50.0, Key::world(7), base.clone(), ways)?;
 //! let chunks = ChunkCoord::new(0, 0).square(2);
 //! let near = chunks.map(|chunk| water.near(chunk, 10.0)).find(|near| !near.is_empty());
@@ -35,23 +35,23 @@
 //! - The level of a stream is the least height of the ground along it so far, less a freeboard, so
 //!   water never runs uphill. Its width grows with the square root of the length of streams above
 //!   it, as downstream hydraulic geometry has it with discharge (Leopold and Maddock 1953).
-//! - [`WaterNear::carve`] cuts the bed and its banks into the ground, and fills a rim onto it where
-//!   it is lower than the water.
-//! - A stream passes under [`Ways`]: its bed ends at their verges.
+//! - [`ChunkWater::carve`] cuts the bed and its banks into the ground, and fills a rim onto it
+//!   where it is lower than the water.
+//! - A stream passes under [`GroundWithWays`]: its bed ends at their verges.
 //!
 //! All lengths are metres.
 
 mod channel;
+mod chunk_water;
 mod course;
 mod directions;
 mod lattice;
-mod near;
 mod network;
 mod params;
 mod pond;
 mod puddle;
-mod sheet;
 mod stream;
+mod surface_mesh;
 mod water;
 mod ways;
 
@@ -62,12 +62,12 @@ pub const REACH_M: f64 = 360.0;
 #[cfg(doctest)]
 struct Readme;
 
-pub use channel::Section;
-pub use near::{WaterNear, puddle_sheets};
+pub use channel::CrossSection;
+pub use chunk_water::{ChunkWater, puddle_sheets};
 pub use nemoral_scene::ParamError;
 pub use params::WaterParams;
 pub use pond::Pond;
 pub use puddle::{Puddle, PuddleSite};
-pub use sheet::WaterKind;
+pub use surface_mesh::WaterKind;
 pub use water::{SHEETS_REACH_M, Water};
-pub use ways::{NoWays, Ways};
+pub use ways::{GroundWithWays, GroundWithoutWays};

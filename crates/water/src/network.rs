@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use nemoral_seed::{Domain, Draw};
 
-use crate::channel::Section;
+use crate::channel::CrossSection;
 use crate::course::{Place, course, lengths_m};
 use crate::lattice::Node;
 use crate::pond::Pond;
@@ -30,32 +30,32 @@ const LEAST_DEPTH_M: f64 = 0.09;
 /// How steep banks are, at the least and at most.
 const BANKS_RISE: [f64; 2] = [0.8, 1.4];
 
-/// All water that runs from one node to the next.
+/// A reach of a stream: all water that runs from one node to the next.
 #[derive(Clone, Debug)]
-pub(crate) struct Run {
+pub(crate) struct StreamReach {
     /// Whether nothing comes from above.
     pub(crate) is_spring: bool,
     /// The pond that it ends in.
     pub(crate) pond: Option<Arc<Pond>>,
-    pub(crate) sections: Vec<Section>,
+    pub(crate) sections: Vec<CrossSection>,
 }
 
-/// What is known of a run before those below it are.
+/// What is known of a reach before those below it are.
 struct Draft {
     to: Node,
-    /// The hollow that all water of this run comes to.
+    /// The hollow that all water of this reach comes to.
     hollow: Node,
     levels_m: Vec<f64>,
     places: Vec<Place>,
 }
 
-/// The runs of streams that come near enough. For a place of which *all* streams through it are
+/// The reaches of streams that come near enough. For a place of which *all* streams through it are
 /// given, they are what the whole world's streams would make.
-pub(crate) fn runs(
+pub(crate) fn reaches(
     finder: &Finder<'_>,
     streams: &[Arc<Stream>],
     ponds: &BTreeMap<Node, Arc<Pond>>,
-) -> Vec<Run> {
+) -> Vec<StreamReach> {
     let mut drafts: BTreeMap<Node, Draft> = BTreeMap::new();
     for stream in streams {
         let hollow = stream.nodes[stream.nodes.len() - 1];
@@ -76,16 +76,16 @@ pub(crate) fn runs(
         }
     }
     let mut above = Above::new(&drafts);
-    let run = |(&from, draft): (&Node, &Draft)| {
+    let reach = |(&from, draft): (&Node, &Draft)| {
         let pond = ponds.get(&draft.hollow).cloned();
         let along_m = lengths_m(&draft.places);
-        // All water of the next run comes to the same pond.
+        // All water of the next reach comes to the same pond.
         let next_m = drafts.get(&draft.to).map(|next| {
             let along_m = lengths_m(&next.places);
             next.levels_m(&along_m, pond.as_deref(), None)[0]
         });
         let levels_m = draft.levels_m(&along_m, pond.as_deref(), next_m);
-        // The rise of the banks and the width at a node, and how much wider the run between is.
+        // The rise of the banks and the width at a node, and how much wider the reach between is.
         let shape = |node: Node| {
             let mut rng = finder.key.domain(BANKS).chunk(node).rng();
             let rise = rng.range_f64(BANKS_RISE[0], BANKS_RISE[1]);
@@ -102,7 +102,7 @@ pub(crate) fn runs(
             let t = along / total_m;
             let bulge = between * 4.0 * t * (1.0 - t);
             let half_m = mean_m * (wide_here + t * (wide_there - wide_here) + bulge);
-            Section {
+            CrossSection {
                 middle_m: place.middle_m,
                 along: place.along,
                 level_m,
@@ -111,20 +111,20 @@ pub(crate) fn runs(
                 bank: rise_here + t * (rise_there - rise_here),
             }
         });
-        Run {
+        StreamReach {
             is_spring: before_m == 0.0,
             sections: sections.collect(),
             pond,
         }
     };
-    drafts.iter().map(run).collect()
+    drafts.iter().map(reach).collect()
 }
 
 impl Draft {
-    /// The levels of a run: those that the ground allows, no lower than the pond below, falling in
-    /// time to that pond, or to `next_m`, where other water has cut the next run deeper. Where the
-    /// pond comes soon, the fall begins in the run before: the first level is the same whatever
-    /// `next_m` is, so that the run before can fall to it.
+    /// The levels of a reach: those that the ground allows, no lower than the pond below, falling
+    /// in time to that pond, or to `next_m`, where other water has cut the next reach deeper. Where
+    /// the pond comes soon, the fall begins in the reach before: the first level is the same
+    /// whatever `next_m` is, so that the reach before can fall to it.
     fn levels_m(&self, along_m: &[f64], pond: Option<&Pond>, next_m: Option<f64>) -> Vec<f64> {
         let least_m = pond.map_or(f64::NEG_INFINITY, |pond| pond.level_m);
         let mut levels_m: Vec<f64> = self.levels_m.iter().map(|l| l.max(least_m)).collect();
@@ -151,11 +151,11 @@ impl Draft {
     }
 }
 
-/// The length of all runs above each node, metres. Sums are in the order of nodes, whichever
+/// The length of all reaches above each node, metres. Sums are in the order of nodes, whichever
 /// streams were found first.
 struct Above<'a> {
     drafts: &'a BTreeMap<Node, Draft>,
-    /// The runs that come to each node.
+    /// The reaches that come to each node.
     coming: BTreeMap<Node, Vec<Node>>,
     known: BTreeMap<Node, f64>,
 }

@@ -6,7 +6,7 @@ use glam::DVec2;
 use nemoral_scene::Dual;
 use nemoral_seed::{Draw, Key};
 
-use crate::ways::Ways;
+use crate::ways::GroundWithWays;
 
 /// How far the water stays below the lowest place of the rim, metres.
 const FREEBOARD_M: f64 = 0.22;
@@ -37,7 +37,12 @@ pub struct Pond {
 impl Pond {
     /// The pond in a hollow, as large as ways around leave room for; `None` if that is too small,
     /// or if its banks would be too high.
-    pub(crate) fn dig(middle_m: DVec2, largest_m: f64, ways: &dyn Ways, key: Key) -> Option<Self> {
+    pub(crate) fn dig(
+        middle_m: DVec2,
+        largest_m: f64,
+        ways: &dyn GroundWithWays,
+        key: Key,
+    ) -> Option<Self> {
         let mut rng = key.rng();
         let size = rng.range_f64(0.5, 1.0);
         let mut pond = Self {
@@ -68,7 +73,7 @@ impl Pond {
         (high - low < DEEPEST_M).then_some(pond)
     }
 
-    fn has_room(&self, ways: &dyn Ways) -> bool {
+    fn has_room(&self, ways: &dyn GroundWithWays) -> bool {
         let rings = [0.0, 0.5, 1.0, 1.35];
         rings.iter().all(|&ring| {
             self.ring(ring, 32)

@@ -6,7 +6,7 @@ use nemoral_seed::{Domain, Draw, Key};
 use crate::course::{Place, course};
 use crate::lattice::{Lattice, Node, SPACING_M};
 use crate::pond::Pond;
-use crate::ways::Ways;
+use crate::ways::GroundWithWays;
 use crate::{REACH_M, WaterParams};
 
 const SPRINGS: Domain = Domain::new("water.springs");
@@ -49,7 +49,7 @@ pub(crate) struct Stream {
 pub(crate) struct Finder<'a> {
     pub(crate) params: &'a WaterParams,
     pub(crate) lattice: &'a Lattice<'a>,
-    pub(crate) ways: &'a dyn Ways,
+    pub(crate) ways: &'a dyn GroundWithWays,
     pub(crate) key: Key,
 }
 

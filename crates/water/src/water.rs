@@ -12,22 +12,22 @@ use nemoral_seed::{Domain, Draw, Key};
 use quick_cache::sync::Cache;
 
 use crate::channel::CHANNEL_REACH_M;
+use crate::chunk_water::ChunkWater;
 use crate::lattice::{Lattice, Node, SPACING_M};
-use crate::near::WaterNear;
-use crate::network::runs;
+use crate::network::reaches;
 use crate::pond::Pond;
 use crate::stream::{CELL_M, Finder, PONDS, Stream};
-use crate::ways::Ways;
+use crate::ways::GroundWithWays;
 use crate::{REACH_M, WaterParams};
 
 const WATER: Domain = Domain::new("water");
 
-/// No run between two nodes is longer than this, metres.
-const LONGEST_RUN_M: f64 = 48.0;
+/// No reach between two nodes is longer than this, metres.
+const LONGEST_REACH_M: f64 = 48.0;
 
 /// The surfaces of a chunk's waters reach no farther than this beyond its borders, metres: as far
-/// as a run, and half of its width, or as the largest pond.
-pub const SHEETS_REACH_M: f64 = LONGEST_RUN_M + 16.0;
+/// as a reach, and half of its width, or as the largest pond.
+pub const SHEETS_REACH_M: f64 = LONGEST_REACH_M + 16.0;
 
 /// The greatest margin around a chunk, metres.
 const WIDEST_M: f64 = 1000.0;
@@ -41,10 +41,10 @@ pub struct Water {
     chunk_size_m: f64,
     key: Key,
     base: Arc<dyn Surface>,
-    ways: Arc<dyn Ways>,
+    ways: Arc<dyn GroundWithWays>,
     streams: Cache<[i32; 2], Option<Arc<Stream>>>,
     ponds: Cache<Node, Option<Arc<Pond>>>,
-    near: Cache<([i32; 2], u64), Arc<WaterNear>>,
+    near: Cache<([i32; 2], u64), Arc<ChunkWater>>,
 }
 
 impl fmt::Debug for Water {
@@ -67,7 +67,7 @@ impl Water {
         chunk_size_m: f64,
         key: Key,
         base: Arc<dyn Surface>,
-        ways: Arc<dyn Ways>,
+        ways: Arc<dyn GroundWithWays>,
     ) -> Result<Self, ParamError> {
         params.check()?;
         ParamError::check_range("chunk_size_m", chunk_size_m, 1.0..=1000.0, "1..=1000 m")?;
@@ -92,7 +92,7 @@ impl Water {
     /// The water for points at most `margin_m` from a chunk, 0..=1000, and the sheets that are the
     /// chunk's. Other margins count as the nearest of these.
     #[must_use]
-    pub fn near(&self, coord: ChunkCoord, margin_m: f64) -> Arc<WaterNear> {
+    pub fn near(&self, coord: ChunkCoord, margin_m: f64) -> Arc<ChunkWater> {
         let margin_m = if margin_m > 0.0 {
             margin_m.min(WIDEST_M)
         } else {
@@ -103,7 +103,7 @@ impl Water {
         get_or_make(&self.near, key, make)
     }
 
-    fn find_near(&self, coord: ChunkCoord, margin_m: f64) -> WaterNear {
+    fn find_near(&self, coord: ChunkCoord, margin_m: f64) -> ChunkWater {
         let origin = coord.origin_m(self.chunk_size_m);
         let square = (origin, origin + self.chunk_size_m);
         let lattice = Lattice::new(&*self.base, self.key);
@@ -113,9 +113,9 @@ impl Water {
             ways: &*self.ways,
             key: self.key,
         };
-        // Streams that meet a run which comes near do so within its length.
+        // Streams that meet a reach which comes near do so within its length.
         let margin = margin_m + CHANNEL_REACH_M;
-        let streams = self.streams_near(&finder, square, margin + LONGEST_RUN_M);
+        let streams = self.streams_near(&finder, square, margin + LONGEST_REACH_M);
         let mut ponds = BTreeMap::new();
         for stream in &streams {
             let hollow = stream.nodes[stream.nodes.len() - 1];
@@ -124,12 +124,12 @@ impl Water {
             }
         }
         self.add_ponds_near(&finder, square, margin_m, &mut ponds);
-        let runs = runs(&finder, &streams, &ponds);
-        WaterNear::new(
+        let reaches = reaches(&finder, &streams, &ponds);
+        ChunkWater::new(
             origin,
             self.chunk_size_m,
             margin_m,
-            runs,
+            reaches,
             ponds.into_values(),
         )
     }

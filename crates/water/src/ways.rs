@@ -4,7 +4,7 @@ use glam::DVec2;
 use nemoral_scene::{Surface, SurfaceSample};
 
 /// The ground that water finds, with the ways on it.
-pub trait Ways: Send + Sync {
+pub trait GroundWithWays: Send + Sync {
     /// The ground as it is without water, ways built.
     fn ground(&self, world_m: DVec2) -> SurfaceSample;
 
@@ -21,9 +21,9 @@ pub trait Ways: Send + Sync {
 
 /// A ground without ways.
 #[derive(Clone, Copy, Debug)]
-pub struct NoWays<S>(pub S);
+pub struct GroundWithoutWays<S>(pub S);
 
-impl<S: Surface> Ways for NoWays<S> {
+impl<S: Surface> GroundWithWays for GroundWithoutWays<S> {
     fn ground(&self, world_m: DVec2) -> SurfaceSample {
         self.0.sample(world_m)
     }

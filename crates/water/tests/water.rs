@@ -8,7 +8,8 @@ use nemoral_scene::glam::{DVec2, Vec3};
 use nemoral_scene::{ChunkCoord, FlatSurface, MaterialId, Surface, SurfaceSample};
 use nemoral_seed::Key;
 use nemoral_water::{
-    NoWays, SHEETS_REACH_M, Section, Water, WaterKind, WaterNear, WaterParams, Ways,
+    ChunkWater, CrossSection, GroundWithWays, GroundWithoutWays, SHEETS_REACH_M, Water, WaterKind,
+    WaterParams,
 };
 
 const CHUNK_M: f64 = 50.0;
@@ -43,7 +44,7 @@ impl Surface for Hills {
 /// Hills with a straight way across, 3 m wide.
 struct WithWay;
 
-impl Ways for WithWay {
+impl GroundWithWays for WithWay {
     fn ground(&self, p: DVec2) -> SurfaceSample {
         Hills.sample(p)
     }
@@ -62,7 +63,7 @@ fn params() -> WaterParams {
 }
 
 fn water(seed: u64) -> Water {
-    let ways = Arc::new(NoWays(Hills));
+    let ways = Arc::new(GroundWithoutWays(Hills));
     Water::new(params(), CHUNK_M, Key::world(seed), Arc::new(Hills), ways).expect("valid")
 }
 
@@ -70,11 +71,11 @@ fn chunks() -> impl Iterator<Item = ChunkCoord> {
     ChunkCoord::new(1, -2).square(6)
 }
 
-fn carved(near: &WaterNear, p: DVec2) -> SurfaceSample {
+fn carved(near: &ChunkWater, p: DVec2) -> SurfaceSample {
     near.carve(p, Hills.sample(p))
 }
 
-struct Carved<'a>(&'a WaterNear);
+struct Carved<'a>(&'a ChunkWater);
 
 impl Surface for Carved<'_> {
     fn sample(&self, p: DVec2) -> SurfaceSample {
@@ -119,7 +120,7 @@ fn sheets_end_in_the_ground() {
     let (mut ends, mut shown, mut above) = (0, 0, 0);
     for chunk in chunks() {
         let near = water.near(chunk, 40.0);
-        let around: Vec<Section> = chunk
+        let around: Vec<CrossSection> = chunk
             .square(1)
             .flat_map(|c| {
                 water
@@ -156,7 +157,7 @@ fn sheets_end_in_the_ground() {
             }
             // Where runs meet, they end in the water of the next.
             let is_covered = || {
-                let beside = |s: &&Section| s.middle_m.distance(p) < s.half_m + 0.8;
+                let beside = |s: &&CrossSection| s.middle_m.distance(p) < s.half_m + 0.8;
                 let levels = around.iter().filter(beside).map(|s| s.level_m);
                 let ponds = near.ponds().filter(|pond| pond.edge_m(p) < 0.05);
                 let mut levels = levels.chain(ponds.map(|pond| pond.level_m()));
@@ -263,12 +264,12 @@ fn it_is_known_how_far_sheets_reach() {
 fn neighbours_agree_to_the_bit_in_any_order() {
     let (one, other) = (water(5), water(5));
     let all: Vec<ChunkCoord> = chunks().collect();
-    let forwards: Vec<Arc<WaterNear>> = all.iter().map(|&c| one.near(c, 8.0)).collect();
+    let forwards: Vec<Arc<ChunkWater>> = all.iter().map(|&c| one.near(c, 8.0)).collect();
     let mut compared = 0;
     for (chunk, first) in all.iter().zip(&forwards).rev() {
         let second = other.near(*chunk, 8.0);
         let material = |kind| MaterialId(kind as u16);
-        let sheets = |near: &WaterNear| near.sheets(&Carved(near), &material);
+        let sheets = |near: &ChunkWater| near.sheets(&Carved(near), &material);
         assert_eq!(sheets(first), sheets(&second));
         for (neighbour, third) in all.iter().zip(&forwards) {
             if (neighbour.x - chunk.x, neighbour.y - chunk.y) != (1, 0) {
@@ -314,7 +315,7 @@ fn water_falls_nowhere_at_once() {
         let water = water(seed);
         for chunk in chunks() {
             let near = water.near(chunk, 40.0);
-            let runs: Vec<&[Section]> = near.sections().collect();
+            let runs: Vec<&[CrossSection]> = near.sections().collect();
             for run in &runs {
                 for pair in run.windows(2) {
                     let step_m = pair[0].middle_m.distance(pair[1].middle_m);
@@ -364,7 +365,7 @@ fn ways_are_passed_under() {
 #[test]
 fn a_plain_has_ponds_and_no_streams() {
     let plain = FlatSurface::default();
-    let ways = Arc::new(NoWays(plain));
+    let ways = Arc::new(GroundWithoutWays(plain));
     let params = WaterParams {
         ponds: 0.01,
         ..params()
@@ -391,7 +392,7 @@ fn no_water_is_no_change() {
         ponds: 0.0,
         ..WaterParams::default()
     };
-    let ways = Arc::new(NoWays(Hills));
+    let ways = Arc::new(GroundWithoutWays(Hills));
     let water = Water::new(none, CHUNK_M, Key::world(1), Arc::new(Hills), ways).expect("valid");
     for chunk in chunks() {
         let near = water.near(chunk, 10.0);
@@ -421,7 +422,7 @@ fn margins_below_none_are_none() {
         ponds: 0.0,
         ..WaterParams::default()
     };
-    let ways = Arc::new(NoWays(Hills));
+    let ways = Arc::new(GroundWithoutWays(Hills));
     let dry = Water::new(dry, CHUNK_M, Key::world(1), Arc::new(Hills), ways).expect("valid");
     let [most, more] = [1000.0, f64::INFINITY].map(|m| dry.near(ChunkCoord::new(0, 0), m));
     assert!(Arc::ptr_eq(&most, &more));
@@ -460,7 +461,7 @@ fn bad_parameters_are_named() {
         ),
     ];
     for (field, params) in cases {
-        let ways = Arc::new(NoWays(Hills));
+        let ways = Arc::new(GroundWithoutWays(Hills));
         let e = Water::new(params, CHUNK_M, Key::world(1), Arc::new(Hills), ways);
         assert_eq!(e.expect_err("out of range").field, field);
     }
@@ -474,7 +475,7 @@ fn value_stability() {
         let near = water.near(chunk, 0.0);
         all.extend(near.sections().flatten().copied());
     }
-    let s: Section = all[all.len() / 2];
+    let s: CrossSection = all[all.len() / 2];
     let found = [
         s.middle_m.x,
         s.middle_m.y,

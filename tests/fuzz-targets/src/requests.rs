@@ -2,7 +2,7 @@
 
 use nemoral_assets::Species;
 use nemoral_lidar::{CsvPattern, ScanPattern};
-use nemoral_pipeline::config::{Config, Layers};
+use nemoral_pipeline::config::{Config, ConfigLayers};
 use nemoral_pipeline::{Error, fuzz};
 use nemoral_trajectory::PoseFormat;
 
@@ -12,14 +12,14 @@ use crate::scratch::Scratch;
 const MESSAGE_BYTES: usize = 64 << 10;
 
 /// Loads a request. An accepted one can be written and read again, and so can its first sequence.
-fn load(layers: &Layers) {
+fn load(layers: &ConfigLayers) {
     if let Err(e) = load_sequences(layers) {
         let length = e.to_string().len();
         assert!(length <= MESSAGE_BYTES, "a message of {length} bytes");
     }
 }
 
-fn load_sequences(layers: &Layers) -> Result<(), Error> {
+fn load_sequences(layers: &ConfigLayers) -> Result<(), Error> {
     let sequences = layers.sequences()?;
     let config = sequences.get(0)?.config;
     // Files have other names in a data set, which carries them.
@@ -37,9 +37,9 @@ fn load_sequences(layers: &Layers) -> Result<(), Error> {
 pub fn config(input: &[u8]) {
     let scratch = Scratch::new();
     let file = Some(scratch.put("config.toml", input));
-    load(&Layers {
+    load(&ConfigLayers {
         file,
-        ..Layers::default()
+        ..ConfigLayers::default()
     });
 }
 
@@ -49,7 +49,7 @@ pub fn settings(input: &[u8]) {
         return;
     };
     let mut lines = text.split('\n').map(str::to_owned);
-    load(&Layers {
+    load(&ConfigLayers {
         preset: lines.next().filter(|name| !name.is_empty()),
         file: None,
         settings: lines.collect(),

@@ -1,8 +1,8 @@
 //! The files of a user's own site, and models.
 
 use nemoral_import::{
-    HeightMap, ImportError, MAX_LINES, MAX_POSTS, MAX_STEMS, MAX_TRIANGLES, MAX_VERTICES, Model,
-    ModelFiles, ModelKind, Sidecar, read_stem_map, read_trail_lines,
+    HeightMap, HeightPngSidecar, ImportError, MAX_LINES, MAX_POSTS, MAX_STEMS, MAX_TRIANGLES,
+    MAX_VERTICES, Model, ModelFiles, ModelKind, read_stem_map, read_trail_lines,
 };
 use nemoral_scene::MaterialLibrary;
 
@@ -54,7 +54,7 @@ pub fn height_png(input: &[u8]) {
         .position(|&b| b == b'\n')
         .unwrap_or(input.len());
     let (json, png) = input.split_at(end);
-    if let Some(sidecar) = accepted(Sidecar::read(json)) {
+    if let Some(sidecar) = accepted(HeightPngSidecar::read(json)) {
         check(accepted(HeightMap::from_png(
             png.get(1..).unwrap_or_default(),
             &sidecar,

@@ -1,6 +1,6 @@
 //! Use of `nemoral-lidar-noise` alone: errors for another scanner.
 
-use nemoral_lidar_noise::{EchoObservation, GaussianRange, RangeNoise, RangeSensor};
+use nemoral_lidar_noise::{EchoObservation, GaussianRange, RangeNoise, RangeNoiseSampler};
 use rand::SeedableRng;
 use rand::rngs::Xoshiro256PlusPlus;
 
@@ -14,11 +14,11 @@ fn moments(values: &[f64]) -> (f64, f64) {
 
 #[test]
 fn a_livox_sees_a_leaf() {
-    let sensor = RangeSensor::new(RangeNoise::livox()).expect("a model");
+    let sampler = RangeNoiseSampler::new(RangeNoise::livox()).expect("a model");
     let leaf = EchoObservation::at_angle(20.0, 0.5, 0.45);
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(1);
     let measure = |o: &EchoObservation, rng: &mut _| -> Vec<f64> {
-        (0..1000).filter_map(|_| sensor.measure(o, rng)).collect()
+        (0..1000).filter_map(|_| sampler.measure(o, rng)).collect()
     };
     let ranges = measure(&leaf, &mut rng);
     assert!(ranges.len() > 950, "{} echoes", ranges.len());

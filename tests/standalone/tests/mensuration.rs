@@ -86,7 +86,7 @@ fn a_stand_is_measured() -> Result<(), Box<dyn Error>> {
         ground_m: &|_| 0.0,
     };
     let grid = MapGrid::of(DVec2::ZERO, DVec2::splat(20.0), 0.5)?;
-    let maps = CanopyMaps::cast(&scene, grid, CellRays::a_side(3)?);
+    let maps = CanopyMaps::cast(&scene, grid, CellRays::per_side(3)?);
     let crowns = visible_crowns(&maps);
     // The higher crown hides a part of the lower one.
     assert!(crowns[0].area_m2 > 50.0 && crowns[1].area_m2 < 45.0);

@@ -2,14 +2,14 @@
 
 use std::sync::Arc;
 
-use nemoral_pipeline::config::{Config, Layers};
-use nemoral_pipeline::plan::{Forest, Hasher, Node, Plan, Runner, Stage, Store};
+use nemoral_pipeline::config::{Config, ConfigLayers};
+use nemoral_pipeline::plan::{ForestTypes, Hasher, Node, Plan, Runner, Stage, Store};
 use nemoral_pipeline::{Error, ForestPlan};
 use nemoral_scene::{ChunkCoord, Surface};
 use nemoral_seed::Key;
 
 fn config(settings: &[&str]) -> Result<Config, Error> {
-    let layers = Layers {
+    let layers = ConfigLayers {
         preset: Some("demo".to_owned()),
         file: None,
         settings: settings.iter().map(|&s| s.to_owned()).collect(),
@@ -66,7 +66,7 @@ struct Deer {
     per_chunk: u64,
 }
 
-impl Stage<Forest> for Deer {
+impl Stage<ForestTypes> for Deer {
     type At = ChunkCoord;
     type Inputs = ();
     type Output = u64;
@@ -85,7 +85,7 @@ impl Stage<Forest> for Deer {
 /// A stage for the number of wolves in a chunk, which depends on its deer.
 struct Wolves;
 
-impl Stage<Forest> for Wolves {
+impl Stage<ForestTypes> for Wolves {
     type At = ChunkCoord;
     type Inputs = (Node<ChunkCoord, u64>,);
     type Output = u64;

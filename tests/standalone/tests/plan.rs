@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use nemoral_plan::{
-    AnyCoordinate, Anywhere, Coordinate, Demand, Global, GraphFormat, Hasher, Plan, PlanTypes,
-    Runner, Stage, StageError, Store,
+    AnyCoordinate, Coordinate, Demand, DynamicEdge, GlobalEdge, GraphFormat, Hasher, Plan,
+    PlanTypes, Runner, Stage, StageError, Store,
 };
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -89,7 +89,7 @@ struct End;
 
 impl Stage<Walks> for End {
     type At = Walk;
-    type Inputs = (Global<u32>,);
+    type Inputs = (GlobalEdge<u32>,);
     type Output = i64;
     const ID: &'static str = "end";
     const VERSION: u32 = 1;
@@ -114,7 +114,7 @@ struct Spread;
 
 impl Stage<Walks> for Spread {
     type At = Walk;
-    type Inputs = (Anywhere<Walk, i64>,);
+    type Inputs = (DynamicEdge<Walk, i64>,);
     type Output = f64;
     const ID: &'static str = "spread";
     const VERSION: u32 = 1;

@@ -84,7 +84,7 @@ fn trees_with_ids_that_differ() {
     let sites: Vec<ObjectSite> = (0..10).map(site).collect();
     let variation = InstanceVariation::new(Key::world(7));
     let ground = FlatSurface::default();
-    let trees = SceneObjects::stand(chunk, &sites, &ground, &variation)
+    let trees = SceneObjects::place_on_ground(chunk, &sites, &ground, &variation)
         .expect("ids")
         .0;
     for (i, a) in trees.iter().enumerate() {

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, MaterialId, Mesh, Surface, SurfaceSample};
 use nemoral_seed::Key;
-use nemoral_terrain::{GroundMesher, MeshParams, NoZones, ParamError, Terrain, TerrainParams};
+use nemoral_terrain::{GroundMesher, MeshParams, NoZones, NoiseTerrain, ParamError, TerrainParams};
 
 fn mesh(x: i32, surface: &dyn Surface) -> Result<Mesh, ParamError> {
     let mesher = GroundMesher::new(MeshParams {
@@ -24,7 +24,7 @@ fn border(mesh: &Mesh, x_m: f32) -> BTreeSet<[u32; 2]> {
 
 #[test]
 fn neighbours_meet() -> Result<(), ParamError> {
-    let terrain = Terrain::new(TerrainParams::default(), Key::world(7))?;
+    let terrain = NoiseTerrain::new(TerrainParams::default(), Key::world(7))?;
     let (west, east) = (mesh(3, &terrain)?, mesh(4, &terrain)?);
     let seam = border(&west, 50.0);
     assert!(seam.len() > 10, "{} vertices", seam.len());
@@ -62,7 +62,7 @@ fn nonsense_is_refused_by_name() {
         persistence: -1.0,
         ..TerrainParams::default()
     };
-    let error = Terrain::new(params, Key::world(7)).expect_err("nonsense");
+    let error = NoiseTerrain::new(params, Key::world(7)).expect_err("nonsense");
     let message = error.to_string();
     assert!(
         message.contains("persistence") && message.contains("-1"),

@@ -7,11 +7,11 @@ use nemoral_scene::FlatSurface;
 use nemoral_scene::glam::{DVec2, DVec3};
 use nemoral_seed::Key;
 use nemoral_trajectory::{
-    Body, Obstacle, Pace, Path, Polyline, PoseFormat, PoseTrack, Recording, ThereAndBack,
-    Trajectory, Wander, read_poses,
+    Body, Obstacle, Path, Polyline, PoseFormat, PoseTrack, RecordedTrajectory, SpeedProfile,
+    ThereAndBack, Trajectory, Wander, read_poses,
 };
 
-const PACE: Pace = Pace {
+const PACE: SpeedProfile = SpeedProfile {
     spacing_m: 0.5,
     spacing_s: 0.0,
     speed_m_s: 1.0,
@@ -106,7 +106,7 @@ fn a_wander_keeps_clear_of_posts() {
 fn poses_are_read_from_text() {
     let text = "0 1 2 3 0 0 0 1\n2 3 2 3 0 0 0 1\n";
     let poses = read_poses(text, "poses.txt", PoseFormat::Tum).expect("two poses");
-    let recording = Recording::new(poses, 0.5, false, "poses.txt").expect("in order");
+    let recording = RecordedTrajectory::new(poses, 0.5, false, "poses.txt").expect("in order");
     let trajectory = driven(Path::Recording(recording));
     assert_eq!((trajectory.frames(), trajectory.time_s(1)), (Some(2), 2.0));
     let pose = trajectory.pose(0, 0.5, &nothing, &FlatSurface::default());

@@ -9,7 +9,7 @@ use nemoral_view::{Request, Response, Server};
 #[test]
 fn whoever_has_the_address_is_answered() -> Result<(), Box<dyn std::error::Error>> {
     let server = Server::bind(0)?;
-    let (url, stop) = (server.url(), server.stop());
+    let (url, handle) = (server.url(), server.shutdown_handle());
     let (host, path) = url["http://".len()..].split_once('/').ok_or("an address")?;
     let greet = |request: &Request| Response::ok("text/plain", format!("hello {}", request.path));
     let serving = std::thread::spawn(move || server.serve(Arc::new(greet)));
@@ -25,7 +25,7 @@ fn whoever_has_the_address_is_answered() -> Result<(), Box<dyn std::error::Error
     };
     assert!(ask(&format!("{path}you"))?.ends_with("hello you"));
     assert!(ask("you")?.starts_with("HTTP/1.1 404 "));
-    stop.stop();
+    handle.shutdown();
     serving.join().map_err(|_| "a panic")??;
     Ok(())
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, FlatSurface, MaterialId, Surface, SurfaceSample};
 use nemoral_seed::Key;
-use nemoral_water::{NoWays, Puddle, PuddleSite, Water, WaterParams};
+use nemoral_water::{GroundWithoutWays, Puddle, PuddleSite, Water, WaterParams};
 
 #[test]
 fn a_plain_with_ponds() {
@@ -17,7 +17,7 @@ fn a_plain_with_ponds() {
         ponds: 0.02,
         ..WaterParams::default()
     };
-    let ways = Arc::new(NoWays(plain));
+    let ways = Arc::new(GroundWithoutWays(plain));
     let water = Water::new(params, 40.0, Key::world(1), Arc::new(plain), ways).expect("valid");
     let near = ChunkCoord::new(0, 0).square(3).map(|c| water.near(c, 0.0));
     let near = near

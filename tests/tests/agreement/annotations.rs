@@ -205,8 +205,8 @@ fn flow_leads_to_the_same_surface_in_the_next_frame() {
     assert!(count.wrong * 200 < count.shown + count.hidden);
 }
 
-/// From 4 m before the border of a chunk to 2 m behind it, so that the low plants of that chunk come
-/// within 3 m, and what is 40 m behind gets out of sight.
+/// From 4 m before the border of a chunk to 2 m behind it, so that the low plants of that chunk
+/// come within 3 m, and what is 40 m behind gets out of sight.
 #[test]
 fn flow_knows_what_comes_and_goes_until_the_next_frame() {
     let world = World::new(

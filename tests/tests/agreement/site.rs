@@ -6,7 +6,7 @@ use std::sync::LazyLock;
 
 use nemoral_import::{HeightMap, Stem, read_stem_map, read_trail_lines};
 use nemoral_pipeline::ForestPlan;
-use nemoral_pipeline::config::{Layers, SiteFiles};
+use nemoral_pipeline::config::{ConfigLayers, SiteFiles};
 use nemoral_realism::ScannedDiameters;
 use nemoral_realism::ranges::{DBH_BIAS_M, DBH_RMSE_M};
 use nemoral_scene::glam::{DVec2, Vec3};
@@ -45,7 +45,7 @@ fn bytes(name: &str) -> Vec<u8> {
 
 /// The world that `nemoral plot` makes of the example, with these settings.
 fn world(settings: &[&str]) -> World {
-    let layers = Layers {
+    let layers = ConfigLayers {
         preset: Some("demo".to_owned()),
         file: None,
         settings: settings.iter().map(|s| (*s).to_owned()).collect(),
@@ -288,7 +288,7 @@ fn stems_are_as_thick_as_they_were_measured() {
 
 #[test]
 fn a_map_of_another_place_is_refused() {
-    let layers = |x: f64| Layers {
+    let layers = |x: f64| ConfigLayers {
         preset: Some("demo".to_owned()),
         file: None,
         settings: vec![

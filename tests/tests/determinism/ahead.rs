@@ -10,7 +10,9 @@ use std::sync::atomic::AtomicBool;
 
 use nemoral_dataset::OpenMode;
 use nemoral_pipeline::config::Sequences;
-use nemoral_pipeline::{Backend, BackendChoice, Done, Observer, Request, SequenceFrames, generate};
+use nemoral_pipeline::{
+    Backend, BackendChoice, FrameWritten, GenerateParams, Observer, SequenceFrames, generate,
+};
 use nemoral_tests::gpu::gpu;
 use nemoral_tests::{config, grown};
 
@@ -25,7 +27,7 @@ impl Observer for Notes {
             .push(message.to_owned());
     }
 
-    fn frame(&self, _: Done) {}
+    fn frame(&self, _: FrameWritten) {}
 }
 
 #[test]
@@ -55,7 +57,7 @@ fn frames_drawn_ahead_are_those_drawn_in_turn() {
     let folder = folder.path();
     let notes = Notes::default();
     let make = |frames: &[u64], name: &str, mode| {
-        let request = Request {
+        let params = GenerateParams {
             frames: SequenceFrames::new(frames.iter().map(|&frame| frame..frame + 1).collect(), 1),
             sequences: Sequences::of(&config).expect("valid"),
             out: folder.join(name),
@@ -65,7 +67,7 @@ fn frames_drawn_ahead_are_those_drawn_in_turn() {
             backend: backend.clone().with_gpu_memory(1500),
             cache: grown(),
         };
-        generate(&request, &notes, &AtomicBool::new(false)).expect("a data set");
+        generate(&params, &notes, &AtomicBool::new(false)).expect("a data set");
     };
     make(&frames, "ahead", OpenMode::Fresh);
     // A frame without a next one is drawn alone; a frame that is already recorded is not drawn

@@ -2,7 +2,7 @@
 
 use nemoral_pipeline::ForestPlan;
 use nemoral_pipeline::plan::{Runner, Store};
-use nemoral_pipeline::recording::moment::Moment;
+use nemoral_pipeline::recording::recording_context::RecordingContext;
 use nemoral_tests::{config, grown};
 
 /// Compares the pictures and scans of frame 0, of what its sensors see, with those of everything
@@ -28,7 +28,7 @@ fn compare(store: &Store, settings: &[&str]) -> [usize; 3] {
     let scenes = nodes.map(|node| runner.get(node, 0).expect("a scene"));
     let [cameras_see, lidars_see, all] = scenes
         .each_ref()
-        .map(|scene| Moment::new(forest.world(), 0, &pose, scene, &materials));
+        .map(|scene| RecordingContext::new(forest.world(), 0, &pose, scene, &materials));
     for (i, rig) in cameras.iter().enumerate() {
         let [a, b] = [cameras_see, all].map(|m| m.picture(i, rig).expect("a picture"));
         assert!(a.truth == b.truth, "its truth differs: {settings:?}");

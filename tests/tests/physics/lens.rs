@@ -12,8 +12,8 @@ use nemoral_dataset::{Dataset, OpenMode, check};
 use nemoral_pipeline::config::Sequences;
 use nemoral_pipeline::plan::Runner;
 use nemoral_pipeline::{
-    Backend, BackendChoice, Done, ForestPlan, FrameSelection, Observer, Request, SequenceFrames,
-    generate,
+    Backend, BackendChoice, ForestPlan, FrameSelection, FrameWritten, GenerateParams, Observer,
+    SequenceFrames, generate,
 };
 use nemoral_scene::Shutter;
 use nemoral_tests::gpu::{Agreement, gpu};
@@ -24,7 +24,7 @@ struct Silent;
 impl Observer for Silent {
     fn note(&self, _: &str) {}
 
-    fn frame(&self, _: Done) {}
+    fn frame(&self, _: FrameWritten) {}
 }
 
 /// A fast robot with a cheap camera. Its labels nevertheless match its pictures and its scans.
@@ -51,7 +51,7 @@ fn a_rolling_shutter_in_a_forest_passes_the_check() {
     let config = config("demo", &settings);
     let folder = tempfile::tempdir().expect("a folder");
     let out = folder.path().join("recorded");
-    let request = Request {
+    let params = GenerateParams {
         frames: SequenceFrames::new(FrameSelection::first(2), 1),
         sequences: Sequences::of(&config).expect("valid"),
         out: out.clone(),
@@ -61,7 +61,7 @@ fn a_rolling_shutter_in_a_forest_passes_the_check() {
         backend: Backend::Cpu,
         cache: grown(),
     };
-    generate(&request, &Silent, &AtomicBool::new(false)).expect("a data set");
+    generate(&params, &Silent, &AtomicBool::new(false)).expect("a data set");
     let report = check(&out).expect("a data set");
     println!("{report}");
     assert!(report.passed(), "{report}");

@@ -4,11 +4,11 @@ use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 
 use nemoral_lidar::{
-    Beam, EchoObservation, Laser, Mid40, Pulse, PulseErrors, RangeModel, Returns, ScanPattern,
-    ScanRequest, Scanner, ScannerParams, Spinning,
+    Beam, EchoObservation, Laser, Mid40, Pulse, PulseErrors, RangeModel, ReturnMode, ScanPattern,
+    ScanRequest, Scanner, ScannerParams, SpinningPattern,
 };
 use nemoral_lidar_noise::{
-    LaconteDevice, LaconteForm, MeanError, PaperMeanError, RangeNoise, RangeSensor,
+    CombinedMeanError, LaconteDevice, LaconteForm, MeanError, RangeNoise, RangeNoiseSampler,
 };
 use nemoral_raycast::RayScene;
 use nemoral_scene::glam::{DVec3, Vec3};
@@ -49,8 +49,8 @@ fn plates(plates: &[Plate]) -> (RayScene, MaterialLibrary) {
 }
 
 fn receiver(noise: RangeNoise) -> impl RangeModel {
-    let sensor = RangeSensor::new(noise).expect("in range");
-    move |o: &EchoObservation, key: Key| sensor.measure(o, &mut key.rng())
+    let sampler = RangeNoiseSampler::new(noise).expect("in range");
+    move |o: &EchoObservation, key: Key| sampler.measure(o, &mut key.rng())
 }
 
 fn scan(
@@ -148,7 +148,7 @@ fn the_mean_error_over_a_field_of_view_is_the_models() {
         RangeNoise::Paper { sigma_m: SIGMA_M },
     );
     assert_eq!(points.len(), N as usize);
-    let model = PaperMeanError::default();
+    let model = CombinedMeanError::default();
     let (mut sum_m, mut expected_m) = (0.0, 0.0);
     for p in &points {
         let direction = Mid40.pulse(p.pulse.into()).direction;
@@ -223,7 +223,7 @@ fn one_more_laser_changes_no_other_pulse() {
             resolution_m: 0.02,
             exit_m: 0.01,
         },
-        returns: Returns::All(4),
+        returns: ReturnMode::All(4),
         errors,
         ..ScannerParams::default()
     };
@@ -262,7 +262,7 @@ fn one_more_laser(params: &ScannerParams) -> Vec<LidarPoint> {
     let sequence_s = 1.0 / (columns * rotation_hz);
     let turn = |lasers: Vec<Laser>| {
         let pulses = lasers.len() as u32 * columns as u32;
-        let head = Spinning::new(lasers, sequence_s, rotation_hz).expect("in range");
+        let head = SpinningPattern::new(lasers, sequence_s, rotation_hz).expect("in range");
         let walls: Vec<Plate> = (0..4)
             .map(|i| {
                 let (sin, cos) = (f64::from(i) * FRAC_PI_2).sin_cos();

@@ -322,7 +322,7 @@ fn configs_of_the_guide_are_requests() {
             let folder = tempfile::tempdir().expect("a folder");
             let file = folder.path().join("guide.toml");
             fs::write(&file, config).expect("a writable folder");
-            let layers = nemoral_pipeline::config::Layers {
+            let layers = nemoral_pipeline::config::ConfigLayers {
                 file: Some(file),
                 ..Default::default()
             };

@@ -11,7 +11,8 @@ use nemoral_dataset::{
 };
 use nemoral_pipeline::config::Sequences;
 use nemoral_pipeline::{
-    Backend, BackendChoice, Done, FrameSelection, Observer, Request, SequenceFrames, generate,
+    Backend, BackendChoice, FrameSelection, FrameWritten, GenerateParams, Observer, SequenceFrames,
+    generate,
 };
 use nemoral_scene::{
     AnnotationKinds, Annotations, ChunkCoord, Image, LidarPoint, ObjectId, Ontology, Semantic,
@@ -26,7 +27,7 @@ struct Silent;
 impl Observer for Silent {
     fn note(&self, _: &str) {}
 
-    fn frame(&self, _: Done) {}
+    fn frame(&self, _: FrameWritten) {}
 }
 
 /// A data set as the program writes it, in `recorded` of a folder.
@@ -34,7 +35,7 @@ fn record(preset: &str, settings: &[&str], choice: BackendChoice) -> TempDir {
     let folder = TempDir::new().expect("a temporary folder");
     let config = config(preset, settings);
     let (backend, _) = Backend::for_config(choice, &config).expect("a renderer");
-    let request = Request {
+    let params = GenerateParams {
         cache: grown(),
         frames: SequenceFrames::new(FrameSelection::first(config.frames), 1),
         sequences: Sequences::of(&config).expect("valid"),
@@ -44,7 +45,7 @@ fn record(preset: &str, settings: &[&str], choice: BackendChoice) -> TempDir {
         threads: 2,
         backend,
     };
-    generate(&request, &Silent, &AtomicBool::new(false)).expect("a data set");
+    generate(&params, &Silent, &AtomicBool::new(false)).expect("a data set");
     folder
 }
 

@@ -1,8 +1,8 @@
 //! Worlds to measure.
 
 use nemoral_pipeline::ForestPlan;
-use nemoral_pipeline::config::{Config, Layers};
-use nemoral_pipeline::plan::{At, Runner, Store};
+use nemoral_pipeline::config::{Config, ConfigLayers};
+use nemoral_pipeline::plan::{ForestCoordinate, Runner, Store};
 
 /// The presets that are recipes of stands.
 pub const STANDS: [&str; 7] = [
@@ -32,7 +32,7 @@ pub struct World {
 /// If it is refused.
 #[must_use]
 pub fn config(preset: &str, settings: &[&str]) -> Config {
-    let layers = Layers {
+    let layers = ConfigLayers {
         preset: Some(preset.to_owned()),
         file: None,
         settings: settings.iter().map(|s| (*s).to_owned()).collect(),
@@ -80,6 +80,6 @@ impl World {
 
     /// Drops the values of chunks and frames. Those of the whole world are costly and stay.
     pub fn forget(&self) {
-        self.store.retain(|_, at| at == At::World);
+        self.store.retain(|_, at| at == ForestCoordinate::World);
     }
 }

@@ -6,7 +6,7 @@ use nemoral_seed::Domain;
 use super::PlantAsset;
 use super::plants::PlantGrower;
 use crate::ambient_occlusion::OcclusionParams;
-use crate::plant::shed::{LitterPlan, Shed, litter};
+use crate::plant::litter::{LitterPlan, SpeciesLitter, litter};
 
 /// Variants of a patch, thin to deep: wide ones, and narrow ones.
 const VARIANTS: [u32; 2] = [12, 8];
@@ -63,9 +63,9 @@ impl PlantGrower<'_> {
             return Vec::new();
         };
         let of_species = self.species.iter().zip(&self.materials.shed);
-        let stand: Vec<Shed<'_>> = of_species
-            .map(|(species, materials)| Shed {
-                look: species.shed_look(),
+        let stand: Vec<SpeciesLitter<'_>> = of_species
+            .map(|(species, materials)| SpeciesLitter {
+                look: species.litter_look(),
                 materials,
             })
             .collect();

@@ -4,7 +4,7 @@ use nemoral_scene::{ParamError, PlantCommunity, TrailSurfaceKind};
 
 use super::climbers::ClimberParams;
 use super::litter::LitterParams;
-use crate::materials::Wanted;
+use crate::materials::MaterialSelection;
 use crate::tree::{Competitors, Season, Species, TreeSize};
 
 /// What to grow.
@@ -232,8 +232,8 @@ impl AssetParams {
         &'a self,
         trees_per_ha: &'a [f64],
         season: Option<Season>,
-    ) -> Wanted<'a> {
-        Wanted {
+    ) -> MaterialSelection<'a> {
+        MaterialSelection {
             trees_per_ha,
             communities: &self.communities,
             trail_surfaces: &self.trail_surfaces,

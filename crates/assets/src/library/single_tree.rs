@@ -6,7 +6,7 @@ use nemoral_seed::{Domain, Key};
 use super::trees::{Grow, TreeGrower};
 use super::{AssetParams, TreeAsset};
 use crate::ambient_occlusion::MaskCoverage;
-use crate::materials::{Wanted, WorldMaterials};
+use crate::materials::{MaterialSelection, WorldMaterials};
 use crate::tree::{GrowthParams, Species, grow, grow_snag};
 
 const SINGLE: Domain = Domain::new("assets.single_tree");
@@ -39,7 +39,7 @@ impl SingleTree {
         species.check()?;
         let [least, most] = species.allometry.dbh_range_m;
         ParamError::check_within("dbh_m", dbh_m, least, most)?;
-        let wanted = Wanted {
+        let wanted = MaterialSelection {
             trees_per_ha: &[1.0],
             seedlings: false,
             deadwood: false,

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::params::{AssetParams, StandSpecies};
 use super::{with_occluders, with_occlusion};
 use crate::ambient_occlusion::{MaskCoverage, OcclusionParams, Thickness};
-use crate::materials::{Timing, WorldMaterials};
+use crate::materials::{LeafingGroup, WorldMaterials};
 use crate::tree::{
     Competitors, FlareLobe, GrownTree, GrowthParams, SizeClass, Species, StemProfile,
     TreeMaterials, TreeSize, WoodVolume, grow, grow_snag, individual_rank,
@@ -54,7 +54,7 @@ impl TreeAsset {
         // Leaves point all ways, so their area grows as the mean of all ways does.
         let mean = libm::cbrt(across * across * along);
         TreeSize {
-            dbh_m: across * self.stem.breast_diameter_m(along),
+            dbh_m: across * self.stem.dbh_m(along),
             height_m: size.height_m * along,
             crown_base_m: size.crown_base_m * along,
             crown_radius_m: size.crown_radius_m * across,
@@ -182,8 +182,8 @@ impl TreeGrower<'_> {
         key: Key,
     ) -> Result<TreeAsset, ParamError> {
         let timing = match species.size_class(size.dbh_m) {
-            SizeClass::Sapling => Timing::Young,
-            _ => Timing::of_tree(key),
+            SizeClass::Sapling => LeafingGroup::Young,
+            _ => LeafingGroup::of_tree(key),
         };
         let materials = self.materials.tree(index, timing);
         let tree = grow(species, size, &materials, growth, key)?;

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::foliage::{CardKind, KindImages, register_flat};
 use super::optics::{self, LeafOptics};
-use super::plant_year;
+use super::plant_phenology;
 use super::seasons::FullLeafMasks;
 use crate::cards::card_raster::CardDrawing;
 use crate::cards::reed;
@@ -76,20 +76,20 @@ const KINDS: [CardKind; 12] = [
     CardKind::new("sward.green", 3, Semantic::Grass, GREEN, |r, v| {
         strip(r, TALL, [0.03, 0.12, 0.25][v as usize % 3])
     })
-    .through(plant_year::GRASS),
+    .through(plant_phenology::GRASS),
     CardKind::new("sward.glaucous", 2, Semantic::Grass, GLAUCOUS, |r, v| {
         let mut drawing = strip(r, WAXY, 0.1 * f64::from(v));
         drawing.tint(Vec3::new(1.05, 1.0, 2.1));
         drawing
     })
-    .through(plant_year::GRASS),
+    .through(plant_phenology::GRASS),
     CardKind::new("sward.straw", 2, Semantic::Grass, STRAW, |r, v| {
         strip(r, TALL, [0.97, 0.72][v as usize % 2])
     }),
     CardKind::new("sward.short", 2, Semantic::Grass, GREEN, |r, v| {
         strip(r, SHORT, [0.03, 0.15][v as usize % 2])
     })
-    .through(plant_year::GRASS),
+    .through(plant_phenology::GRASS),
     CardKind::new("sward.short_straw", 1, Semantic::Grass, STRAW, |r, _| {
         strip(r, SHORT, 0.8)
     }),
@@ -106,22 +106,22 @@ const KINDS: [CardKind; 12] = [
         optics::BILBERRY,
         |r, _| sward::bilberry(r),
     )
-    .through(plant_year::BILBERRY),
+    .through(plant_phenology::BILBERRY),
     CardKind::new("nettle.stem", 3, Semantic::Herb, optics::BRAMBLE, |r, _| {
         sward::nettle(r)
     })
-    .through(plant_year::TALL_HERB),
+    .through(plant_phenology::TALL_HERB),
     CardKind::new("reed.culm", 3, Semantic::Grass, GLAUCOUS, |r, v| {
         reed::culm(r, v == 2)
     })
-    .through(plant_year::REED),
+    .through(plant_phenology::REED),
     CardKind::new("reed.dead_culm", 2, Semantic::Grass, STRAW, |r, _| {
         reed::dead_culm(r)
     }),
     CardKind::new("reed.leaves", 2, Semantic::Grass, GLAUCOUS, |r, _| {
         reed::leaves(r)
     })
-    .through(plant_year::REED),
+    .through(plant_phenology::REED),
 ];
 
 const TALL: Strip = Strip {

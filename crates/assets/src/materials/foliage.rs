@@ -8,7 +8,7 @@ use nemoral_seed::{Domain, Key, PhiloxRng};
 use rayon::prelude::*;
 
 use super::optics::{self, LeafOptics};
-use super::plant_year::{self, PlantYear};
+use super::plant_phenology::{self, PlantPhenology};
 use super::seasons::FullLeafMasks;
 use super::solid::{laser, solid};
 use crate::cards::card_raster::{CardDrawing, CardImage, TWIG_TEXELS};
@@ -25,7 +25,7 @@ pub(super) struct CardKind {
     support: Option<Semantic>,
     optics: LeafOptics,
     /// Evergreen without one.
-    year: Option<PlantYear>,
+    year: Option<PlantPhenology>,
     draw: fn(&mut PhiloxRng, u32) -> CardDrawing,
 }
 
@@ -56,7 +56,7 @@ impl CardKind {
     }
 
     /// What turns and dies in the course of a year.
-    pub(super) const fn through(mut self, year: PlantYear) -> Self {
+    pub(super) const fn through(mut self, year: PlantPhenology) -> Self {
         self.year = Some(year);
         self
     }
@@ -151,7 +151,7 @@ pub(super) const KINDS: [CardKind; 10] = [
         optics::EVERGREEN,
         |r, v| understory::gorse(r, v == 3),
     )
-    .through(plant_year::GORSE),
+    .through(plant_phenology::GORSE),
     CardKind::new(
         "heather.foliage",
         4,
@@ -159,7 +159,7 @@ pub(super) const KINDS: [CardKind; 10] = [
         optics::EVERGREEN,
         |r, v| understory::heather(r, v >= 2),
     )
-    .through(plant_year::HEATHER),
+    .through(plant_phenology::HEATHER),
     CardKind::new(
         "bramble.foliage",
         6,
@@ -167,11 +167,11 @@ pub(super) const KINDS: [CardKind; 10] = [
         optics::BRAMBLE,
         |r, v| understory::bramble(r, v == 5),
     )
-    .through(plant_year::BRAMBLE),
+    .through(plant_phenology::BRAMBLE),
     CardKind::new("bracken.pinna", 3, Semantic::Fern, optics::HERB, |r, _| {
         understory::bracken_pinna(r, false)
     })
-    .through(plant_year::BRACKEN),
+    .through(plant_phenology::BRACKEN),
     CardKind::new(
         "bracken.dead_pinna",
         3,
@@ -188,7 +188,7 @@ pub(super) const KINDS: [CardKind; 10] = [
             optics::HERB,
             |r, _| understory::fern_frond(r),
         )
-        .through(plant_year::MALE_FERN)
+        .through(plant_phenology::MALE_FERN)
     },
     CardKind::new("grass.blades", 6, Semantic::Grass, GRASS, |r, v| {
         understory::grass(
@@ -197,7 +197,7 @@ pub(super) const KINDS: [CardKind; 10] = [
             v == 5,
         )
     })
-    .through(plant_year::GRASS),
+    .through(plant_phenology::GRASS),
     CardKind::new(
         "herb.broad_leaf",
         4,
@@ -205,7 +205,7 @@ pub(super) const KINDS: [CardKind; 10] = [
         optics::HERB,
         |r, _| understory::broad_leaf(r),
     )
-    .through(plant_year::ROSETTE),
+    .through(plant_phenology::ROSETTE),
     CardKind::new(
         "herb.leafy_stem",
         4,
@@ -213,11 +213,11 @@ pub(super) const KINDS: [CardKind; 10] = [
         optics::HERB,
         |r, v| understory::leafy_stem(r, v >= 2),
     )
-    .through(plant_year::TALL_HERB),
+    .through(plant_phenology::TALL_HERB),
     CardKind::new("herb.trefoil", 3, Semantic::Herb, optics::HERB, |r, _| {
         understory::trefoil(r)
     })
-    .through(plant_year::TREFOIL),
+    .through(plant_phenology::TREFOIL),
 ];
 
 /// Leaves on the ground, single and in relief. They are the undergrowth's here, and a stand's by

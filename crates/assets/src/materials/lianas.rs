@@ -6,7 +6,7 @@ use nemoral_seed::Key;
 
 use super::foliage::{CardKind, KindImages, register_flat};
 use super::optics::{self, LeafOptics};
-use super::plant_year;
+use super::plant_phenology;
 use super::seasons::FullLeafMasks;
 use crate::cards::lianas::{self, Bears};
 use crate::tree::{FoliageCard, Season};
@@ -54,7 +54,7 @@ const LIANAS: [CardKind; 2] = [
             lianas::clematis(r, bears)
         },
     )
-    .through(plant_year::LIANA)
+    .through(plant_phenology::LIANA)
     .on(Semantic::Branch),
     CardKind::new(
         "honeysuckle.foliage",
@@ -63,7 +63,7 @@ const LIANAS: [CardKind; 2] = [
         HONEYSUCKLE,
         |r, v| lianas::honeysuckle(r, v == 4),
     )
-    .through(plant_year::LIANA)
+    .through(plant_phenology::LIANA)
     .on(Semantic::Stem),
 ];
 const RUNS: [CardKind; 1] = [CardKind::new(

@@ -6,11 +6,11 @@ mod deadwood;
 mod foliage;
 mod ground;
 mod lianas;
+mod litter;
 pub(crate) mod optics;
-mod plant_year;
+mod plant_phenology;
 mod seasons;
 mod seedling;
-mod shed;
 mod solid;
 mod trees;
 mod wet;
@@ -43,9 +43,9 @@ pub(crate) use self::communities::{CommunityMaterials, Hue};
 pub(crate) use self::deadwood::{DeadwoodMaterials, LogMaterials, RootPlateMaterials};
 pub use self::ground::{GroundMaterials, TrailMaterials};
 pub(crate) use self::lianas::LianaMaterials;
-pub(crate) use self::seasons::{FullLeafMasks, Timing};
+pub(crate) use self::litter::LitterMaterials;
+pub(crate) use self::seasons::{FullLeafMasks, LeafingGroup};
 pub(crate) use self::seedling::SeedlingMaterials;
-pub(crate) use self::shed::ShedMaterials;
 pub(crate) use self::solid::StumpMaterials;
 pub(crate) use self::wet::wet;
 
@@ -120,7 +120,7 @@ pub(crate) struct WorldMaterials {
     pub(crate) bank_soil: Option<MaterialId>,
     pub(crate) cone: MaterialId,
     /// The materials of what each species sheds; empty if that was not asked for.
-    pub(crate) shed: Vec<ShedMaterials>,
+    pub(crate) shed: Vec<LitterMaterials>,
     /// Cones, nuts and capsules, if they were asked for.
     pub(crate) fruit: Option<MaterialId>,
     /// Rock and stone in streams; `None` where they are not wanted.
@@ -149,7 +149,7 @@ pub(crate) struct WorldMaterials {
 
 /// The materials that only some worlds have, and what the others depend on.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Wanted<'a> {
+pub(crate) struct MaterialSelection<'a> {
     /// How many trees of each species there are, relative to each other.
     pub(crate) trees_per_ha: &'a [f64],
     pub(crate) seedlings: bool,
@@ -181,8 +181,8 @@ type Rare = (
 impl WorldMaterials {
     /// Bakes every texture and draws every card; tasks are independent and land in a fixed order.
     /// What `wanted` leaves out is not made.
-    pub(crate) fn bake(species: &[Species], wanted: Wanted<'_>, key: Key) -> Self {
-        let Wanted {
+    pub(crate) fn bake(species: &[Species], wanted: MaterialSelection<'_>, key: Key) -> Self {
+        let MaterialSelection {
             trees_per_ha,
             seedlings,
             deadwood,
@@ -299,17 +299,17 @@ impl WorldMaterials {
         if resin {
             all.resin = self::lianas::resin(&mut all.library, cards);
         }
-        all.frond_height = plant_year::frond_height(season.as_ref());
+        all.frond_height = plant_phenology::frond_height(season.as_ref());
         all.full_leaf
             .sort_unstable_by_key(|(material, _)| material.0);
         all
     }
 
     /// What the trees of a species that are this late are made of.
-    pub(crate) fn tree(&self, species: usize, timing: Timing) -> TreeMaterials {
+    pub(crate) fn tree(&self, species: usize, group: LeafingGroup) -> TreeMaterials {
         let (leaves, foliage) = &self.leaves[species];
         TreeMaterials {
-            foliage: foliage[leaves.number(timing)].clone(),
+            foliage: foliage[leaves.number(group)].clone(),
             ..self.trees[species].clone()
         }
     }
@@ -358,10 +358,10 @@ impl WorldMaterials {
     /// Adds what each species sheds, after all other materials.
     fn shed(&mut self, species: &[Species], season: Option<&Season>, cards: Key) {
         let images: Vec<_> = (species.par_iter())
-            .map(|s| shed::images(s, season, cards))
+            .map(|s| litter::images(s, season, cards))
             .collect();
         for ((species, tree), images) in species.iter().zip(&self.trees).zip(images) {
-            let of = ShedMaterials::register(&mut self.library, species, tree, images);
+            let of = LitterMaterials::register(&mut self.library, species, tree, images);
             self.shed.push(of);
         }
         let cone = self.library.get(self.cone).clone();

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use nemoral_scene::{AlphaMask, MaterialId};
 use nemoral_seed::{Domain, Draw, Key};
 
-use super::plant_year;
-use crate::tree::{LeafLook, LeafPhase, Season, SeasonalLeaves, Species};
+use super::plant_phenology;
+use crate::tree::{LeafLook, PhenologyState, Season, SeasonalLeaves, Species};
 
 const TIMING: Domain = Domain::new("assets.tree.timing");
 
@@ -20,14 +20,14 @@ const FRESH_LITTER_SEEN: f64 = 0.1;
 /// When a tree unfolds and drops its leaves, by what others of its species do. Three equal groups
 /// have the standard deviation of all trees; the young are a group of their own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Timing {
+pub(crate) enum LeafingGroup {
     Early,
     Middle,
     Late,
     Young,
 }
 
-impl Timing {
+impl LeafingGroup {
     pub(crate) const ALL: [Self; 4] = [Self::Early, Self::Middle, Self::Late, Self::Young];
 
     /// That of the grown tree of a key.
@@ -53,7 +53,7 @@ pub(super) struct SpeciesLeaves {
     /// Different leaves, of which each group has some; without any, they are those of summer.
     pub(super) seasonal: Vec<SeasonalLeaves>,
     /// Which of them each group has.
-    group: [usize; Timing::ALL.len()],
+    group: [usize; LeafingGroup::ALL.len()],
 }
 
 impl SpeciesLeaves {
@@ -62,17 +62,17 @@ impl SpeciesLeaves {
         let mut leaves = Self {
             summer: species.shoot(),
             seasonal: Vec::new(),
-            group: [0; Timing::ALL.len()],
+            group: [0; LeafingGroup::ALL.len()],
         };
         let Some((season, phenology)) = season.zip(species.phenology) else {
             return leaves;
         };
-        let phases = Timing::ALL
-            .map(|timing| phenology.phase(season, timing.late_days(), timing == Timing::Young));
-        if phases == [LeafPhase::SUMMER; Timing::ALL.len()] {
+        let phases = LeafingGroup::ALL
+            .map(|group| phenology.phase(season, group.late_days(), group == LeafingGroup::Young));
+        if phases == [PhenologyState::SUMMER; LeafingGroup::ALL.len()] {
             return leaves;
         }
-        let mut different: Vec<LeafPhase> = Vec::new();
+        let mut different: Vec<PhenologyState> = Vec::new();
         for (group, phase) in leaves.group.iter_mut().zip(phases) {
             let known = different.iter().position(|other| *other == phase);
             *group = known.unwrap_or_else(|| {
@@ -87,13 +87,13 @@ impl SpeciesLeaves {
     }
 
     /// The number of a group's leaves among those that are different.
-    pub(super) fn number(&self, timing: Timing) -> usize {
-        self.group[timing as usize]
+    pub(super) fn number(&self, group: LeafingGroup) -> usize {
+        self.group[group as usize]
     }
 
     /// Those of seedlings, which stand alone; `None` in summer.
     pub(super) fn of_seedlings(&self) -> Option<SeasonalLeaves> {
-        let young = self.seasonal.get(self.number(Timing::Young))?;
+        let young = self.seasonal.get(self.number(LeafingGroup::Young))?;
         Some(young.clone().alone())
     }
 }
@@ -107,7 +107,7 @@ impl Season {
             let litter = species.phenology.map_or(0.0, |p| p.fresh_litter(self));
             leaves.seasonal.is_empty() && litter < FRESH_LITTER_SEEN
         };
-        species.iter().all(is_green) && plant_year::is_high_summer(self)
+        species.iter().all(is_green) && plant_phenology::is_high_summer(self)
     }
 }
 

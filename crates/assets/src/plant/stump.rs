@@ -60,12 +60,16 @@ pub(crate) fn stump(
         let face = (q.dot(fell) / radius_m - 0.55).clamp(0.0, 0.08) / 0.08;
         height_m + askew.dot(q) - step * face
     };
+    let lowest_m = (0..SIDES)
+        .map(|k| TAU * k as f32 / SIDES as f32)
+        .map(|azimuth| rim(around(azimuth), radius(azimuth, height_m), &top).z)
+        .fold(height_m, f32::min);
     let root_m = ROOT_M + ROOT_PER_RADIUS * radius_m;
     let levels = [-root_m, -0.10, 0.0, 0.05, 0.11, 0.20, 0.32, 0.45];
     let levels: Vec<f32> = levels
         .iter()
         .copied()
-        .filter(|z| *z < height_m - 0.02)
+        .filter(|z| *z < lowest_m - 0.02)
         .collect();
     let mut shape = Shape::default();
     let wraps = (TAU * radius_m).round().max(1.0);

@@ -11,7 +11,7 @@ mod seasonal_leaves;
 use nemoral_scene::ParamError;
 use serde::Deserialize;
 
-pub use self::seasonal_leaves::LeafStage;
+pub use self::seasonal_leaves::LeafSpectra;
 pub(crate) use self::seasonal_leaves::SeasonalLeaves;
 
 use super::ranges::Ranges;
@@ -46,14 +46,14 @@ pub struct Phenology {
     /// grown trees, 0..=0.9.
     pub marcescent: [f64; 2],
     /// Leaves at the peak of colour.
-    pub turned: LeafStage,
+    pub turned: LeafSpectra,
     /// Leaves before they fall, and those that stay on.
-    pub withered: LeafStage,
+    pub withered: LeafSpectra,
 }
 
 /// Where a tree is in its year.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LeafPhase {
+pub struct PhenologyState {
     /// The area of each leaf over that of a grown one, 0..=1.
     pub grown: f64,
     /// The share of leaves that have not fallen, 0..=1.
@@ -101,7 +101,7 @@ impl Season {
     }
 }
 
-impl LeafPhase {
+impl PhenologyState {
     /// High summer.
     pub const SUMMER: Self = Self {
         grown: 1.0,
@@ -121,7 +121,7 @@ impl Phenology {
     /// Where a tree is in its year that is so many days later than most of its species; the young
     /// stand under others, unfold a week before them and keep more dead leaves.
     #[must_use]
-    pub fn phase(&self, season: &Season, late_days: f64, is_young: bool) -> LeafPhase {
+    pub fn phase(&self, season: &Season, late_days: f64, is_young: bool) -> PhenologyState {
         let [bud_burst, full_leaf] =
             [self.bud_burst, self.full_leaf].map(|days| season.day_of(days));
         let half_grown = 0.5 * (bud_burst + full_leaf);
@@ -138,7 +138,7 @@ impl Phenology {
         }
         let marcescent = self.marcescent[usize::from(!is_young)];
         let hanging = logistic((season.day_of(self.half_fallen) - day) / self.fall_days);
-        LeafPhase {
+        PhenologyState {
             grown: if is_spring { settled(grown) } else { 1.0 },
             kept: marcescent + (1.0 - marcescent) * settled(hanging),
             young: if is_spring { young } else { 0.0 },
@@ -226,7 +226,7 @@ mod tests {
             let half = area(p.half_fallen[1]);
             assert!((half - 0.5 * (1.0 + left)).abs() < 0.01, "{half}");
             assert_eq!(area(1.0), left, "{}: the new year", species.name);
-            assert_eq!(p.phase(&at(200.0), 0.0, false), LeafPhase::SUMMER);
+            assert_eq!(p.phase(&at(200.0), 0.0, false), PhenologyState::SUMMER);
         }
         assert_eq!(deciduous().len(), 3);
     }
@@ -262,7 +262,7 @@ mod tests {
             day_of_year: 20.0,
             latitude_deg: -50.0,
         };
-        assert_eq!(beech.phase(&south, 0.0, false), LeafPhase::SUMMER);
+        assert_eq!(beech.phase(&south, 0.0, false), PhenologyState::SUMMER);
         let winter = Season {
             day_of_year: 200.0,
             ..south

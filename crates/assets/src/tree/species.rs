@@ -4,10 +4,10 @@
 use serde::Deserialize;
 
 use super::competition::CrownCompetition;
+use super::litter::LitterLook;
 use super::look::{BarkLook, LeafLook};
 use super::phenology::{Phenology, Season, SeasonalLeaves};
 use super::ranges::Ranges;
-use super::shed::ShedLook;
 use nemoral_scene::ParamError;
 
 /// A species. All lengths in metres and angles in degrees unless said otherwise; diameters inside
@@ -43,7 +43,7 @@ pub struct Species {
     /// What the bark looks like.
     pub bark: BarkLook,
     /// What it sheds, if that differs from what most species shed.
-    pub shed: Option<ShedLook>,
+    pub shed: Option<LitterLook>,
 }
 
 /// Published relations between a tree's diameter d (cm) and its other measures.
@@ -60,8 +60,8 @@ pub struct Allometry {
     pub dominant: [f64; 2],
     /// Standard deviation of height about the curve, as a share of height.
     pub height_sd: f64,
-    /// Least and greatest height / diameter (m/m), where the scatter of heights ends; the curve ends
-    /// a tenth inside. The least is at most 0.8 times the greatest.
+    /// Least and greatest height / diameter (m/m), where the scatter of heights ends; the curve
+    /// ends a tenth inside. The least is at most 0.8 times the greatest.
     pub slenderness: [f64; 2],
     /// Crown width = `[0]` + `[1]` · d^`[2]`, metres.
     pub crown_width: [f64; 3],
@@ -288,8 +288,8 @@ impl Species {
 
     /// What it sheds: its own numbers, or, without any, leaves as those of most species.
     #[must_use]
-    pub fn shed_look(&self) -> ShedLook {
-        self.shed.unwrap_or(ShedLook {
+    pub fn litter_look(&self) -> LitterLook {
+        self.shed.unwrap_or(LitterLook {
             albedo: [0.149, 0.089, 0.060],
             leaves_per_m2: if self.leaves.kind.is_needle() {
                 24.0

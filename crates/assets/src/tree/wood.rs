@@ -55,7 +55,7 @@ impl StemProfile {
     /// The diameter at breast height, 1.3 m above the ground, of a copy that is so many times as
     /// high as the shape and as wide, metres; 0 if the copy is no higher than that.
     #[must_use]
-    pub fn breast_diameter_m(&self, along: f64) -> f64 {
+    pub fn dbh_m(&self, along: f64) -> f64 {
         self.diameter_m(BREAST_M / along)
     }
 
@@ -162,7 +162,7 @@ impl WoodVolume {
 
     /// Volume of the wood that is at least this thick, metres, to half a per cent of all wood; m³.
     #[must_use]
-    pub fn of_at_least_m3(&self, diameter_m: f64) -> f64 {
+    pub fn volume_above_diameter_m3(&self, diameter_m: f64) -> f64 {
         let next = (0..self.at_least_m3.len()).find(|&i| Self::threshold_m(i) > diameter_m);
         let Some(next) = next else { return 0.0 };
         let Some(last) = next.checked_sub(1) else {
@@ -210,14 +210,14 @@ mod tests {
         // Of a cone, what is thinner than a diameter is a cone.
         for diameter_m in [0.05, 0.07, 0.1, 0.2, 0.33, 0.39] {
             let exact = volume(0.4, 20.0) - volume(diameter_m, 50.0 * diameter_m);
-            let found = wood.of_at_least_m3(diameter_m);
+            let found = wood.volume_above_diameter_m3(diameter_m);
             assert!(
                 (found - exact).abs() < 5e-3 * whole,
                 "{diameter_m}: {found} for {exact}"
             );
         }
-        assert_eq!(wood.of_at_least_m3(0.5), 0.0);
-        assert_eq!(wood.of_at_least_m3(5.0), 0.0);
+        assert_eq!(wood.volume_above_diameter_m3(0.5), 0.0);
+        assert_eq!(wood.volume_above_diameter_m3(5.0), 0.0);
     }
 
     #[test]
@@ -228,8 +228,8 @@ mod tests {
         };
         let wood = WoodVolume::of([piece; 3].into_iter());
         let whole = 3.0 * piece.volume_m3();
-        assert!((wood.of_at_least_m3(0.07) / whole - 1.0).abs() < 1e-12);
+        assert!((wood.volume_above_diameter_m3(0.07) / whole - 1.0).abs() < 1e-12);
         assert!((wood.total_m3() / whole - 1.0).abs() < 1e-12);
-        assert_eq!(wood.of_at_least_m3(0.12), 0.0);
+        assert_eq!(wood.volume_above_diameter_m3(0.12), 0.0);
     }
 }

@@ -93,7 +93,7 @@ fn stems_are_as_thick_as_their_profiles_say() {
             all_m3 > stem_m3 && all_m3 < 5.0 * stem_m3,
             "{stem_m3} of {all_m3} m3"
         );
-        assert!(tree.wood.of_at_least_m3(0.07) < all_m3);
+        assert!(tree.wood.volume_above_diameter_m3(0.07) < all_m3);
         assert!((tree.size.dbh_m - tree.stem.diameter_m(1.3)).abs() < 1e-12);
     }
 }

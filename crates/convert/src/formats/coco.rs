@@ -29,13 +29,13 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
 use crate::labels::Labels;
-use crate::{Error, Files, Format, FrameRef, Sequence, Sink, Source, Stream, Table};
-use crate::{pictures, rle};
+use crate::{ClassMapping, Error, FileStream, Format, FrameRef, Sequence, Sink, Source, StepFiles};
+use crate::{png_encoding, rle};
 
 /// The format.
 #[derive(Debug)]
 pub(crate) struct Coco {
-    pub(crate) ontology: Option<Table>,
+    pub(crate) ontology: Option<ClassMapping>,
     /// The fewest pixels of an object that is listed.
     pub(crate) min_px: u32,
 }
@@ -225,7 +225,7 @@ fn frame_files(
     frame: &FrameRef<'_>,
     labels: &Labels,
     (kinds, min_px): (&Kinds, u32),
-    files: &mut Files,
+    files: &mut StepFiles,
 ) -> Result<Vec<Picture>, Error> {
     let mut pictures = Vec::new();
     for (i, camera) in sequence.cameras.iter().enumerate() {
@@ -255,7 +255,7 @@ fn frame_files(
             }
         }
         let (rgb, eight) = (ColorType::Rgb, BitDepth::Eight);
-        let bytes = pictures::encode(width, height, rgb, eight, None, &ids);
+        let bytes = png_encoding::encode(width, height, rgb, eight, None, &ids);
         files.put(format!("panoptic/{name}"), bytes);
         objects.retain(|_, pixels| pixels.len() >= min_px as usize);
         let object = |(instance, pixels): (u32, Vec<usize>)| {
@@ -355,7 +355,7 @@ fn panoptic(image: u64, picture: &Picture, things: &BTreeSet<u16>) -> Value {
 }
 
 fn write_images(
-    out: &mut Stream,
+    out: &mut FileStream,
     frames: impl Iterator<Item = Result<Vec<Picture>, Error>>,
 ) -> Result<(), Error> {
     let mut list = List::begin(out, "images")?;
@@ -380,18 +380,18 @@ struct List {
 }
 
 impl List {
-    fn begin(out: &mut Stream, name: &str) -> Result<Self, Error> {
+    fn begin(out: &mut FileStream, name: &str) -> Result<Self, Error> {
         out.put(format!("\"{name}\":["))?;
         Ok(Self { is_empty: true })
     }
 
-    fn item(&mut self, out: &mut Stream, item: &Value) -> Result<(), Error> {
+    fn item(&mut self, out: &mut FileStream, item: &Value) -> Result<(), Error> {
         let comma = if self.is_empty { "\n" } else { ",\n" };
         self.is_empty = false;
         out.put(format!("{comma}{item}"))
     }
 
-    fn end(self, out: &mut Stream) -> Result<(), Error> {
+    fn end(self, out: &mut FileStream) -> Result<(), Error> {
         out.put("\n]")
     }
 }
@@ -401,13 +401,13 @@ mod tests {
     use nemoral_scene::Ontology;
 
     use super::*;
-    use crate::Table;
+    use crate::ClassMapping;
 
     #[test]
     fn the_greatest_class_is_a_category_of_its_own() {
         let table = "name = \"x\"\nsource = \"s\"\nrest = \"a\"\n[[class]]\nid = 65535\n\
                      name = \"a\"\ncolour = [0, 0, 0]\nfrom = []\n";
-        let table = Table::parse("x", table).expect("valid");
+        let table = ClassMapping::parse("x", table).expect("valid");
         let labels = Labels::of(&Ontology::paper(), Some(&table)).expect("it fits");
         let things = BTreeSet::new();
         assert_eq!(classes_json(&labels, &things)[0]["id"], 65_536);

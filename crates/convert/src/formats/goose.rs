@@ -19,19 +19,19 @@ use nemoral_scene::{Image, Ontology, Semantic};
 use png::{BitDepth, ColorType};
 
 use crate::labels::Labels;
-use crate::{Error, Format, FrameRef, Sink, Source, Table, pictures};
+use crate::{ClassMapping, Error, Format, FrameRef, Sink, Source, png_encoding};
 
 /// The format.
 #[derive(Debug)]
 pub(crate) struct Goose {
-    pub(crate) ontology: Option<Table>,
+    pub(crate) ontology: Option<ClassMapping>,
 }
 
 impl Goose {
     fn labels(&self, own: &Ontology) -> Result<Labels, Error> {
         let table = match &self.ontology {
             Some(table) => table.clone(),
-            None => Table::load("goose")?,
+            None => ClassMapping::load("goose")?,
         };
         Labels::of(own, Some(&table))?.in_bytes()
     }
@@ -121,7 +121,7 @@ fn stem(split: &str, frame: &FrameRef<'_>) -> String {
 /// 8-bit samples of a picture of this size.
 fn encode<T>(size: &Image<T>, colour: ColorType, data: &[u8]) -> Vec<u8> {
     let (width, height) = (size.width(), size.height());
-    pictures::encode(width, height, colour, BitDepth::Eight, None, data)
+    png_encoding::encode(width, height, colour, BitDepth::Eight, None, data)
 }
 
 fn encode_colours(classes: &Image<u8>, labels: &Labels) -> Vec<u8> {
@@ -151,5 +151,5 @@ fn encode_instances(instances: &Image<u32>) -> Vec<u8> {
         .collect();
     let (width, height) = (instances.width(), instances.height());
     let (grey, sixteen) = (ColorType::Grayscale, BitDepth::Sixteen);
-    pictures::encode(width, height, grey, sixteen, None, &data)
+    png_encoding::encode(width, height, grey, sixteen, None, &data)
 }

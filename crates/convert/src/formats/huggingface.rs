@@ -32,12 +32,12 @@ use sha2::{Digest, Sha256};
 use crate::formats::coco::needs_cameras;
 use crate::geometry::lens;
 use crate::labels::Labels;
-use crate::{Error, Format, FrameRef, Sequence, Sink, Source, Table, pictures};
+use crate::{ClassMapping, Error, Format, FrameRef, Sequence, Sink, Source, png_encoding};
 
 /// The format.
 #[derive(Debug)]
 pub(crate) struct HuggingFace {
-    pub(crate) ontology: Option<Table>,
+    pub(crate) ontology: Option<ClassMapping>,
 }
 
 /// The truth maps of a picture.
@@ -228,7 +228,7 @@ fn encode_classes(classes: &Image<u8>, labels: &Labels) -> Vec<u8> {
     }
     let (width, height) = (classes.width(), classes.height());
     let (indexed, eight) = (ColorType::Indexed, BitDepth::Eight);
-    pictures::encode(
+    png_encoding::encode(
         width,
         height,
         indexed,
@@ -251,7 +251,7 @@ fn encode_depth(depth_m: &Image<f32>) -> Vec<u8> {
         .flat_map(|z| code(z).to_be_bytes())
         .collect();
     let (width, height) = (depth_m.width(), depth_m.height());
-    pictures::encode(
+    png_encoding::encode(
         width,
         height,
         ColorType::Grayscale,

@@ -23,19 +23,19 @@ use png::{BitDepth, ColorType};
 use crate::formats::stereo;
 use crate::geometry::{lens, line, relative, rows_line};
 use crate::labels::Labels;
-use crate::{Error, Format, FrameRef, Sequence, Sink, Source, Table, pictures};
+use crate::{ClassMapping, Error, Format, FrameRef, Sequence, Sink, Source, png_encoding};
 
 /// The format.
 #[derive(Debug)]
 pub(crate) struct Kitti {
-    pub(crate) ontology: Option<Table>,
+    pub(crate) ontology: Option<ClassMapping>,
     /// The built-in table that labels follow if none is given; the data set's classes without one.
     pub(crate) built_in: Option<&'static str>,
 }
 
 impl Kitti {
     fn labels(&self, own: &Ontology) -> Result<Labels, Error> {
-        let built_in = self.built_in.map(Table::load).transpose()?;
+        let built_in = self.built_in.map(ClassMapping::load).transpose()?;
         Labels::of(own, self.ontology.as_ref().or(built_in.as_ref()))
     }
 }
@@ -195,7 +195,7 @@ fn encode_grey(picture: &Image<[u8; 3]>) -> Vec<u8> {
     };
     let grey: Vec<u8> = picture.pixels().iter().map(luma).collect();
     let (width, height) = (picture.width(), picture.height());
-    pictures::encode(
+    png_encoding::encode(
         width,
         height,
         ColorType::Grayscale,

@@ -24,7 +24,7 @@ use std::str::FromStr;
 
 use nemoral_dataset::{FrameRecord, Manifest};
 
-use crate::{Error, Format, Table};
+use crate::{ClassMapping, Error, Format};
 
 /// The formats that there are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -143,7 +143,7 @@ impl FormatName {
     /// The format with the given classes in place of its own, and without the objects of fewer
     /// pixels in a picture if it lists any ([`takes_min_px`](Self::takes_min_px)).
     #[must_use]
-    pub fn with(self, ontology: Option<Table>, min_px: u32) -> Box<dyn Format> {
+    pub fn with(self, ontology: Option<ClassMapping>, min_px: u32) -> Box<dyn Format> {
         match self {
             Self::Kitti => Box::new(kitti::Kitti {
                 ontology,

@@ -20,19 +20,19 @@ use nemoral_scene::{Ontology, Semantic};
 use crate::formats::kitti::{calibration, poses};
 use crate::geometry::line;
 use crate::labels::Labels;
-use crate::{Error, Format, FrameRef, Sink, Source, Table, pictures};
+use crate::{ClassMapping, Error, Format, FrameRef, Sink, Source, png_encoding};
 
 /// The format.
 #[derive(Debug)]
 pub(crate) struct Rellis {
-    pub(crate) ontology: Option<Table>,
+    pub(crate) ontology: Option<ClassMapping>,
 }
 
 impl Rellis {
     fn labels(&self, own: &Ontology) -> Result<Labels, Error> {
         let table = match &self.ontology {
             Some(table) => table.clone(),
-            None => Table::load("rellis")?,
+            None => ClassMapping::load("rellis")?,
         };
         Labels::of(own, Some(&table))?.in_bytes()
     }
@@ -54,7 +54,7 @@ impl Format for Rellis {
                         let [picture, map] = picture_names(&frame);
                         files.put(picture, source.picture_bytes(&frame, 0)?);
                         let classes = source.classes(&frame, 0)?.map(|&c| labels.id(c) as u8);
-                        files.put(map, pictures::encode_grey(&classes));
+                        files.put(map, png_encoding::encode_grey(&classes));
                     }
                     if !sequence.lidars.is_empty() {
                         let [bin, label] = scan_names(&frame);

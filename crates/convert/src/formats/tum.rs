@@ -18,7 +18,7 @@ use png::{BitDepth, ColorType};
 
 use crate::formats::refuse_times_that_do_not_rise;
 use crate::geometry::{lens, line};
-use crate::{Error, Format, FrameRef, Sink, Source, pictures};
+use crate::{Error, Format, FrameRef, Sink, Source, png_encoding};
 
 /// The inertial measurement unit's name, which no other sensor beside it has, and its file.
 const UNIT: &str = "imu";
@@ -161,7 +161,7 @@ fn encode_depth(depth_m: &Image<f32>) -> Vec<u8> {
         .flat_map(|z| code(z).to_be_bytes())
         .collect();
     let (width, height) = (depth_m.width(), depth_m.height());
-    pictures::encode(
+    png_encoding::encode(
         width,
         height,
         ColorType::Grayscale,

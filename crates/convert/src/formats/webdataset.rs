@@ -22,7 +22,7 @@ use nemoral_scene::RigidTransform;
 use serde_json::{Map, Value, json};
 
 use crate::geometry::lens;
-use crate::{Error, Format, FrameRef, Sequence, Sink, Source, Stream, pictures};
+use crate::{Error, FileStream, Format, FrameRef, Sequence, Sink, Source, png_encoding};
 
 /// Frames in a tar file.
 const FRAMES: usize = 100;
@@ -59,7 +59,7 @@ fn put_frame(
     source: &Source,
     sequence: &Sequence<'_>,
     frame: &FrameRef<'_>,
-    out: &mut Stream,
+    out: &mut FileStream,
 ) -> Result<(), Error> {
     let key = frame.name();
     member(
@@ -69,7 +69,7 @@ fn put_frame(
     )?;
     for (i, camera) in sequence.cameras.iter().enumerate() {
         let bytes = |file| source.camera_bytes(frame, i, file);
-        let classes = pictures::encode_grey(&source.classes(frame, i)?);
+        let classes = png_encoding::encode_grey(&source.classes(frame, i)?);
         for (what, picture) in [
             ("rgb", bytes(CameraFile::Rgb)?),
             ("semantic", classes),
@@ -158,7 +158,7 @@ fn npy(data_type: &str, (rows, columns): (usize, usize), data: &[u8]) -> Vec<u8>
 }
 
 /// A member of a tar file: a header of one block, and the bytes, filled up to whole blocks.
-fn member(out: &mut Stream, name: &str, bytes: &[u8]) -> Result<(), Error> {
+fn member(out: &mut FileStream, name: &str, bytes: &[u8]) -> Result<(), Error> {
     let mut header = [0_u8; BLOCK];
     let mut field = |at: usize, text: &str| {
         header[at..at + text.len()].copy_from_slice(text.as_bytes());

@@ -9,7 +9,7 @@ use crate::Error;
 
 /// What is there in the place of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum There {
+pub(super) enum FileState {
     /// No file, or one that holds nothing: it is empty or has zeros alone, as a power cut leaves
     /// files that were not on the medium.
     Nothing,
@@ -21,14 +21,14 @@ pub(super) enum There {
 
 /// Compares what is there with a file's record. No conversion has hidden files: their content is
 /// often the same everywhere, so that a checksum would not tell whose they are.
-pub(super) fn compare(folder: &Folder, record: &FileRecord) -> Result<There, Error> {
+pub(super) fn compare(folder: &Folder, record: &FileRecord) -> Result<FileState, Error> {
     match folder.kind(&record.path)? {
-        None => return Ok(There::Nothing),
+        None => return Ok(FileState::Nothing),
         Some(EntryKind::File) if !is_hidden(&record.path) => {}
-        Some(_) => return Ok(There::Other),
+        Some(_) => return Ok(FileState::Other),
     }
     let mut file = match folder.open(&record.path, record.bytes) {
-        Err(nemoral_files::Error::TooLarge { .. }) => return Ok(There::Other),
+        Err(nemoral_files::Error::TooLarge { .. }) => return Ok(FileState::Other),
         file => file?,
     };
     let mut digester = Digester {
@@ -40,17 +40,17 @@ pub(super) fn compare(folder: &Folder, record: &FileRecord) -> Result<There, Err
     io::copy(&mut file, &mut digester).map_err(nemoral_files::Error::io(&path))?;
     let digest = digester.hasher.finalize().to_hex();
     if digester.bytes == record.bytes && *digest == *record.blake3 {
-        Ok(There::Recorded)
+        Ok(FileState::Recorded)
     } else if digester.is_blank {
-        Ok(There::Nothing)
+        Ok(FileState::Nothing)
     } else {
-        Ok(There::Other)
+        Ok(FileState::Other)
     }
 }
 
 /// Whether a file agrees with its record.
 pub(super) fn is_whole(folder: &Folder, record: &FileRecord) -> bool {
-    compare(folder, record).is_ok_and(|there| there == There::Recorded)
+    compare(folder, record).is_ok_and(|there| there == FileState::Recorded)
 }
 
 /// The error about a file that is neither removed nor replaced.
@@ -100,28 +100,35 @@ mod tests {
         let zeros = vec![0; content.len()];
         let longer = [&content[..], b"1"].concat();
         let shorter = &content[..content.len() - 1];
-        let cases: [(&[u8], There); 6] = [
-            (&content, There::Recorded),
-            (&changed, There::Other),
-            (&longer, There::Other),
-            (shorter, There::Other),
-            (&zeros, There::Nothing),
-            (b"", There::Nothing),
+        let cases: [(&[u8], FileState); 6] = [
+            (&content, FileState::Recorded),
+            (&changed, FileState::Other),
+            (&longer, FileState::Other),
+            (shorter, FileState::Other),
+            (&zeros, FileState::Nothing),
+            (b"", FileState::Nothing),
         ];
         for name in ["a/b.bin", ".git/config"] {
             let path = InnerPath::new(name).expect("an inner path");
             let record = FileRecord::of(path.clone(), &content);
             let there = || compare(&folder, &record).expect("compared");
-            assert_eq!(there(), There::Nothing, "{name}");
+            assert_eq!(there(), FileState::Nothing, "{name}");
             for (bytes, expected) in cases {
                 folder.put(&path, bytes).expect("written");
                 let is_hidden = name.starts_with('.');
-                let expected = if is_hidden { There::Other } else { expected };
+                let expected = if is_hidden {
+                    FileState::Other
+                } else {
+                    expected
+                };
                 assert_eq!(there(), expected, "{name}: {} bytes", bytes.len());
             }
         }
         let path = InnerPath::new("a").expect("an inner path");
         let record = FileRecord::of(path, b"");
-        assert_eq!(compare(&folder, &record).expect("compared"), There::Other);
+        assert_eq!(
+            compare(&folder, &record).expect("compared"),
+            FileState::Other
+        );
     }
 }

@@ -8,7 +8,7 @@ use nemoral_files::{EntryKind, Folder, InnerPath, Lock, is_temporary_name};
 use serde::{Deserialize, Serialize};
 
 use super::Request;
-use super::compare::{There, changed, compare};
+use super::compare::{FileState, changed, compare};
 use crate::{Error, digest};
 
 const MANIFEST: &str = "conversion.json";
@@ -181,7 +181,7 @@ impl Records {
         for (path, records) in self.lost() {
             let mut is_other = true;
             for record in records {
-                is_other = is_other && compare(folder, record)? == There::Other;
+                is_other = is_other && compare(folder, record)? == FileState::Other;
             }
             if is_other {
                 return Err(changed(folder, path));

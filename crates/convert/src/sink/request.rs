@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::Mode;
+use super::OutputMode;
 use crate::{Error, digest};
 
 /// What decides a conversion's bytes.
@@ -36,15 +36,20 @@ impl Request {
     ///
     /// # Errors
     /// [`Error::Mismatch`] if it may be neither.
-    pub(super) fn goes_on(&self, path: &Path, found: &Self, mode: Mode) -> Result<bool, Error> {
+    pub(super) fn goes_on(
+        &self,
+        path: &Path,
+        found: &Self,
+        mode: OutputMode,
+    ) -> Result<bool, Error> {
         match mode {
-            Mode::Fresh | Mode::Overwrite => Ok(false),
-            Mode::Resume => {
+            OutputMode::Fresh | OutputMode::Overwrite => Ok(false),
+            OutputMode::Resume => {
                 self.compare(path, found)?;
                 self.same(path, found, "source", |r| Some(r.source.clone()))?;
                 Ok(true)
             }
-            Mode::Renew => {
+            OutputMode::Renew => {
                 self.compare_data_set(path, found)?;
                 Ok(found.source == self.source)
             }

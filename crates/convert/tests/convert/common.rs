@@ -5,10 +5,10 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use nemoral_convert::{ConvertParams, Converted, Error, FormatName, Mode, convert};
+use nemoral_convert::{ConversionSummary, ConvertParams, Error, FormatName, OutputMode, convert};
 use nemoral_dataset::{
-    BalanceRecord, CameraData, CameraSpec, Dataset, DatasetHeader, FrameChoice, FrameData, ImuSpec,
-    ImuTexts, LidarData, LidarSpec, OpenMode, SequenceSpec, Track, WorldTables, Writer,
+    BalanceRecord, CameraData, CameraSpec, Dataset, DatasetHeader, EurocFiles, FrameChoice,
+    FrameData, ImuSpec, LidarData, LidarSpec, OpenMode, SequenceSpec, Track, WorldTables, Writer,
 };
 use nemoral_scene::glam::{DVec2, DVec3, Vec2, Vec3};
 use nemoral_scene::{
@@ -425,14 +425,14 @@ pub(crate) const UNIT_VELOCITY_M_S: DVec3 = DVec3::new(0.1, 0.2, 0.3);
 
 /// What a unit says of the drive of five, twenty times a second: the times of its readings are its
 /// angular rates, and its true poses are those of the body with its mount.
-fn imu_texts(unit: &ImuSpec) -> ImuTexts {
-    let mut texts = ImuTexts {
+fn imu_texts(unit: &ImuSpec) -> EurocFiles {
+    let mut texts = EurocFiles {
         sensor: "gyroscope_noise_density: 0.00016968 # rad / s / sqrt(Hz)\n\
                  gyroscope_random_walk: 0.000019393 # rad / s^2 / sqrt(Hz)\n\
                  accelerometer_noise_density: 0.002 # m / s^2 / sqrt(Hz)\n\
                  accelerometer_random_walk: 0.003 # m / s^3 / sqrt(Hz)\n"
             .to_owned(),
-        ..ImuTexts::default()
+        ..EurocFiles::default()
     };
     let mut time_ns = 0_i64;
     while time_ns as f64 * 1e-9 <= pose(4).0 {
@@ -458,7 +458,7 @@ pub(crate) struct Made {
     _folder: tempfile::TempDir,
     pub(crate) dataset: Dataset,
     pub(crate) out: PathBuf,
-    pub(crate) done: Converted,
+    pub(crate) done: ConversionSummary,
 }
 
 pub(crate) fn made(format: FormatName) -> Made {
@@ -484,7 +484,7 @@ pub(crate) fn made_of_drives(
     let source = folder.path().join("dataset");
     let dataset = write_drives(&source, header, drives);
     let out = folder.path().join("out");
-    let done = run(&source, &out, format, Mode::Fresh).expect("converted");
+    let done = run(&source, &out, format, OutputMode::Fresh).expect("converted");
     Made {
         _folder: folder,
         dataset,
@@ -497,8 +497,8 @@ pub(crate) fn run(
     source: &Path,
     out: &Path,
     format: FormatName,
-    mode: Mode,
-) -> Result<Converted, Error> {
+    mode: OutputMode,
+) -> Result<ConversionSummary, Error> {
     let params = ConvertParams {
         mode,
         ..ConvertParams::new(format)

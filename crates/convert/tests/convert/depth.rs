@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use exr::prelude::{FlatSamples, Vec2, read_first_flat_layer_from_file};
-use nemoral_convert::{FormatName, Mode};
+use nemoral_convert::{FormatName, OutputMode};
 use nemoral_dataset::{CameraSpec, DepthFormat};
 use nemoral_scene::glam::Vec3;
 use nemoral_scene::{Image, ObjectId, Semantic, TruthImages};
@@ -85,7 +85,7 @@ fn what_is_too_far_for_16_bits_is_infinitely_far() {
         write_of(&source, &header, &[1], distant);
         let [exr, npy] = [(FormatName::Exr, "exr"), (FormatName::Npy, "npy")].map(|(name, end)| {
             let out = folder.path().join(end);
-            run(&source, &out, name, Mode::Fresh).expect("converted");
+            run(&source, &out, name, OutputMode::Fresh).expect("converted");
             out.join(format!("00/{}/000001.{end}", camera.name))
         });
         let mut infinite = 0;

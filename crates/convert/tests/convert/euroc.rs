@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use nemoral_convert::{Error, FormatName, Mode};
+use nemoral_convert::{Error, FormatName, OutputMode};
 use nemoral_dataset::{DatasetHeader, ImuSpec};
 use nemoral_scene::glam::{DMat4, DQuat, DVec3};
 use nemoral_scene::{Distortion, RigidTransform, Shutter};
@@ -283,7 +283,7 @@ fn a_lens_with_a_sixth_power_is_refused() {
     let folder = tempfile::tempdir().expect("a folder");
     let (source, out) = (folder.path().join("dataset"), folder.path().join("out"));
     write(&source, &header, &[0]);
-    let error = run(&source, &out, FormatName::Euroc, Mode::Fresh).expect_err("k3");
+    let error = run(&source, &out, FormatName::Euroc, OutputMode::Fresh).expect_err("k3");
     assert!(matches!(error, Error::Unsuitable { .. }) && !out.exists());
     let told = error.to_string();
     assert!(

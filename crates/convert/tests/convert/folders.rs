@@ -7,7 +7,9 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use nemoral_convert::{ConvertParams, Error, FormatName, Mode, Table, check_folder, convert};
+use nemoral_convert::{
+    ClassMapping, ConvertParams, Error, FormatName, OutputMode, check_folder, convert,
+};
 use nemoral_dataset::FileRecord;
 use nemoral_files::observe::observe;
 use nemoral_files::{InnerPath, is_temporary_name};
@@ -45,12 +47,13 @@ fn wherever_a_conversion_stops_nothing_wrong_has_a_name_and_resume_ends_the_same
     write(&source, &annotated(), &[0, 1]);
     for format in FormatName::ALL {
         let whole = dir.path().join(format!("whole-{format}"));
-        run(&source, &whole, format, Mode::Fresh).expect("converted");
+        run(&source, &whole, format, OutputMode::Fresh).expect("converted");
         let whole = tree(&whole);
         let mut stops = 0;
         for n in 0.. {
             let out = dir.path().join("out");
-            let (result, reached) = failing(&out, n, || run(&source, &out, format, Mode::Fresh));
+            let (result, reached) =
+                failing(&out, n, || run(&source, &out, format, OutputMode::Fresh));
             if !reached {
                 result.expect("nothing failed");
                 fs::remove_dir_all(&out).expect("removed");
@@ -83,9 +86,9 @@ fn wherever_a_conversion_stops_nothing_wrong_has_a_name_and_resume_ends_the_same
                 fs::write(out.join(".nemoral-x.tmp"), b"half").expect("written");
             }
             let mode = if n % 2 == 0 {
-                Mode::Resume
+                OutputMode::Resume
             } else {
-                Mode::Overwrite
+                OutputMode::Overwrite
             };
             run(&source, &out, format, mode).unwrap_or_else(|e| panic!("{format}, stop {n}: {e}"));
             assert!(tree(&out) == whole, "{format}: stop {n}, {mode:?}");
@@ -103,7 +106,7 @@ fn a_damaged_source_is_an_error_and_no_file_of_its_frame_is_written() {
         let source = dir.path().join(format!("dataset-{format}"));
         write(&source, &annotated(), &[0, 1]);
         let whole = dir.path().join(format!("whole-{format}"));
-        run(&source, &whole, format, Mode::Fresh).expect("converted");
+        run(&source, &whole, format, OutputMode::Fresh).expect("converted");
         let whole = tree(&whole);
         // Every file of the second frame that the format reads is compared with its checksum.
         let mut refused = 0;
@@ -118,7 +121,7 @@ fn a_damaged_source_is_an_error_and_no_file_of_its_frame_is_written() {
             bytes[middle] ^= 1;
             fs::write(&path, &bytes).expect("written");
             let out = dir.path().join("out");
-            match run(&source, &out, format, Mode::Fresh) {
+            match run(&source, &out, format, OutputMode::Fresh) {
                 Err(e) => {
                     refused += 1;
                     assert!(e.to_string().contains("000001"), "{e}");
@@ -128,7 +131,7 @@ fn a_damaged_source_is_an_error_and_no_file_of_its_frame_is_written() {
                         assert!(ours || whole[&path] == bytes, "{}", path.display());
                     }
                     fs::write(&path, &sound).expect("written");
-                    run(&source, &out, format, Mode::Resume).expect("mended");
+                    run(&source, &out, format, OutputMode::Resume).expect("mended");
                 }
                 // The format does not need the file.
                 Ok(_) => fs::write(&path, &sound).expect("written"),
@@ -149,7 +152,7 @@ fn folders_of_others_are_refused_and_ours_are_replaced_only_if_asked() {
     fs::create_dir(&out).expect("made");
     fs::write(out.join("thesis.txt"), "mine").expect("written");
     let kitti = |mode| run(&source, &out, FormatName::Kitti, mode);
-    for mode in [Mode::Fresh, Mode::Resume, Mode::Overwrite] {
+    for mode in [OutputMode::Fresh, OutputMode::Resume, OutputMode::Overwrite] {
         let e = kitti(mode).expect_err("foreign");
         assert!(
             matches!(&e, Error::Foreign { found, .. } if found == "thesis.txt"),
@@ -158,13 +161,13 @@ fn folders_of_others_are_refused_and_ours_are_replaced_only_if_asked() {
         assert!(e.is_request());
     }
     fs::remove_file(out.join("thesis.txt")).expect("removed");
-    kitti(Mode::Resume).expect("nothing to go on with is a start");
+    kitti(OutputMode::Resume).expect("nothing to go on with is a start");
     let whole = tree(&out);
-    let e = kitti(Mode::Fresh).expect_err("there is one");
+    let e = kitti(OutputMode::Fresh).expect_err("there is one");
     assert!(matches!(e, Error::Exists { finished: true, .. }), "{e}");
-    let done = kitti(Mode::Resume).expect("done already");
+    let done = kitti(OutputMode::Resume).expect("done already");
     assert_eq!(done.files + 1, whole.len());
-    let e = run(&source, &out, FormatName::Tum, Mode::Resume).expect_err("another format");
+    let e = run(&source, &out, FormatName::Tum, OutputMode::Resume).expect_err("another format");
     assert!(
         matches!(
             e,
@@ -178,23 +181,23 @@ fn folders_of_others_are_refused_and_ours_are_replaced_only_if_asked() {
     assert!(tree(&out) == whole, "nothing was touched");
     // What was damaged is made again.
     fs::write(out.join("poses/00.txt"), "1 2 3").expect("written");
-    kitti(Mode::Resume).expect("mended");
+    kitti(OutputMode::Resume).expect("mended");
     assert!(tree(&out) == whole);
     // Another format takes its place; files of others stay.
     fs::write(out.join("sequences/00/notes.txt"), "mine").expect("written");
-    run(&source, &out, FormatName::Tum, Mode::Overwrite).expect("replaced");
+    run(&source, &out, FormatName::Tum, OutputMode::Overwrite).expect("replaced");
     let mut left = tree(&out);
     assert_eq!(
         left.remove(Path::new("sequences/00/notes.txt")),
         Some(b"mine".to_vec())
     );
     let fresh = dir.path().join("fresh");
-    run(&source, &fresh, FormatName::Tum, Mode::Fresh).expect("converted");
+    run(&source, &fresh, FormatName::Tum, OutputMode::Fresh).expect("converted");
     assert!(left == tree(&fresh));
     // Another data set is not mixed in.
     let other = dir.path().join("other");
     write(&other, &header(), &[0, 1]);
-    let e = run(&other, &out, FormatName::Tum, Mode::Resume).expect_err("another source");
+    let e = run(&other, &out, FormatName::Tum, OutputMode::Resume).expect_err("another source");
     assert!(
         matches!(
             e,
@@ -207,7 +210,7 @@ fn folders_of_others_are_refused_and_ours_are_replaced_only_if_asked() {
     );
     for inside in ["", "tum", "export/tum", "new/../tum", "a*b"] {
         let inside = source.join(inside);
-        let e = run(&source, &inside, FormatName::Tum, Mode::Overwrite).expect_err("inside");
+        let e = run(&source, &inside, FormatName::Tum, OutputMode::Overwrite).expect_err("inside");
         assert!(matches!(e, Error::Inside { .. }), "{e}");
     }
     assert!(!source.join("export").exists());
@@ -245,16 +248,16 @@ fn a_file_that_was_changed_or_is_somebody_elses_is_neither_removed_nor_replaced(
         let after = tree(&out);
         (before == after, after)
     };
-    run(&source, &out, FormatName::Kitti, Mode::Fresh).expect("converted");
+    run(&source, &out, FormatName::Kitti, OutputMode::Fresh).expect("converted");
     let whole = tree(&out);
     fs::write(out.join("poses/00.txt"), "1 2 3").expect("written");
     for format in [FormatName::Kitti, FormatName::Tum] {
-        let (untouched, _) = refused("poses/00.txt", format, Mode::Overwrite);
+        let (untouched, _) = refused("poses/00.txt", format, OutputMode::Overwrite);
         assert!(untouched, "{format}");
     }
     // A file without content is nobody's loss: a power cut leaves such files.
     fs::write(out.join("poses/00.txt"), "").expect("written");
-    run(&source, &out, FormatName::Kitti, Mode::Overwrite).expect("replaced");
+    run(&source, &out, FormatName::Kitti, OutputMode::Overwrite).expect("replaced");
     assert!(tree(&out) == whole);
 
     // Whoever made the list knows what is in files that are the same everywhere.
@@ -267,10 +270,10 @@ fn a_file_that_was_changed_or_is_somebody_elses_is_neither_removed_nor_replaced(
         fs::write(out.join(file), mine).expect("written");
         let path = InnerPath::new(file).expect("an inner path");
         list(&out, FileRecord::of(path, theirs));
-        let (untouched, _) = refused(file, FormatName::Tum, Mode::Overwrite);
+        let (untouched, _) = refused(file, FormatName::Tum, OutputMode::Overwrite);
         assert!(untouched, "{file}");
         // The conversion itself is made again, and the file stays.
-        run(&source, &out, FormatName::Kitti, Mode::Resume).expect("made again");
+        run(&source, &out, FormatName::Kitti, OutputMode::Resume).expect("made again");
         let mut left = tree(&out);
         assert_eq!(left.remove(Path::new(file)).as_deref(), Some(mine));
         assert!(left == whole, "{file}");
@@ -278,24 +281,24 @@ fn a_file_that_was_changed_or_is_somebody_elses_is_neither_removed_nor_replaced(
     }
 
     // Nor is a file replaced that stands where another format would write.
-    run(&source, &out, FormatName::Tum, Mode::Overwrite).expect("replaced");
+    run(&source, &out, FormatName::Tum, OutputMode::Overwrite).expect("replaced");
     fs::create_dir(out.join("poses")).expect("made");
     fs::write(out.join("poses/00.txt"), "mine").expect("written");
-    for mode in [Mode::Overwrite, Mode::Resume] {
+    for mode in [OutputMode::Overwrite, OutputMode::Resume] {
         let (_, left) = refused("poses/00.txt", FormatName::Kitti, mode);
         assert_eq!(left[Path::new("poses/00.txt")], b"mine");
     }
     fs::remove_file(out.join("poses/00.txt")).expect("removed");
-    run(&source, &out, FormatName::Kitti, Mode::Resume).expect("goes on");
+    run(&source, &out, FormatName::Kitti, OutputMode::Resume).expect("goes on");
     assert!(tree(&out) == whole);
 
     // A list that is another program's is not removed either.
     let half = dir.path().join("half");
     let convert = |mode| run(&source, &half, FormatName::Kitti, mode);
-    let (result, _) = failing(&half, 20, || convert(Mode::Fresh));
+    let (result, _) = failing(&half, 20, || convert(OutputMode::Fresh));
     result.expect_err("it stopped");
     fs::write(half.join("conversion.json"), "{}").expect("written");
-    for mode in [Mode::Fresh, Mode::Resume, Mode::Overwrite] {
+    for mode in [OutputMode::Fresh, OutputMode::Resume, OutputMode::Overwrite] {
         let e = convert(mode).expect_err("another program's");
         assert!(matches!(e, Error::Damaged { .. }), "{e}");
     }
@@ -313,7 +316,7 @@ fn a_growing_data_set_renews_its_own_conversions_alone() {
     let mut second = two_drives.sequences[0].clone();
     second.number = 1;
     two_drives.sequences.push(second);
-    let renew = |source: &Path, out: &Path| run(source, out, FormatName::Kitti, Mode::Renew);
+    let renew = |source: &Path, out: &Path| run(source, out, FormatName::Kitti, OutputMode::Renew);
     write(&source, &one_drive, &[0]);
     renew(&source, &out).expect("nothing to go on with is a start");
     let first = tree(&out);
@@ -334,7 +337,7 @@ fn a_growing_data_set_renews_its_own_conversions_alone() {
         fs::remove_dir_all(&kept).expect("removed");
         renew(state, &out).expect("renewed");
         let fresh = dir.path().join("fresh");
-        run(state, &fresh, FormatName::Kitti, Mode::Fresh).expect("converted");
+        run(state, &fresh, FormatName::Kitti, OutputMode::Fresh).expect("converted");
         assert!(tree(&out) == tree(&fresh));
         fs::remove_dir_all(&fresh).expect("removed");
     }
@@ -343,7 +346,7 @@ fn a_growing_data_set_renews_its_own_conversions_alone() {
     one_drive.seed += 1;
     let other = dir.path().join("other");
     write(&other, &one_drive, &[0, 1, 2]);
-    let table = Table::load("rellis").expect("built in");
+    let table = ClassMapping::load("rellis").expect("built in");
     for (source, format, ontology, differs) in [
         (&other, FormatName::Kitti, None, "data set"),
         (&grown, FormatName::Tum, None, "format"),
@@ -351,7 +354,7 @@ fn a_growing_data_set_renews_its_own_conversions_alone() {
     ] {
         let params = ConvertParams {
             ontology,
-            mode: Mode::Renew,
+            mode: OutputMode::Renew,
             ..ConvertParams::new(format)
         };
         let e = convert(source, &out, &params).expect_err(differs);
@@ -369,7 +372,7 @@ fn a_growing_data_set_renews_its_own_conversions_alone() {
         assert!(tree(&out) == renewed, "nothing was touched");
     }
     let params = ConvertParams {
-        mode: Mode::Renew,
+        mode: OutputMode::Renew,
         ..ConvertParams::new(FormatName::Kitti)
     };
     check_folder(&larger, &out, &two_drives, &params).expect("it may be renewed");
@@ -378,7 +381,7 @@ fn a_growing_data_set_renews_its_own_conversions_alone() {
     let e = renew(&grown, &out).expect_err("changed");
     assert!(matches!(e, Error::Changed { .. }), "{e}");
     let overwrite = ConvertParams {
-        mode: Mode::Overwrite,
+        mode: OutputMode::Overwrite,
         ..params
     };
     let e = check_folder(&larger, &out, &two_drives, &overwrite).expect_err("changed");
@@ -392,7 +395,7 @@ fn names_that_are_none_are_left_where_they_are() {
     let source = dir.path().join("dataset");
     write(&source, &header(), &[0, 1]);
     let whole = dir.path().join("whole");
-    run(&source, &whole, FormatName::Kitti, Mode::Fresh).expect("converted");
+    run(&source, &whole, FormatName::Kitti, OutputMode::Fresh).expect("converted");
     let whole = tree(&whole);
     let odd = [
         ".nemoral-a:b.tmp",
@@ -400,10 +403,10 @@ fn names_that_are_none_are_left_where_they_are() {
         ".nemoral-convert/steps/a:b.json",
         "sequences/00/.nemoral-a:b.tmp",
     ];
-    for mode in [Mode::Resume, Mode::Overwrite] {
+    for mode in [OutputMode::Resume, OutputMode::Overwrite] {
         let out = dir.path().join(format!("out-{mode:?}"));
         let kitti = |mode| run(&source, &out, FormatName::Kitti, mode);
-        let (result, _) = failing(&out, 20, || kitti(Mode::Fresh));
+        let (result, _) = failing(&out, 20, || kitti(OutputMode::Fresh));
         result.expect_err("it stopped");
         fs::create_dir_all(out.join("sequences/00")).expect("made");
         for file in odd {
@@ -413,7 +416,7 @@ fn names_that_are_none_are_left_where_they_are() {
         fs::create_dir(out.join(".nemoral-convert/steps/c.json")).expect("made");
         kitti(mode).expect("converted");
         // It is finished for all that.
-        kitti(Mode::Resume).expect("finished");
+        kitti(OutputMode::Resume).expect("finished");
         let mut left = tree(&out);
         for file in odd {
             let odd = left.remove(Path::new(file));
@@ -431,7 +434,7 @@ fn a_table_that_does_not_fit_is_refused_before_anything_is_written() {
     let text = "name = \"x\"\nsource = \"s\"\n[[class]]\nid = 1\nname = \"tree\"\n\
                 colour = [0, 0, 0]\nfrom = [\"Trunks\", \"Canopy\"]\n";
     let params = ConvertParams {
-        ontology: Some(Table::parse("x", text).expect("valid")),
+        ontology: Some(ClassMapping::parse("x", text).expect("valid")),
         ..ConvertParams::new(FormatName::Kitti)
     };
     let out = dir.path().join("out");
@@ -441,7 +444,7 @@ fn a_table_that_does_not_fit_is_refused_before_anything_is_written() {
     // Nor is one taken that the format would not use.
     for format in FormatName::ALL.into_iter().filter(|f| !f.takes_ontology()) {
         let params = ConvertParams {
-            ontology: Some(Table::load("rellis").expect("built in")),
+            ontology: Some(ClassMapping::load("rellis").expect("built in")),
             ..ConvertParams::new(format)
         };
         let e = convert(&source, &out, &params).expect_err("no place for classes");
@@ -495,7 +498,7 @@ fn a_data_set_that_lacks_what_a_format_needs_is_refused_before_anything_is_writt
     let mut refused = Vec::new();
     for format in FormatName::ALL {
         for source in [&blind, &deaf] {
-            match run(source, &out, format, Mode::Fresh) {
+            match run(source, &out, format, OutputMode::Fresh) {
                 Ok(_) => fs::remove_dir_all(&out).expect("removed"),
                 Err(e) => {
                     assert!(

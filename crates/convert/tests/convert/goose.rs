@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use nemoral_convert::{ConvertParams, FormatName, Table, convert};
+use nemoral_convert::{ClassMapping, ConvertParams, FormatName, convert};
 use nemoral_scene::{Ontology, Semantic};
 
 use crate::common::{header, made, made_of, png, text, tree, write};
@@ -92,7 +92,7 @@ fn names_of_classes_stay_in_their_column() {
                  [[class]]\nid = 4\nname = 'tree, \"old\"'\ncolour = [0, 255, 0]\n\
                  from = [\"Trunks\"]\n";
     let params = ConvertParams {
-        ontology: Some(Table::parse("x", table).expect("valid")),
+        ontology: Some(ClassMapping::parse("x", table).expect("valid")),
         ..ConvertParams::new(FormatName::Goose)
     };
     convert(&source, &out, &params).expect("converted");

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use nemoral_convert::{ConvertParams, FormatName, Table, convert};
+use nemoral_convert::{ClassMapping, ConvertParams, FormatName, convert};
 use serde_json::Value;
 
 use crate::common::{header, made, png, text, tree};
@@ -133,7 +133,7 @@ fn classes_follow_a_table() {
     let made = made(FormatName::HuggingFace);
     let out = made.out.with_file_name("rellis");
     let params = ConvertParams {
-        ontology: Some(Table::load("rellis").expect("built in")),
+        ontology: Some(ClassMapping::load("rellis").expect("built in")),
         ..ConvertParams::new(FormatName::HuggingFace)
     };
     convert(made.dataset.root(), &out, &params).expect("converted");

@@ -1,6 +1,6 @@
 //! KITTI's layout, read as its development kit describes it.
 
-use nemoral_convert::{ConvertParams, FormatName, Table, convert};
+use nemoral_convert::{ClassMapping, ConvertParams, FormatName, convert};
 use nemoral_scene::glam::DVec3;
 use nemoral_scene::{Distortion, Semantic};
 
@@ -117,7 +117,7 @@ fn labels_follow_a_table() {
     let made = made(FormatName::SemanticKitti);
     let by_table = made.out.with_file_name("by_table");
     let params = ConvertParams {
-        ontology: Some(Table::load("semantickitti").expect("built in")),
+        ontology: Some(ClassMapping::load("semantickitti").expect("built in")),
         ..ConvertParams::new(FormatName::Kitti)
     };
     convert(made.dataset.root(), &by_table, &params).expect("converted");

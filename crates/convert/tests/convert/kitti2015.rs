@@ -4,9 +4,10 @@
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
-use nemoral_convert::{ConvertParams, Error, FormatName, Mode, convert_watched};
+use nemoral_convert::{ConvertParams, Error, FormatName, OutputMode, convert_with_progress};
 use nemoral_dataset::{
-    BalanceRecord, BalanceTarget, CameraSpec, Dataset, DatasetHeader, DepthFormat, Split, Watch,
+    BalanceRecord, BalanceTarget, CameraSpec, Dataset, DatasetHeader, DepthFormat, ProgressMonitor,
+    Split,
 };
 use nemoral_scene::glam::{DVec2, DVec3, Vec3};
 use nemoral_scene::{
@@ -137,7 +138,7 @@ impl Pair {
         let dir = tempfile::tempdir().expect("a folder");
         let (source, out) = (dir.path().join("dataset"), dir.path().join("out"));
         let dataset = write_of(&source, &header, &[1, 2], images);
-        run(&source, &out, FormatName::Kitti2015, Mode::Fresh).expect("converted");
+        run(&source, &out, FormatName::Kitti2015, OutputMode::Fresh).expect("converted");
         Self {
             _dir: dir,
             header,
@@ -322,7 +323,7 @@ fn what_the_next_picture_shows_is_flows_to_say() {
             dir.path().join(format!("{name}-out")),
         );
         write_of(&source, &header, &[1, 2], floor);
-        run(&source, &out, FormatName::Kitti2015, Mode::Fresh).expect("converted");
+        run(&source, &out, FormatName::Kitti2015, OutputMode::Fresh).expect("converted");
         let state = has_flow.then(|| samples(&source.join("sequences/00/flow/000001.png"), 3));
         (
             samples(&out.join("training/disp_noc_1/000000_10.png"), 1),
@@ -353,7 +354,7 @@ fn files_of_a_frame_are_read_before_it_counts_as_done() {
     crate::common::write(&source, &annotated(), &[0, 1]);
     let sequence = source.join("sequences/00");
     // Whoever hears of the first frame takes its files away.
-    let watch = Watch::new(move |done| {
+    let monitor = ProgressMonitor::new(move |done| {
         for (path, _) in crate::common::tree(&sequence) {
             let file = path.file_stem().is_some_and(|stem| stem == "000000");
             if done.frame == 0 && file {
@@ -363,7 +364,7 @@ fn files_of_a_frame_are_read_before_it_counts_as_done() {
         ControlFlow::Continue(())
     });
     let params = ConvertParams::new(FormatName::Kitti2015);
-    convert_watched(&source, &out, &params, &watch).expect("converted");
+    convert_with_progress(&source, &out, &params, &monitor).expect("converted");
     assert!(!source.join("sequences/00/image_2/000000.png").exists());
 }
 
@@ -415,7 +416,7 @@ fn only_frames_of_drives_are_pairs() {
     let dir = tempfile::tempdir().expect("a folder");
     let (source, out) = (dir.path().join("dataset"), dir.path().join("out"));
     write_drives(&source, &header, &[standing, single]);
-    let e = run(&source, &out, FormatName::Kitti2015, Mode::Fresh).expect_err("refused");
+    let e = run(&source, &out, FormatName::Kitti2015, OutputMode::Fresh).expect_err("refused");
     assert!(
         e.to_string()
             .contains("stations or single views of [balance]"),
@@ -542,7 +543,7 @@ fn half_of_the_benchmark_is_written_with_a_note_and_none_is_refused() {
         let source = dir.path().join(format!("dataset-{i}"));
         crate::common::write(&source, &header, frames);
         let out = dir.path().join("out");
-        let e = run(&source, &out, FormatName::Kitti2015, Mode::Fresh).expect_err("refused");
+        let e = run(&source, &out, FormatName::Kitti2015, OutputMode::Fresh).expect_err("refused");
         assert!(
             matches!(e, Error::Unsuitable { .. }) && !out.exists(),
             "{e}"
@@ -554,7 +555,7 @@ fn half_of_the_benchmark_is_written_with_a_note_and_none_is_refused() {
             &dir.path().join("dataset-0"),
             &dir.path().join("out"),
             FormatName::Kitti2015,
-            Mode::Fresh
+            OutputMode::Fresh
         )
         .expect_err("refused")
         .to_string()

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use nemoral_convert::{Error, FormatName, LazCloudParams, Table, laz_cloud};
+use nemoral_convert::{ClassMapping, Error, FormatName, LazCloudParams, laz_cloud};
 use nemoral_dataset::{Cloud, CloudParams, Crop};
 use nemoral_scene::glam::DVec3;
 
@@ -91,7 +91,7 @@ fn one_file_has_all_scans_and_tiles_share_them() {
 
     let tiled = LazCloudParams {
         tile_m: Some(2.0),
-        ontology: Some(Table::load("rellis").expect("a table")),
+        ontology: Some(ClassMapping::load("rellis").expect("a table")),
         ..LazCloudParams::default()
     };
     let tiles = laz_cloud(&cloud, &folder.path().join("tile.laz"), &tiled);

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use nemoral_convert::{FormatName, LazCloudParams, Table, laz_cloud};
+use nemoral_convert::{ClassMapping, FormatName, LazCloudParams, laz_cloud};
 use nemoral_dataset::{Cloud, CloudParams, CloudPoint, Crop, Error};
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ObjectId, RigidTransform, Semantic};
@@ -26,7 +26,7 @@ fn cloud_of(made: &Made, crop: Option<Crop>, table: Option<&str>) -> (Vec<CloudP
     let folder = tempfile::tempdir().expect("a folder");
     let out = folder.path().join("plot.laz");
     let laz = LazCloudParams {
-        ontology: table.map(|name| Table::load(name).expect("a table")),
+        ontology: table.map(|name| ClassMapping::load(name).expect("a table")),
         ..LazCloudParams::default()
     };
     laz_cloud(&cloud, &out, &laz).expect("written");
@@ -111,9 +111,9 @@ fn angles_of_a_lidar_that_is_mounted_backwards_have_the_signs_of_the_body() {
     let (points, file) = cloud_of(&made, None, None);
     let mut sides = [[0; 2]; 2];
     for (p, found) in points.iter().zip(file.points()) {
-        let in_body = pose(p.frame).1.rotation.inverse() * p.from_scanner_m;
-        let is_left = in_body.y > 0.0;
-        assert_eq!(found.angle_deg() < 0.0, is_left, "{in_body}");
+        let left_m = p.from_scanner_m.dot(pose(p.frame).1.level_left());
+        let is_left = left_m > 0.0;
+        assert_eq!(found.angle_deg() < 0.0, is_left, "{left_m}");
         sides[usize::from(p.lidar)][usize::from(is_left)] += 1;
     }
     assert!(sides.as_flattened().iter().all(|n| *n > 9), "{sides:?}");

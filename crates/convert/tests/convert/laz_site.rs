@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use nemoral_convert::{Crs, FormatName, LazCloudParams, Mode, laz_cloud, laz_note};
+use nemoral_convert::{Crs, FormatName, LazCloudParams, OutputMode, laz_cloud, laz_note};
 use nemoral_dataset::{
     Cloud, CloudParams, DatasetHeader, FrameData, LidarData, OpenMode, SiteSpec, Track,
     WorldTables, Writer,
@@ -217,7 +217,7 @@ fn a_point_that_no_file_can_hold_is_refused() {
     };
     writer.write_sequence(&track, &world).expect("tables");
     writer.finish().expect("finish");
-    let error = crate::common::run(&dataset, &out, FormatName::Laz, Mode::Fresh);
+    let error = crate::common::run(&dataset, &out, FormatName::Laz, OutputMode::Fresh);
     let error = error.expect_err("refused").to_string();
     assert!(
         error.contains("00/top/000000.laz") && error.contains("beyond 214 km"),

@@ -1,7 +1,7 @@
 //! What readers of bags compute motion from: stamps and times of points, velocities, and the tree
 //! of frames.
 
-use nemoral_convert::{Error, FormatName, Mode};
+use nemoral_convert::{Error, FormatName, OutputMode};
 use nemoral_dataset::{DatasetHeader, ImuSpec};
 use nemoral_scene::glam::{DQuat, DVec3};
 use nemoral_scene::{RigidTransform, rotation_vector};
@@ -179,12 +179,12 @@ fn sensors_are_not_called_as_the_robots_frames() {
         let folder = tempfile::tempdir().expect("a folder");
         let (source, out) = (folder.path().join("dataset"), folder.path().join("out"));
         write(&source, &header, &[1]);
-        let refused = run(&source, &out, FormatName::Mcap, Mode::Fresh).expect_err("a frame");
+        let refused = run(&source, &out, FormatName::Mcap, OutputMode::Fresh).expect_err("a frame");
         assert!(matches!(refused, Error::Unsuitable { .. }));
         let told = refused.to_string();
         assert!(told.contains(&format!("is called '{name}'")), "{told}");
         assert!(told.contains("'base_link', 'map', 'odom'"), "{told}");
         assert!(!out.exists());
-        run(&source, &out, FormatName::Tum, Mode::Fresh).expect("TUM has no such frames");
+        run(&source, &out, FormatName::Tum, OutputMode::Fresh).expect("TUM has no such frames");
     }
 }

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-use nemoral_convert::{ConvertParams, Error, FormatName, Mode, Table, convert};
+use nemoral_convert::{ClassMapping, ConvertParams, Error, FormatName, OutputMode, convert};
 use nemoral_dataset::{DatasetHeader, Split};
 use nemoral_scene::glam::{DQuat, DVec3};
 use nemoral_scene::{Distortion, ObjectId, RigidTransform};
@@ -315,7 +315,7 @@ fn points_have_classes_and_these_follow_a_table() {
     let made = made(&annotated());
     let by_table = made.out.with_file_name("by_table");
     let params = ConvertParams {
-        ontology: Some(Table::load("goose").expect("built in")),
+        ontology: Some(ClassMapping::load("goose").expect("built in")),
         ..ConvertParams::new(FormatName::NuScenes)
     };
     convert(made.dataset.root(), &by_table, &params).expect("converted");
@@ -528,7 +528,7 @@ fn scans_whose_files_disagree_are_refused_with_their_names() {
         let (source, out) = (dir.path().join("dataset"), dir.path().join("out"));
         write(&source, &annotated(), &[1, 2]);
         forge(&source, &format!("sequences/00/{path}"), change);
-        let e = run(&source, &out, FormatName::NuScenes, Mode::Fresh).expect_err("refused");
+        let e = run(&source, &out, FormatName::NuScenes, OutputMode::Fresh).expect_err("refused");
         assert!(matches!(e, Error::Dataset(_)), "{e}");
         let all = [said, "sequences/00/labels/000002.label"];
         assert!(all.iter().all(|s| e.to_string().contains(s)), "{e}");
@@ -547,7 +547,7 @@ fn a_ply_file_of_another_length_is_refused_with_its_name() {
             bytes.truncate(bytes.len() - bytes_per_point)
         });
     }
-    let e = run(&source, &out, FormatName::NuScenes, Mode::Fresh).expect_err("refused");
+    let e = run(&source, &out, FormatName::NuScenes, OutputMode::Fresh).expect_err("refused");
     let said = "sequences/00/points/000002.ply: 341 points for 340 of .bin";
     assert!(e.to_string().ends_with(said), "{e}");
 }
@@ -612,7 +612,7 @@ fn what_boxes_need_is_said() {
         let source = dir.path().join(format!("dataset-{i}"));
         write(&source, &header, &[0]);
         let out = dir.path().join("out");
-        let e = run(&source, &out, FormatName::NuScenes, Mode::Fresh).expect_err("refused");
+        let e = run(&source, &out, FormatName::NuScenes, OutputMode::Fresh).expect_err("refused");
         assert!(
             matches!(e, Error::Unsuitable { .. }) && !out.exists(),
             "{e}"

@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use nemoral_convert::{FormatName, Mode};
+use nemoral_convert::{FormatName, OutputMode};
 use nemoral_dataset::{DatasetHeader, Split};
 use nemoral_scene::Distortion;
 use serde_json::Value;
@@ -120,7 +120,7 @@ fn sequences_without_frames_are_not_listed_nor_kept_for_validation() {
     write_drives(&source, &header, &drives);
     for format in FormatName::ALL {
         let out = dir.path().join(format.name());
-        run(&source, &out, format, Mode::Fresh).unwrap_or_else(|e| panic!("{e}"));
+        run(&source, &out, format, OutputMode::Fresh).unwrap_or_else(|e| panic!("{e}"));
         for absent in ["02", "03"] {
             let named = tree(&out).into_keys().find(|path| {
                 let mut parts = path.iter().filter_map(|part| part.to_str());
@@ -147,7 +147,7 @@ fn yolo_lists_no_sequence_without_pictures() {
     let dir = tempfile::tempdir().expect("a folder");
     let (source, out) = (dir.path().join("dataset"), dir.path().join("out"));
     write_drives(&source, &header, &[Drive::of(0, &[0]), Drive::of(1, &[0])]);
-    run(&source, &out, FormatName::Yolo, Mode::Fresh).expect("converted");
+    run(&source, &out, FormatName::Yolo, OutputMode::Fresh).expect("converted");
     let yaml = text(out.join("data.yaml"));
     let lists = "train:\n  - images/00\nval:\n  - images/00\nnames:\n";
     assert!(yaml.contains(lists), "{yaml}");

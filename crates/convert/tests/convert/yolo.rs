@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use nemoral_convert::{ConvertParams, Error, FormatName, Mode, convert};
+use nemoral_convert::{ConvertParams, Error, FormatName, OutputMode, convert};
 
 use crate::common::{header, made, numbers, objects, text};
 
@@ -94,7 +94,7 @@ fn objects_of_few_pixels_have_no_boxes_if_asked() {
     // One of other boxes is not gone on with.
     let params = ConvertParams {
         min_px: 1,
-        mode: Mode::Resume,
+        mode: OutputMode::Resume,
         ..ConvertParams::new(FormatName::Yolo)
     };
     let e = convert(made.dataset.root(), &made.out, &params).expect_err("all boxes");

@@ -28,7 +28,7 @@ impl Checker<'_> {
         let end = all.partition_point(|f| f.sequence <= sequence);
         for i in first..end {
             before = self.frame(i, all[..end].get(i + 1), drive, inventory, before);
-            self.watch.done(i + 1, all.len(), &all[i])?;
+            self.monitor.done(i + 1, all.len(), &all[i])?;
         }
         Ok(())
     }

@@ -19,7 +19,7 @@ pub use self::agreement::{Agreement, ClassAgreement, JudgedAgreement, Residual};
 use self::agreement::ClassGroups;
 use self::splits::SplitTrees;
 use crate::formats::ontology_yaml;
-use crate::{Dataset, Error, FileRecord, Watch, layout, output, reader};
+use crate::{Dataset, Error, FileRecord, ProgressMonitor, layout, output, reader};
 
 /// Something wrong with a data set.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -80,14 +80,14 @@ impl fmt::Display for CheckReport {
 /// If the folder holds no finished data set. Whatever is wrong with a finished one is in the
 /// report.
 pub fn check(dir: &Path) -> Result<CheckReport, Error> {
-    check_watched(dir, &Watch::default())
+    check_with_progress(dir, &ProgressMonitor::default())
 }
 
 /// As [`check`], with news of each frame.
 ///
 /// # Errors
 /// As [`check`], and [`Error::Stopped`].
-pub fn check_watched(dir: &Path, watch: &Watch) -> Result<CheckReport, Error> {
+pub fn check_with_progress(dir: &Path, monitor: &ProgressMonitor) -> Result<CheckReport, Error> {
     let dataset = Dataset::open(dir)?;
     let manifest = dataset.manifest();
     let files = || {
@@ -96,7 +96,7 @@ pub fn check_watched(dir: &Path, watch: &Watch) -> Result<CheckReport, Error> {
     };
     let mut checker = Checker {
         dataset: &dataset,
-        watch,
+        monitor,
         problems: Vec::new(),
         split_trees: SplitTrees::default(),
         class_groups: ClassGroups::of(&manifest.header.ontology),
@@ -136,7 +136,7 @@ pub fn check_watched(dir: &Path, watch: &Watch) -> Result<CheckReport, Error> {
 
 struct Checker<'a> {
     dataset: &'a Dataset,
-    watch: &'a Watch,
+    monitor: &'a ProgressMonitor,
     problems: Vec<Problem>,
     split_trees: SplitTrees,
     class_groups: ClassGroups,

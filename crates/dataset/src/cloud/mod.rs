@@ -1,7 +1,7 @@
 //! All scans of a sequence as one registered, labelled cloud.
 
+mod class_filter;
 mod crop;
-mod only;
 mod ply;
 mod point;
 mod trajectory;
@@ -13,8 +13,8 @@ use std::path::{Path, PathBuf};
 use nemoral_scene::glam::{DVec2, DVec3};
 use nemoral_scene::{Ontology, PointFlags, RigidTransform, TreeRecord};
 
-use crate::{Dataset, Error, FrameRecord, SequenceSpec, SiteSpec, Watch};
-use only::Only;
+use crate::{Dataset, Error, FrameRecord, ProgressMonitor, SequenceSpec, SiteSpec};
+use class_filter::ClassFilter;
 
 pub use crop::Crop;
 pub use ply::cloud;
@@ -74,10 +74,10 @@ pub struct Cloud {
     dataset: Dataset,
     number: u32,
     params: CloudParams,
-    only: Only,
+    filter: ClassFilter,
     /// The body's pose in the world at each frame of the sequence, if it is not the true one.
     world_from_body: Option<Vec<RigidTransform>>,
-    watch: Watch,
+    monitor: ProgressMonitor,
 }
 
 impl Cloud {
@@ -104,7 +104,7 @@ impl Cloud {
             let allowed = format!("one of {}: each is a world of its own", there.join(", "));
             return Err(Error::invalid("sequence", found, allowed));
         };
-        let only = Only::new(&params.only, &dataset.manifest().header.ontology)?;
+        let filter = ClassFilter::new(&params.only, &dataset.manifest().header.ontology)?;
         let world_from_body = match &params.poses {
             CloudPoses::True => None,
             CloudPoses::Estimated => Some(estimated(&dataset, number)?),
@@ -120,9 +120,9 @@ impl Cloud {
             dataset,
             number,
             params,
-            only,
+            filter,
             world_from_body,
-            watch: Watch::default(),
+            monitor: ProgressMonitor::default(),
         };
         if this.spec().lidars.is_empty() {
             let allowed = "a data set with a LiDAR (lidar.enabled = true)";
@@ -143,8 +143,8 @@ impl Cloud {
 
     /// The same, with news of each frame from [`for_each`](Self::for_each).
     #[must_use]
-    pub fn watched_by(self, watch: Watch) -> Self {
-        Self { watch, ..self }
+    pub fn with_progress(self, monitor: ProgressMonitor) -> Self {
+        Self { monitor, ..self }
     }
 
     /// The data set's class table.
@@ -282,7 +282,7 @@ impl Cloud {
                     })?;
                 }
             }
-            self.watch.done(done + 1, total, record)?;
+            self.monitor.done(done + 1, total, record)?;
         }
         Ok(())
     }
@@ -333,7 +333,7 @@ impl Cloud {
     /// Whether a point is kept, wherever it lies. `filled` has the voxels of those that were kept.
     fn keeps(&self, p: &CloudPoint, filled: &mut HashSet<[i64; 3]>) -> bool {
         let odd = PointFlags::MIXED | PointFlags::FALSE_ALARM | PointFlags::MIRRORED;
-        if self.params.pure && p.recorded.point.flags.has(odd) || !self.only.has(&p.recorded) {
+        if self.params.pure && p.recorded.point.flags.has(odd) || !self.filter.has(&p.recorded) {
             return false;
         }
         // The set is only asked whether it contains a point, so its order does not matter.

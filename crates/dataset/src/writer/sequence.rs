@@ -3,7 +3,7 @@
 use crate::formats::kitti::{self, Calibration};
 use crate::formats::tables::{self, Tables};
 use crate::{
-    BalanceRecord, Error, FileRecord, FrameRecord, ImuTexts, SequenceSpec, Track, TrackRecord,
+    BalanceRecord, Error, EurocFiles, FileRecord, FrameRecord, SequenceSpec, Track, TrackRecord,
     WorldTables, Writer, layout,
 };
 
@@ -89,7 +89,7 @@ impl Writer {
         config_toml: &str,
         drive: &Drive,
         tables: &Tables,
-        imu: Option<&ImuTexts>,
+        imu: Option<&EurocFiles>,
     ) -> Result<(), Error> {
         if self.drives().contains_key(&spec.number) {
             return Err(Error::invalid("sequence", spec.number, "written once"));
@@ -149,7 +149,7 @@ impl Writer {
         for (path, text) in common.into_iter().chain(of_deadwood).chain(estimated) {
             put(&path, &text)?;
         }
-        for (name, text) in imu.into_iter().flat_map(ImuTexts::files) {
+        for (name, text) in imu.into_iter().flat_map(EurocFiles::files) {
             put(&path(name), text)?;
         }
         self.drives().insert(spec.number, (record, files));

@@ -6,8 +6,8 @@ use std::fs;
 use std::path::Path;
 
 use nemoral_dataset::{
-    Dataset, DatasetHeader, Error, ImuSpec, ImuTexts, Manifest, MergeParams, OpenMode, WorldTables,
-    Writer, check, merge,
+    Dataset, DatasetHeader, Error, EurocFiles, ImuSpec, Manifest, MergeParams, OpenMode,
+    WorldTables, Writer, check, merge,
 };
 use nemoral_scene::RigidTransform;
 use nemoral_scene::glam::DVec3;
@@ -45,8 +45,8 @@ fn pose(time_s: f64) -> RigidTransform {
 }
 
 /// The files of a unit whose truth is wrong by `off_m` upwards.
-fn texts(off_m: f64) -> ImuTexts {
-    let mut texts = ImuTexts {
+fn texts(off_m: f64) -> EurocFiles {
+    let mut texts = EurocFiles {
         samples: "#timestamp [ns]\n".to_owned(),
         sensor: "rate_hz: 50.0\n".to_owned(),
         states: "#timestamp\n".to_owned(),
@@ -73,7 +73,7 @@ fn write(
     out: &Path,
     header: DatasetHeader,
     frames: &[usize],
-    imu: Option<ImuTexts>,
+    imu: Option<EurocFiles>,
 ) -> Result<Manifest, Error> {
     let writer = Writer::create(out, OpenMode::Overwrite, header.clone())?;
     for &frame in frames {
@@ -148,7 +148,7 @@ fn parts_have_the_same_readings_and_so_has_the_whole() -> Result<(), Error> {
 #[test]
 fn a_unit_that_is_elsewhere_is_found() -> Result<(), Error> {
     let dir = tempfile::tempdir().expect("a folder");
-    let told = |imu: ImuTexts| -> Result<String, Error> {
+    let told = |imu: EurocFiles| -> Result<String, Error> {
         write(dir.path(), header(), &[0, 1, 2], Some(imu))?;
         let report = check(dir.path())?;
         assert!(!report.passed());

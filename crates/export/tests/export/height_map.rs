@@ -57,7 +57,7 @@ fn flat_ground_is_one_level() {
         heights_m: vec![7.0; 20],
         ..hill()
     };
-    assert!(flat.levels().metres_per_level > 0.0);
+    assert!(flat.height_scale().metres_per_level > 0.0);
     write_height_map(&flat, &folder.path().join("flat.png")).expect("written");
 }
 

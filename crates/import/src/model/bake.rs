@@ -229,7 +229,7 @@ impl Look {
     }
 
     fn material(&self, raw: &RawMaterial, semantic: Semantic) -> Material {
-        let told = &raw.told;
+        let hints = &raw.hints;
         let mean = self.albedo.mean();
         let through = if optics::is_translucent(semantic) {
             // About as much as leaves reflect, and never more than all together.
@@ -243,14 +243,14 @@ impl Look {
             &raw.name
         };
         Material {
-            support: told.support,
+            support: hints.support,
             albedo: Arc::clone(&self.albedo),
             // A rounded mean may be above 1.
-            transmittance: (told.transmittance)
+            transmittance: (hints.transmittance)
                 .map_or(through, |t| t.min(Vec3::ONE - mean).max(Vec3::ZERO)),
             roughness: raw.roughness,
             mask: self.mask.clone(),
-            optics: told.optics.unwrap_or_else(|| optics::at_lasers(semantic)),
+            optics: hints.optics.unwrap_or_else(|| optics::at_lasers(semantic)),
             ..Material::plain(name, semantic, mean)
         }
     }

@@ -5,7 +5,7 @@ use nemoral_scene::{LaserBand, Optics};
 
 use super::buffers::item;
 use super::json::{Document, Material, MaterialExtras};
-use super::raw::{Alpha, RawMaterial, RawModel, Told};
+use super::raw::{Alpha, MaterialHints, RawMaterial, RawModel};
 use super::sidecar::semantic;
 use crate::ImportError;
 use crate::error::shown;
@@ -81,16 +81,16 @@ pub(super) fn read(
         picture,
         alpha,
         roughness: channel(roughness),
-        told: told(material),
+        hints: hints(material),
     })
 }
 
 /// What our own export says of a material.
-fn told(material: &Material) -> Told {
+fn hints(material: &Material) -> MaterialHints {
     let extras = material.extras.as_ref();
     let extras = extras.and_then(|e| serde_json::from_str::<MaterialExtras>(e.get()).ok());
     let Some(extras) = extras else {
-        return Told::default();
+        return MaterialHints::default();
     };
     let share = |x: f32| (0.0..=1.0).contains(&x);
     let band = |[reflectance, transmittance]: [f32; 2]| {
@@ -102,7 +102,7 @@ fn told(material: &Material) -> Told {
         })
     };
     let optics = (extras.laser_905_nm.and_then(band)).zip(extras.laser_1550_nm.and_then(band));
-    Told {
+    MaterialHints {
         semantic: semantic(&extras.semantic),
         support: extras.support.as_deref().and_then(semantic),
         transmittance: extras

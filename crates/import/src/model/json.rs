@@ -17,26 +17,26 @@ const MAX_ITEMS: usize = 200_000;
 pub(super) struct Document {
     pub(super) asset: Asset,
     #[serde(default)]
-    pub(super) extensions_required: Few<String, 64>,
+    pub(super) extensions_required: BoundedVec<String, 64>,
     pub(super) scene: Option<u32>,
     #[serde(default)]
-    pub(super) scenes: Few<Scene, 1000>,
+    pub(super) scenes: BoundedVec<Scene, 1000>,
     #[serde(default)]
-    pub(super) nodes: Few<Node, MAX_NODES>,
+    pub(super) nodes: BoundedVec<Node, MAX_NODES>,
     #[serde(default)]
-    pub(super) meshes: Few<Mesh, MAX_ITEMS>,
+    pub(super) meshes: BoundedVec<Mesh, MAX_ITEMS>,
     #[serde(default)]
-    pub(super) materials: Few<Material, MAX_MATERIALS>,
+    pub(super) materials: BoundedVec<Material, MAX_MATERIALS>,
     #[serde(default)]
-    pub(super) textures: Few<Texture, 1000>,
+    pub(super) textures: BoundedVec<Texture, 1000>,
     #[serde(default)]
-    pub(super) images: Few<Image, MAX_PICTURES>,
+    pub(super) images: BoundedVec<Image, MAX_PICTURES>,
     #[serde(default)]
-    pub(super) accessors: Few<Accessor, MAX_ITEMS>,
+    pub(super) accessors: BoundedVec<Accessor, MAX_ITEMS>,
     #[serde(default)]
-    pub(super) buffer_views: Few<BufferView, MAX_ITEMS>,
+    pub(super) buffer_views: BoundedVec<BufferView, MAX_ITEMS>,
     #[serde(default)]
-    pub(super) buffers: Few<Buffer, 256>,
+    pub(super) buffers: BoundedVec<Buffer, 256>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -47,7 +47,7 @@ pub(super) struct Asset {
 #[derive(Debug, Deserialize)]
 pub(super) struct Scene {
     #[serde(default)]
-    pub(super) nodes: Few<u32, MAX_NODES>,
+    pub(super) nodes: BoundedVec<u32, MAX_NODES>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -57,7 +57,7 @@ pub(super) struct Node {
     pub(super) mesh: Option<u32>,
     pub(super) skin: Option<u32>,
     #[serde(default)]
-    pub(super) children: Few<u32, MAX_NODES>,
+    pub(super) children: BoundedVec<u32, MAX_NODES>,
     pub(super) matrix: Option<Box<[f64; 16]>>,
     pub(super) translation: Option<[f64; 3]>,
     pub(super) rotation: Option<[f64; 4]>,
@@ -77,7 +77,7 @@ pub(super) struct Mesh {
     #[serde(default)]
     pub(super) name: String,
     #[serde(default)]
-    pub(super) primitives: Few<Primitive, 10_000>,
+    pub(super) primitives: BoundedVec<Primitive, 10_000>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -200,15 +200,15 @@ pub(super) struct MaterialExtras {
 
 /// A list of at most `N`.
 #[derive(Debug)]
-pub(super) struct Few<T, const N: usize>(Vec<T>);
+pub(super) struct BoundedVec<T, const N: usize>(Vec<T>);
 
-impl<T, const N: usize> Default for Few<T, N> {
+impl<T, const N: usize> Default for BoundedVec<T, N> {
     fn default() -> Self {
         Self(Vec::new())
     }
 }
 
-impl<T, const N: usize> std::ops::Deref for Few<T, N> {
+impl<T, const N: usize> std::ops::Deref for BoundedVec<T, N> {
     type Target = [T];
 
     fn deref(&self) -> &[T] {
@@ -216,16 +216,16 @@ impl<T, const N: usize> std::ops::Deref for Few<T, N> {
     }
 }
 
-impl<'de, T: Deserialize<'de>, const N: usize> Deserialize<'de> for Few<T, N> {
+impl<'de, T: Deserialize<'de>, const N: usize> Deserialize<'de> for BoundedVec<T, N> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_seq(FewVisitor(PhantomData))
+        deserializer.deserialize_seq(BoundedVecVisitor(PhantomData))
     }
 }
 
-struct FewVisitor<T, const N: usize>(PhantomData<T>);
+struct BoundedVecVisitor<T, const N: usize>(PhantomData<T>);
 
-impl<'de, T: Deserialize<'de>, const N: usize> Visitor<'de> for FewVisitor<T, N> {
-    type Value = Few<T, N>;
+impl<'de, T: Deserialize<'de>, const N: usize> Visitor<'de> for BoundedVecVisitor<T, N> {
+    type Value = BoundedVec<T, N>;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "a list of at most {N}")
@@ -239,6 +239,6 @@ impl<'de, T: Deserialize<'de>, const N: usize> Visitor<'de> for FewVisitor<T, N>
             }
             items.push(item);
         }
-        Ok(Few(items))
+        Ok(BoundedVec(items))
     }
 }

@@ -30,7 +30,7 @@ pub use gather::FindFile;
 pub use log::LogMeasures;
 pub use measure::{Extent, TreeMeasures};
 pub use model_files::{MAX_MODEL_BYTES, ModelFiles};
-pub use sidecar::{ModelSidecar, Up};
+pub use sidecar::{ModelSidecar, UpAxis};
 
 use crate::ImportError;
 

@@ -54,7 +54,7 @@ pub(super) struct RawMaterial {
     pub(super) picture: Option<usize>,
     pub(super) alpha: Alpha,
     pub(super) roughness: f32,
-    pub(super) told: Told,
+    pub(super) hints: MaterialHints,
 }
 
 /// Where a material is opaque.
@@ -70,7 +70,7 @@ pub(super) enum Alpha {
 
 /// What a file says of a material beyond its looks.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Told {
+pub(super) struct MaterialHints {
     pub(super) semantic: Option<Semantic>,
     pub(super) support: Option<Semantic>,
     pub(super) transmittance: Option<Vec3>,
@@ -85,7 +85,7 @@ impl RawMaterial {
             picture: None,
             alpha: Alpha::Everywhere,
             roughness: 1.0,
-            told: Told::default(),
+            hints: MaterialHints::default(),
         }
     }
 }

@@ -70,12 +70,12 @@ impl ModelSidecar {
 }
 
 /// What a sidecar says of names, each of which it is asked for once.
-struct Told<'a> {
+struct SidecarSemantics<'a> {
     sidecar: &'a ModelSidecar,
     known: HashMap<Arc<str>, Option<Option<Semantic>>>,
 }
 
-impl<'a> Told<'a> {
+impl<'a> SidecarSemantics<'a> {
     fn new(sidecar: &'a ModelSidecar) -> Self {
         Self {
             sidecar,
@@ -102,10 +102,10 @@ impl<'a> Told<'a> {
 /// Removes what the sidecar leaves out, and what is seen nowhere.
 pub(super) fn leave_out(raw: &mut RawModel, sidecar: &ModelSidecar) {
     let mut parts = std::mem::take(&mut raw.parts);
-    let mut told = Told::new(sidecar);
+    let mut of_sidecar = SidecarSemantics::new(sidecar);
     parts.retain(|part| {
         let is_seen = raw.materials[part.material].alpha != super::raw::Alpha::Nowhere;
-        is_seen && told.of_part(raw, part) != Some(None)
+        is_seen && of_sidecar.of_part(raw, part) != Some(None)
     });
     raw.parts = parts;
 }
@@ -118,10 +118,10 @@ pub(super) fn find(
 ) -> Result<Vec<Semantic>, ImportError> {
     let (mut unknown, mut guessed) = (BTreeSet::new(), BTreeSet::new());
     let mut semantics = Vec::new();
-    let mut told = Told::new(sidecar);
+    let mut of_sidecar = SidecarSemantics::new(sidecar);
     for part in &raw.parts {
-        let of_material = raw.materials[part.material].told.semantic;
-        if let Some(semantic) = told.of_part(raw, part).flatten().or(of_material) {
+        let of_material = raw.materials[part.material].hints.semantic;
+        if let Some(semantic) = of_sidecar.of_part(raw, part).flatten().or(of_material) {
             semantics.push(semantic);
             continue;
         }

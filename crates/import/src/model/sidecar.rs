@@ -17,7 +17,7 @@ const MAX_SEMANTICS: usize = 256;
 /// The axis that points up in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Up {
+pub enum UpAxis {
     /// +y, as in glTF.
     Y,
     /// +z.
@@ -28,7 +28,7 @@ pub enum Up {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ModelSidecar {
     /// The axis that points up.
-    pub up: Option<Up>,
+    pub up: Option<UpAxis>,
     /// How long the file's unit is, metres.
     pub metres_per_unit: Option<f64>,
     /// Diameter at breast height, metres.
@@ -43,7 +43,7 @@ pub struct ModelSidecar {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Written {
-    up: Option<Up>,
+    up: Option<UpAxis>,
     metres_per_unit: Option<f64>,
     dbh_m: Option<f64>,
     radius_m: Option<f64>,
@@ -129,9 +129,9 @@ impl ModelSidecar {
                  metres_per_unit in the sidecar"
             ));
         }
-        let turn = match self.up.unwrap_or(Up::Y) {
-            Up::Y => DMat3::from_cols(DVec3::X, DVec3::Z, DVec3::NEG_Y),
-            Up::Z => DMat3::IDENTITY,
+        let turn = match self.up.unwrap_or(UpAxis::Y) {
+            UpAxis::Y => DMat3::from_cols(DVec3::X, DVec3::Z, DVec3::NEG_Y),
+            UpAxis::Z => DMat3::IDENTITY,
         };
         let scale = self.metres_per_unit.unwrap_or(1.0);
         let turned = |v: Vec3, scale: f64| (turn * v.as_dvec3() * scale).as_vec3();

@@ -2,7 +2,7 @@
 
 use nemoral_scene::{Ontology, Semantic};
 
-use super::words::{cut, did_you_mean};
+use super::quotations::{cut, did_you_mean};
 use super::{Balance, Config, RobotPath};
 
 /// The most targets of a sequence.

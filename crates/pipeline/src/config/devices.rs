@@ -73,7 +73,7 @@ fn lidar(device: Device) -> Lidar {
                 rate_hz: 1e5,
             }),
             Device::Vux1Uav => LidarPattern::Mirror(LidarMirror::default()),
-            Device::HorizonLike => LidarPattern::Horizon(LidarHorizon::default()),
+            Device::LivoxHorizonLike => LidarPattern::Horizon(LidarHorizon::default()),
             device => unreachable!("{} has no pattern here", device.name()),
         },
         motor: match device {

@@ -4,7 +4,7 @@ use serde::Serialize;
 use toml::{Table, Value};
 
 use super::schema::SectionSpec;
-use super::{Allowed, SECTIONS};
+use super::{AllowedValues, SECTIONS};
 
 /// Plain data as a table.
 pub(super) fn to_table(config: &impl Serialize) -> Table {
@@ -54,25 +54,25 @@ pub(super) fn value_at<'a>(table: &'a Table, path: &str) -> Option<&'a Value> {
 /// The most bytes of the file that a key names; 0 for a key that names no file.
 pub(crate) fn most_bytes(key: &str) -> u64 {
     match allowed(key) {
-        Some(Allowed::File(most) | Allowed::Model(most)) => most,
+        Some(AllowedValues::File(most) | AllowedValues::Model(most)) => most,
         _ => 0,
     }
 }
 
 /// Whether a key names a model, which has other files beside it.
 pub(crate) fn is_model(key: &str) -> bool {
-    matches!(allowed(key), Some(Allowed::Model(_)))
+    matches!(allowed(key), Some(AllowedValues::Model(_)))
 }
 
 /// The greatest value of a key that has real numbers; 0 for others.
 pub(super) fn greatest(key: &str) -> f64 {
     match allowed(key) {
-        Some(Allowed::Real(_, most)) => most,
+        Some(AllowedValues::Real(_, most)) => most,
         _ => 0.0,
     }
 }
 
-fn allowed(key: &str) -> Option<Allowed> {
+fn allowed(key: &str) -> Option<AllowedValues> {
     let (table, name) = key.rsplit_once('.').unwrap_or(("", key));
     section(table)?.allowed(name)
 }

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::words::cut;
+use super::quotations::cut;
 use crate::Error;
 
 /// The number of a request's errors that are shown; the rest are only counted.
@@ -18,8 +18,8 @@ pub struct ConfigError {
     pub path: String,
     /// What is wrong: the value and what is allowed.
     pub message: String,
-    /// Its place: file, line, column and the line's text.
-    pub place: Option<Place>,
+    /// Where it is: file, line, column and the line's text.
+    pub location: Option<ErrorLocation>,
 }
 
 impl ConfigError {
@@ -31,9 +31,9 @@ impl ConfigError {
     }
 }
 
-/// A place in a request.
+/// Where an error is in a request.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Place {
+pub enum ErrorLocation {
     /// In a file.
     File {
         /// The file's name.
@@ -53,10 +53,12 @@ pub enum Place {
 
 impl fmt::Display for ConfigError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match &self.place {
+        match &self.location {
             None => f.write_str(&self.message),
-            Some(Place::Argument(argument)) => write!(f, "{}: {}", cut(argument), self.message),
-            Some(Place::File {
+            Some(ErrorLocation::Argument(argument)) => {
+                write!(f, "{}: {}", cut(argument), self.message)
+            }
+            Some(ErrorLocation::File {
                 name,
                 line,
                 column,

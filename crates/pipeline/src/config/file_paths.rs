@@ -9,7 +9,7 @@ use toml::{Table, Value};
 
 use super::Config;
 use super::dotted_keys::{is_model, join, most_bytes, to_table};
-use super::words::cut;
+use super::quotations::cut;
 
 /// Where the relative paths of a source start.
 #[derive(Clone, Debug)]

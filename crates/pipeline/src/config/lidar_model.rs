@@ -3,9 +3,10 @@
 use std::f64::consts::TAU;
 
 use nemoral_lidar::{
-    AirLayer, AirParams, Avia, Beam, Carrier, CsvPattern, HorizonLike, Mid40, Mid70, MirrorMotion,
-    MotorParams, Motorised, Panorama, PanoramaParams, RepeatingLines, RepeatingLinesParams,
-    Returns, ScanMirror, ScanMirrorParams, ScanPattern, ScannerParams, Spinning, Wavelength,
+    AirLayer, AirParams, Avia, Beam, Carrier, CsvPattern, LivoxHorizonLike, Mid40, Mid70,
+    MirrorMotion, MotorParams, MotorisedPattern, Panorama, PanoramaParams, RepeatingLines,
+    RepeatingLinesParams, ScanMirror, ScanMirrorParams, ScanPattern, ScannerParams,
+    SpinningPattern, Wavelength,
 };
 use nemoral_scene::glam::DVec3;
 use nemoral_scene::{RigidTransform, extinction_per_m};
@@ -52,7 +53,7 @@ impl Lidar {
         if params.turns_hz == 0.0 {
             return Ok(pattern);
         }
-        let motorised = Motorised::new(pattern, params);
+        let motorised = MotorisedPattern::new(pattern, params);
         Ok(Box::new(
             motorised.map_err(|e| refused_at(&format!("{path}.motor"), e))?,
         ))
@@ -69,7 +70,7 @@ impl Lidar {
             LidarPattern::Mid40(_) => Box::new(Mid40),
             LidarPattern::Mid70(_) => Box::new(Mid70),
             LidarPattern::Avia(_) => Box::new(Avia),
-            LidarPattern::Horizon(_) => Box::new(HorizonLike),
+            LidarPattern::Horizon(_) => Box::new(LivoxHorizonLike),
             LidarPattern::Lines(l) => {
                 // One turn has the number of pulses that is asked for.
                 let columns = self.pulses.div_ceil(l.lines).max(1);
@@ -85,10 +86,10 @@ impl Lidar {
             }
             LidarPattern::Spinning(s) => {
                 let head = match s.head {
-                    SpinningHead::Vlp16 => Spinning::vlp16(s.rotation_hz),
-                    SpinningHead::Hdl64e => Spinning::hdl64e(s.rotation_hz),
-                    SpinningHead::Os1x64 => Spinning::os1_64(s.columns, s.rotation_hz),
-                    SpinningHead::Ouster => Spinning::ouster(
+                    SpinningHead::Vlp16 => SpinningPattern::vlp16(s.rotation_hz),
+                    SpinningHead::Hdl64e => SpinningPattern::hdl64e(s.rotation_hz),
+                    SpinningHead::Os1x64 => SpinningPattern::os1_64(s.columns, s.rotation_hz),
+                    SpinningHead::Ouster => SpinningPattern::ouster(
                         s.vertical_fov_deg.to_radians(),
                         s.beams as u8,
                         s.columns,
@@ -141,11 +142,11 @@ impl Lidar {
                 resolution_m: 0.5 * LIGHT_M_PER_NS * l.beam.pulse_ns,
             },
             returns: match l.returns {
-                ReturnMode::First => Returns::First,
-                ReturnMode::Last => Returns::Last,
-                ReturnMode::Dual => Returns::Dual,
-                ReturnMode::All => Returns::All(l.max_returns as u8),
-                ReturnMode::Strongest => Returns::Strongest,
+                ReturnMode::First => nemoral_lidar::ReturnMode::First,
+                ReturnMode::Last => nemoral_lidar::ReturnMode::Last,
+                ReturnMode::Dual => nemoral_lidar::ReturnMode::Dual,
+                ReturnMode::All => nemoral_lidar::ReturnMode::All(l.max_returns as u8),
+                ReturnMode::Strongest => nemoral_lidar::ReturnMode::Strongest,
             },
             errors: self.pulse_errors(),
             air: self.air_params(weather),

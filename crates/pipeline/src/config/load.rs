@@ -6,16 +6,16 @@ use std::path::PathBuf;
 use toml::{Table, Value};
 
 use super::dotted_keys::{join, section, to_table, value_at};
-use super::errors::{ConfigError, ConfigErrors, Place};
+use super::errors::{ConfigError, ConfigErrors, ErrorLocation};
+use super::quotations::{cut, did_you_mean, shown};
 use super::schema::SectionSpec;
 use super::source::Source;
-use super::words::{cut, did_you_mean, shown};
 use super::{CameraCalibration, Config, Model, Preset, SECTIONS, Sequences, devices};
 use crate::{Error, InputFiles};
 
 /// What a user asked for, in layers: a preset, a file over it, settings over that.
 #[derive(Clone, Debug, Default)]
-pub struct Layers {
+pub struct ConfigLayers {
     /// The preset's name; `default` if none. A file may name its own with `preset = "…"`.
     pub preset: Option<String>,
     /// A TOML file.
@@ -24,7 +24,7 @@ pub struct Layers {
     pub settings: Vec<String>,
 }
 
-impl Layers {
+impl ConfigLayers {
     /// Reads, checks and merges the layers.
     ///
     /// # Errors
@@ -38,7 +38,7 @@ impl Layers {
     /// The same, with the files that the config names, which are read only here.
     ///
     /// # Errors
-    /// As [`Layers::load`].
+    /// As [`ConfigLayers::load`].
     pub fn load_with_inputs(&self) -> Result<(Config, InputFiles), Error> {
         let first = self.sequences()?.get(0)?;
         Ok((first.config, first.inputs))
@@ -47,7 +47,7 @@ impl Layers {
     /// All sequences of the request, each with its own config.
     ///
     /// # Errors
-    /// As [`Layers::load`], for the first sequence, and if the splits are impossible.
+    /// As [`ConfigLayers::load`], for the first sequence, and if the splits are impossible.
     pub fn sequences(&self) -> Result<Sequences, Error> {
         Sequences::new(self.preset.clone(), self.sources()?)
     }
@@ -71,10 +71,10 @@ pub(super) fn base(argument: Option<&str>, sources: &mut [Source]) -> Result<Pre
     let mut preset = argument.map(|name| by_name(name, None)).transpose()?;
     for source in sources {
         if let Some(value) = source.table.remove("preset") {
-            let place = source.place_of("preset");
+            let location = source.location_of("preset");
             let named = match value.as_str() {
-                Some(name) => by_name(name, place)?,
-                None => return Err(no_preset(&shown(&value), &[], place)),
+                Some(name) => by_name(name, location)?,
+                None => return Err(no_preset(&shown(&value), &[], location)),
             };
             preset = preset.or(Some(named));
         }
@@ -101,7 +101,7 @@ impl Config {
         let errors = problems.map(|(path, message)| ConfigError {
             path,
             message,
-            place: None,
+            location: None,
         });
         ConfigErrors::from_iter(errors).into_result()?;
         Ok(())
@@ -124,7 +124,7 @@ impl Config {
         let errors = too_large.map(|(key, number)| ConfigError {
             path: key.to_owned(),
             message: format!("{key} = {number}: must be at most {}", i64::MAX),
-            place: None,
+            location: None,
         });
         ConfigErrors::from_iter(errors).into_result()?;
         let mut errors = ConfigErrors::default();
@@ -132,7 +132,7 @@ impl Config {
             errors.add(|| ConfigError {
                 path: path.to_owned(),
                 message: message(),
-                place: None,
+                location: None,
             });
         });
         errors.into_result()
@@ -141,23 +141,23 @@ impl Config {
     /// A config from TOML that [`Config::to_toml`] or a user wrote.
     ///
     /// # Errors
-    /// As [`Layers::load`].
+    /// As [`ConfigLayers::load`].
     pub fn from_toml(text: &str) -> Result<Self, Error> {
         let source = Source::parse("config.toml", false, text.to_owned())?;
         Ok(Sequences::new(None, vec![source])?.get(0)?.config)
     }
 }
 
-fn by_name(name: &str, place: Option<Place>) -> Result<Preset, Error> {
+fn by_name(name: &str, location: Option<ErrorLocation>) -> Result<Preset, Error> {
     let names: Vec<&str> = Preset::ALL.iter().map(|p| p.name).collect();
     let quoted = format!("\"{}\"", cut(name));
     Preset::by_name(name).ok_or_else(|| {
         let near: Vec<&str> = did_you_mean(name, &names).into_iter().collect();
-        no_preset(&quoted, &near, place)
+        no_preset(&quoted, &near, location)
     })
 }
 
-fn no_preset(value: &str, near: &[&str], place: Option<Place>) -> Error {
+fn no_preset(value: &str, near: &[&str], location: Option<ErrorLocation>) -> Error {
     let names: Vec<_> = Preset::ALL.iter().map(|p| p.name).collect();
     let near = near.iter().map(|name| format!("; did you mean `{name}`?"));
     let message = format!(
@@ -168,7 +168,7 @@ fn no_preset(value: &str, near: &[&str], place: Option<Place>) -> Error {
     let error = ConfigError {
         path: "preset".to_owned(),
         message,
-        place,
+        location,
     };
     ConfigErrors::from_iter([error]).into()
 }
@@ -184,12 +184,12 @@ pub(super) fn resolve(
 ) -> Result<(Config, InputFiles), Error> {
     let mut config = merged(preset, sources, errors)?;
     adjust(&mut config);
-    let place = |path: &str| {
+    let location = |path: &str| {
         let said = sources
             .iter()
             .rev()
             .filter(|s| value_at(&s.table, path).is_some());
-        said.into_iter().find_map(|s| s.place_of(path))
+        said.into_iter().find_map(|s| s.location_of(path))
     };
     let (inputs, unreadable) = InputFiles::read_all(&config, known);
     if config.frames == 0 {
@@ -205,7 +205,7 @@ pub(super) fn resolve(
     let mut errors = ConfigErrors::default();
     for (path, message) in problems {
         errors.add(|| ConfigError {
-            place: place(&path),
+            location: location(&path),
             path,
             message,
         });

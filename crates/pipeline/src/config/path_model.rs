@@ -2,7 +2,8 @@
 
 use nemoral_scene::glam::DVec2;
 use nemoral_trajectory::{
-    FlightLinesParams, Follow, Gait, Lanes, LanesParams, Pace, PoseFormat, Recording, read_poses,
+    AltitudeMode, FlightLinesParams, Gait, Lanes, LanesParams, PoseFormat, RecordedTrajectory,
+    SpeedProfile, read_poses,
 };
 
 use super::{FlightFollow, PathFile, PathFlight, PathFormat, PathLanes, Robot, RobotPath};
@@ -19,8 +20,8 @@ impl Robot {
         forward(self.heading_deg)
     }
 
-    pub(crate) fn pace(&self) -> Pace {
-        Pace {
+    pub(crate) fn pace(&self) -> SpeedProfile {
+        SpeedProfile {
             spacing_m: self.spacing_m,
             spacing_s: self.spacing_s,
             speed_m_s: self.speed_m_s,
@@ -53,8 +54,8 @@ impl Robot {
             is_crossed: flight.crossed,
             height_m: flight.height_m,
             follow: match flight.follow {
-                FlightFollow::Ground => Follow::Ground,
-                FlightFollow::Level => Follow::Level,
+                FlightFollow::Ground => AltitudeMode::Ground,
+                FlightFollow::Level => AltitudeMode::Level,
             },
             speed_m_s: self.speed_m_s,
             step_s: self.pace().step_s(),
@@ -83,7 +84,7 @@ impl Robot {
         &self,
         file: &PathFile,
         inputs: &InputFiles,
-    ) -> Result<Recording, Error> {
+    ) -> Result<RecordedTrajectory, Error> {
         let origin = file.path.as_str();
         let text = inputs.get(&file.path).map_or(Ok(""), InputFile::text)?;
         let format = match file.format {
@@ -91,7 +92,9 @@ impl Robot {
             PathFormat::Kitti => PoseFormat::Kitti,
         };
         read_poses(text, origin, format)
-            .and_then(|poses| Recording::new(poses, self.pace().step_s(), file.on_ground, origin))
+            .and_then(|poses| {
+                RecordedTrajectory::new(poses, self.pace().step_s(), file.on_ground, origin)
+            })
             .map_err(|e| Error::request(e.to_string()))
     }
 

@@ -7,7 +7,7 @@ use toml::Value;
 
 /// What values a key may have.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Allowed {
+pub enum AllowedValues {
     /// A real number, both ends included.
     Real(f64, f64),
     /// A real number, the lower end excluded.
@@ -32,7 +32,7 @@ pub enum Allowed {
     Cuboid(f64, f64),
 }
 
-impl Allowed {
+impl AllowedValues {
     /// A description in words, for messages and pages.
     #[must_use]
     pub fn describe(&self) -> String {
@@ -146,7 +146,7 @@ pub struct KeySpec {
     /// What it does.
     pub doc: &'static str,
     /// Its allowed values.
-    pub allowed: Allowed,
+    pub allowed: AllowedValues,
     /// Where the default comes from.
     pub source: &'static str,
 }
@@ -163,7 +163,7 @@ pub struct SectionSpec {
     /// Its keys.
     pub keys: &'static [KeySpec],
     /// The values of keys whose names users choose; `None` if it has no such keys.
-    pub named: Option<Allowed>,
+    pub named: Option<AllowedValues>,
     /// The values of its keys where a config has the table but not the keys.
     pub defaults: fn() -> toml::Table,
 }
@@ -171,7 +171,7 @@ pub struct SectionSpec {
 impl SectionSpec {
     /// What values a key of the table may have; `None` if there is no such key.
     #[must_use]
-    pub fn allowed(&self, name: &str) -> Option<Allowed> {
+    pub fn allowed(&self, name: &str) -> Option<AllowedValues> {
         let key = self.keys.iter().find(|k| k.name == name);
         key.map(|k| k.allowed).or(self.named)
     }

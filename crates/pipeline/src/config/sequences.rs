@@ -12,9 +12,9 @@ use toml::{Table, Value};
 use super::dotted_keys::{to_table, value_at};
 use super::errors::{ConfigError, ConfigErrors};
 use super::file_paths::for_each_file;
+use super::latin_hypercube::even;
 use super::load::{base, merge, merged, resolve};
 use super::source::Source;
-use super::spread::even;
 use super::vary::{self, Variation};
 use super::{Config, Preset, Splits};
 use crate::{Error, InputFiles};
@@ -26,11 +26,12 @@ const PLANTS: Domain = Domain::new("pipeline.plants");
 /// The sequences of a request. Each is a config of its own, made when it is asked for.
 ///
 /// ```
-/// use nemoral_pipeline::config::Layers;
+/// use nemoral_pipeline::config::ConfigLayers;
 ///
 /// let stands = "vary.preset=[\"beech\", \"spruce\"]";
 /// let settings = ["sequences=8", "splits.train=0.75", "splits.test=0.25", stands];
-/// let layers = Layers { settings: settings.map(String::from).into(), ..Layers::default() };
+/// let settings = settings.map(String::from).into();
+/// let layers = ConfigLayers { settings, ..ConfigLayers::default() };
 /// let sequences = layers.sequences()?;
 /// assert_eq!(sequences.len(), 8);
 /// let third = sequences.get(3)?;
@@ -263,12 +264,12 @@ impl Sequences {
     /// The split of each sequence. It depends on those before, not on those after.
     fn split(&self, splits: &Splits) -> Result<Vec<Split>, Error> {
         let refused = |path: &str, message: String| {
-            let place = self.sources.iter().rev().find_map(|s| s.place_of(path));
+            let location = self.sources.iter().rev().find_map(|s| s.location_of(path));
             let path = path.to_owned();
             let error = ConfigError {
                 path,
                 message,
-                place,
+                location,
             };
             Err(ConfigErrors::from_iter([error]).into())
         };

@@ -3,13 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use nemoral_assets::Species;
-use nemoral_import::{HeightMap, ImportError, Sidecar, Stem, read_stem_map};
+use nemoral_import::{HeightMap, HeightPngSidecar, ImportError, Stem, read_stem_map};
 use nemoral_scene::glam::DVec2;
 use toml::{Table, Value};
 
 use super::dotted_keys::{greatest, most_bytes};
 use super::source::Source;
-use super::{Config, Layers, RobotPath, Sequences};
+use super::{Config, ConfigLayers, RobotPath, Sequences};
 use crate::Error;
 use crate::convex_hull::{area_m2, convex_hull};
 
@@ -31,14 +31,14 @@ pub struct SiteFiles {
     pub trails: Option<PathBuf>,
 }
 
-impl Layers {
+impl ConfigLayers {
     /// The sequences of a plot: over the preset, and below the file and the settings, lies a config
     /// that the plot's files suggest. Its origin is the middle of the trees, the forest around has
     /// their species, mean diameter and density, there are no trails but given ones, and the robot
     /// follows the nearest of these, or wanders from the south-west corner through the plot.
     ///
     /// # Errors
-    /// As [`Layers::sequences`], and for files that cannot be read.
+    /// As [`ConfigLayers::sequences`], and for files that cannot be read.
     pub fn plot(&self, files: &SiteFiles) -> Result<Sequences, Error> {
         let asked = self.sources()?;
         let usual = Sequences::unchecked(self.preset.clone(), asked.clone())?;
@@ -131,7 +131,7 @@ fn ground(path: &Path, usual: &Config) -> Result<(Table, Table), Error> {
         let [json, toml] = ["json", "toml"].map(|extension| path.with_extension(extension));
         let beside = if json.exists() { json } else { toml };
         table.insert("sidecar".into(), text(&beside)?);
-        let sidecar = Sidecar::read(&bytes(&beside, "site.terrain.sidecar")?);
+        let sidecar = HeightPngSidecar::read(&bytes(&beside, "site.terrain.sidecar")?);
         Some(sidecar.map_err(|e| wrong(&beside, e))?)
     } else {
         None
@@ -227,7 +227,7 @@ mod tests {
             stems: path,
             ..SiteFiles::default()
         };
-        let sequences = Layers::default().plot(&files).expect("a plot");
+        let sequences = ConfigLayers::default().plot(&files).expect("a plot");
         let config = sequences.asked();
         assert_eq!(
             (config.site.origin_x_m, config.site.origin_y_m),
@@ -259,9 +259,9 @@ mod tests {
             (-50.0, -6.0)
         );
         // Tripods stand in the middle.
-        let stations = Layers {
+        let stations = ConfigLayers {
             settings: vec!["robot.stations={}".to_owned()],
-            ..Layers::default()
+            ..ConfigLayers::default()
         };
         let stations = stations.plot(&files).expect("a plot");
         let robot = &stations.asked().robot;
@@ -272,9 +272,9 @@ mod tests {
             "placement.trees=7".to_owned(),
             "robot.straight={}".to_owned(),
         ];
-        let layers = Layers {
+        let layers = ConfigLayers {
             settings,
-            ..Layers::default()
+            ..ConfigLayers::default()
         };
         let config = layers
             .plot(&files)
@@ -286,9 +286,9 @@ mod tests {
         // What follows from other values follows from those asked for: 500 trees on a hectare, as
         // long as a chunk may have so many.
         for (size_m, trees) in [(80, 320.0), (100, 400.0)] {
-            let wider = Layers {
+            let wider = ConfigLayers {
                 settings: vec![format!("chunks.size_m={size_m}")],
-                ..Layers::default()
+                ..ConfigLayers::default()
             };
             let wider = wider.plot(&files).expect("a plot");
             assert_eq!(wider.asked().placement.trees, trees);

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use nemoral_convert::Crs;
 use nemoral_dataset::SiteSpec;
 use nemoral_import::{
-    EPSG_CODES, HeightMap, ImportError, Sidecar, Stem, TrailLines, read_stem_map,
+    EPSG_CODES, HeightMap, HeightPngSidecar, ImportError, Stem, TrailLines, read_stem_map,
 };
 use nemoral_scene::glam::DVec2;
 use nemoral_terrain::HeightPosts;
@@ -45,7 +45,7 @@ pub(crate) fn height_map(
                  high"
             ))
         })?;
-        Sidecar::read(sidecar.bytes()).map_err(|e| wrong(sidecar, &e))?
+        HeightPngSidecar::read(sidecar.bytes()).map_err(|e| wrong(sidecar, &e))?
     };
     let map = HeightMap::from_png(file.bytes(), &sidecar).map_err(|e| wrong(file, &e))?;
     Ok(Some(Arc::new(map)))
@@ -171,7 +171,7 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::config::Layers;
+    use crate::config::ConfigLayers;
 
     /// Trail lines with a name of their coordinates, or without one.
     fn trails(folder: &Path, name: &str) -> String {
@@ -191,9 +191,9 @@ mod tests {
     fn load(settings: &[&str]) -> Result<(Config, InputFiles), String> {
         let origin = ["site.origin_x_m=553220", "site.origin_y_m=4450330"];
         let settings = origin.iter().chain(settings).map(|s| (*s).to_owned());
-        let layers = Layers {
+        let layers = ConfigLayers {
             settings: settings.collect(),
-            ..Layers::default()
+            ..ConfigLayers::default()
         };
         let config = layers.load().map_err(|e| e.to_string())?;
         let inputs = InputFiles::read(&config).expect("readable");
@@ -305,9 +305,9 @@ mod tests {
         // The header of a data set has it.
         let header = |settings: &[&str]| {
             let settings = settings.iter().map(|s| (*s).to_owned()).collect();
-            let layers = Layers {
+            let layers = ConfigLayers {
                 settings,
-                ..Layers::default()
+                ..ConfigLayers::default()
             };
             let sequences = layers.sequences().expect("a request");
             crate::header(&sequences, &crate::Backend::Cpu).expect("a header")

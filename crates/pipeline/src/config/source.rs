@@ -8,9 +8,9 @@ use toml::Table;
 use toml::de::{DeTable, DeValue};
 
 use super::dotted_keys::join;
-use super::errors::{ConfigError, ConfigErrors, Place};
+use super::errors::{ConfigError, ConfigErrors, ErrorLocation};
 use super::file_paths::{Base, for_each_file};
-use super::words::cut;
+use super::quotations::cut;
 use crate::Error;
 
 /// The tables that say what is drawn for each sequence: `ranges` is the older name.
@@ -84,15 +84,15 @@ impl Source {
                 base: Base::WorkingFolder,
             }),
             Err((message, span)) => {
-                let place = if is_argument {
-                    Place::Argument(name.to_owned())
+                let location = if is_argument {
+                    ErrorLocation::Argument(name.to_owned())
                 } else {
-                    place(name, &text, span)
+                    location(name, &text, span)
                 };
                 let error = ConfigError {
                     path: String::new(),
                     message,
-                    place: Some(place),
+                    location: Some(location),
                 };
                 Err(ConfigErrors::from_iter([error]).into())
             }
@@ -104,38 +104,38 @@ impl Source {
         ConfigError {
             path: path.to_owned(),
             message,
-            place: self.place_of(path),
+            location: self.location_of(path),
         }
     }
 
-    /// The place of a dotted key in this source.
-    pub(super) fn place_of(&self, path: &str) -> Option<Place> {
+    /// The location of a dotted key in this source.
+    pub(super) fn location_of(&self, path: &str) -> Option<ErrorLocation> {
         if self.is_drawn {
-            return self.place_of_drawn(path);
+            return self.location_of_drawn(path);
         }
         let parts: Vec<&str> = path.split('.').collect();
-        self.place_of_parts(&parts)
+        self.location_of_parts(&parts)
     }
 
-    /// The place of a drawn key.
-    pub(super) fn place_of_drawn(&self, path: &str) -> Option<Place> {
+    /// The location of a drawn key.
+    pub(super) fn location_of_drawn(&self, path: &str) -> Option<ErrorLocation> {
         for table in VARY_TABLES {
             // It may be one quoted key, or nested tables.
-            let quoted = self.place_of_parts(&[table, path]);
-            let place = quoted.or_else(|| {
+            let quoted = self.location_of_parts(&[table, path]);
+            let location = quoted.or_else(|| {
                 let path = join(table, path);
-                self.place_of_parts(&path.split('.').collect::<Vec<_>>())
+                self.location_of_parts(&path.split('.').collect::<Vec<_>>())
             });
-            if place.is_some() {
-                return place;
+            if location.is_some() {
+                return location;
             }
         }
         // It is in a group; which one is not known.
-        self.place_of_parts(&["vary", "group"])
+        self.location_of_parts(&["vary", "group"])
     }
 
-    /// The place of a key whose parts may contain dots.
-    pub(super) fn place_of_parts(&self, parts: &[&str]) -> Option<Place> {
+    /// The location of a key whose parts may contain dots.
+    pub(super) fn location_of_parts(&self, parts: &[&str]) -> Option<ErrorLocation> {
         let parsed = DeTable::parse(&self.text).ok()?;
         let mut table = parsed.get_ref();
         let mut parts = parts.iter().peekable();
@@ -143,14 +143,14 @@ impl Source {
             let (key, value) = table.get_key_value(*part)?;
             if parts.peek().is_none() {
                 if self.is_argument {
-                    return Some(Place::Argument(self.name.clone()));
+                    return Some(ErrorLocation::Argument(self.name.clone()));
                 }
                 let end = if value.get_ref().is_table() {
                     key.span().end
                 } else {
                     value.span().end
                 };
-                return Some(place(&self.name, &self.text, key.span().start..end));
+                return Some(location(&self.name, &self.text, key.span().start..end));
             }
             table = value.get_ref().as_table()?;
         }
@@ -185,12 +185,12 @@ fn is_deeper(table: &DeTable<'_>, most: usize) -> bool {
     false
 }
 
-fn place(name: &str, text: &str, span: Range<usize>) -> Place {
+fn location(name: &str, text: &str, span: Range<usize>) -> ErrorLocation {
     let start = span.start.min(text.len());
     let line_start = text[..start].rfind('\n').map_or(0, |i| i + 1);
     let line_end = text[start..].find('\n').map_or(text.len(), |i| start + i);
     let end = span.end.clamp(start, line_end);
-    Place::File {
+    ErrorLocation::File {
         name: name.to_owned(),
         line: text[..start].matches('\n').count() + 1,
         column: text[line_start..start].chars().count() + 1,

@@ -9,10 +9,10 @@ use toml::{Table, Value};
 
 use super::dotted_keys::{most_bytes, value_at};
 use super::errors::ConfigErrors;
+use super::latin_hypercube::spread;
+use super::quotations::shown;
 use super::schema::SectionSpec;
 use super::source::{Source, VARY_TABLES};
-use super::spread::spread;
-use super::words::shown;
 
 const VARY_DRAWS: Domain = Domain::new("pipeline.vary");
 

@@ -2,7 +2,7 @@
 
 use nemoral_scene::TrailSurfaceKind;
 use nemoral_scene::glam::DVec2;
-use nemoral_trails::{Ditch, Ruts, Section, TrailParams, Way};
+use nemoral_trails::{CrossSection, Ditch, Ruts, TrailParams, WayKind};
 
 use crate::config;
 
@@ -37,7 +37,7 @@ pub(crate) fn surfaces(t: &config::Trails) -> Vec<TrailSurfaceKind> {
     let ways = trail_params(t).ways.into_iter().enumerate();
     // Trails along given lines are tracks.
     let built = ways.filter(|(number, (_, share))| *share > 0.0 || *number == TRACK);
-    let built: Vec<Way> = built.map(|(_, (way, _))| way).collect();
+    let built: Vec<WayKind> = built.map(|(_, (way, _))| way).collect();
     let has = |kind: &TrailSurfaceKind| built.iter().any(|w| w.surfaces[kind.index()] > 0.0);
     TrailSurfaceKind::ALL.into_iter().filter(has).collect()
 }
@@ -62,16 +62,16 @@ pub(crate) fn skid_brash(t: &config::Trails) -> f64 {
     }
 }
 
-fn track(t: &config::Trails) -> Way {
+fn track(t: &config::Trails) -> WayKind {
     let ruts = Ruts {
         depth_m: t.rut_depth_m,
         ..Ruts::default()
     };
     let section = &t.section;
     let curve = section.points().unwrap_or_default();
-    let way = Way {
+    let way = WayKind {
         width_m: t.width_m,
-        section: Section {
+        section: CrossSection {
             max_grade: section.max_grade,
             smoothing_m: section.smoothing_m,
             crossfall: section.crossfall,
@@ -79,7 +79,7 @@ fn track(t: &config::Trails) -> Way {
             // A narrow one has no wheel ruts.
             ruts: (t.width_m >= 2.0 && t.rut_depth_m > 0.0).then_some(ruts),
             curve: curve.into_iter().map(DVec2::from).collect(),
-            ..built(t, Section::default())
+            ..built(t, CrossSection::default())
         },
         change: t.change,
         grass_max_per_chunk: t.grass_max,
@@ -87,7 +87,7 @@ fn track(t: &config::Trails) -> Way {
         verge_tufts_per_m: t.verge_per_m,
         strip_cover: t.strip_cover,
         rocks_max_per_trail: t.rocks_max,
-        ..Way::default()
+        ..WayKind::default()
     };
     match trail_surface(&t.surface) {
         Some(kind) => way.surfaced(kind),
@@ -95,14 +95,14 @@ fn track(t: &config::Trails) -> Way {
     }
 }
 
-fn forest_road(t: &config::Trails) -> Way {
-    let way = Way::forest_road();
+fn forest_road(t: &config::Trails) -> WayKind {
+    let way = WayKind::forest_road();
     let road = &t.forest_road;
     let ditch = Ditch {
         depth_m: road.ditch_depth_m.max(0.05),
         width_m: road.ditch_width_m,
     };
-    let section = Section {
+    let section = CrossSection {
         crown: road.camber,
         ditch: (road.ditch_depth_m >= 0.05).then_some(ditch),
         ..built(t, way.section.clone())
@@ -113,7 +113,7 @@ fn forest_road(t: &config::Trails) -> Way {
     } else {
         0.0
     };
-    let way = Way {
+    let way = WayKind {
         section,
         stone_beds,
         culvert_spacing_m: road.culvert_spacing_m,
@@ -123,8 +123,8 @@ fn forest_road(t: &config::Trails) -> Way {
     dressed(t, road.width_m, way)
 }
 
-fn skid_trail(t: &config::Trails) -> Way {
-    let way = Way::skid_trail();
+fn skid_trail(t: &config::Trails) -> WayKind {
+    let way = WayKind::skid_trail();
     let trail = &t.skid_trail;
     let ruts = way.section.ruts.map(|ruts| Ruts {
         depth_m: trail.rut_depth_m,
@@ -132,16 +132,16 @@ fn skid_trail(t: &config::Trails) -> Way {
         gauge_m: ruts.gauge_m.min(trail.width_m - 1.4),
         ..ruts
     });
-    let section = Section {
+    let section = CrossSection {
         ruts: ruts.filter(|r| r.depth_m > 0.0),
         ..built(t, way.section.clone())
     };
-    local(t, dressed(t, trail.width_m, Way { section, ..way }))
+    local(t, dressed(t, trail.width_m, WayKind { section, ..way }))
 }
 
-fn firebreak(t: &config::Trails) -> Way {
+fn firebreak(t: &config::Trails) -> WayKind {
     let width_m = t.firebreak.width_m;
-    let mut way = Way::firebreak();
+    let mut way = WayKind::firebreak();
     // What was scraped lies along the edges, and the sward between.
     let inward = 0.5 * (width_m - way.width_m);
     for point in &mut way.section.curve {
@@ -151,9 +151,9 @@ fn firebreak(t: &config::Trails) -> Way {
     local(t, dressed(t, width_m, way))
 }
 
-fn footpath(t: &config::Trails) -> Way {
+fn footpath(t: &config::Trails) -> WayKind {
     let path = &t.footpath;
-    let mut way = Way::footpath();
+    let mut way = WayKind::footpath();
     way.width_variation = path.width_variation;
     way.section.sink_m = path.sink_m;
     way.section.hollow_m = path.hollow_m;
@@ -162,13 +162,13 @@ fn footpath(t: &config::Trails) -> Way {
     local(t, dressed(t, path.width_m, way))
 }
 
-fn deer_path(t: &config::Trails) -> Way {
-    local(t, dressed(t, t.deer_path.width_m, Way::deer_path()))
+fn deer_path(t: &config::Trails) -> WayKind {
+    local(t, dressed(t, t.deer_path.width_m, WayKind::deer_path()))
 }
 
 /// A section with the slopes and the earth to move of the config, which built ways share.
-fn built(t: &config::Trails, section: Section) -> Section {
-    Section {
+fn built(t: &config::Trails, section: CrossSection) -> CrossSection {
+    CrossSection {
         cut_ratio: t.section.cut_ratio,
         fill_ratio: t.section.fill_ratio,
         earth_m: t.section.earth_m,
@@ -181,12 +181,12 @@ const STONES_MAX: u32 = 120;
 
 /// A way of some width with as much grass and as many stones, relative to the usual, as the tracks
 /// of the config have.
-fn dressed(t: &config::Trails, width_m: f64, way: Way) -> Way {
+fn dressed(t: &config::Trails, width_m: f64, way: WayKind) -> WayKind {
     let usual = config::Trails::default();
     let times = |n: u32, wanted: u32, usual: u32| {
         (f64::from(n) * f64::from(wanted) / f64::from(usual)).round() as u32
     };
-    Way {
+    WayKind {
         width_m,
         change: t.change,
         grass_max_per_chunk: times(way.grass_max_per_chunk, t.grass_max, usual.grass_max),
@@ -200,7 +200,7 @@ fn dressed(t: &config::Trails, width_m: f64, way: Way) -> Way {
 
 /// A way on the ground as it is: where the config names the surface of trails, that takes the place
 /// of all others but mud and grass.
-fn local(t: &config::Trails, mut way: Way) -> Way {
+fn local(t: &config::Trails, mut way: WayKind) -> WayKind {
     let Some(kind) = trail_surface(&t.surface) else {
         return way;
     };

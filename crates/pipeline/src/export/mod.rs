@@ -11,7 +11,7 @@ use nemoral_scene::{ChunkCoord, Instance};
 pub use tree::tree_scene;
 
 use crate::plan::Runner;
-use crate::prove::within_sequence;
+use crate::preflight::within_sequence;
 use crate::{Error, Recorder};
 
 /// Which part of a forest is exported.

@@ -56,7 +56,7 @@ pub fn tree_scene(
         stem_volume_m3: tree.stem_volume_m3,
         wood_volume_m3: tree.wood.as_ref().map(WoodVolume::total_m3),
         merchantable_volume_m3: (tree.wood.as_ref())
-            .map(|wood| wood.of_at_least_m3(WoodVolume::MERCHANTABLE_M)),
+            .map(|wood| wood.volume_above_diameter_m3(WoodVolume::MERCHANTABLE_M)),
         lean_rad: size.lean_rad,
         age_class: tree.class.name().to_owned(),
         alive: tree.alive,

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use nemoral_raycast::{Blas, Group, RayScene};
 use nemoral_render::{
-    CameraImages, Candidate, View, nearest_objects, object_boxes, optical_flow, with_visible,
+    BoxCandidate, CameraImages, View, nearest_objects, object_boxes, optical_flow, with_visible,
 };
 use nemoral_scene::glam::{DVec3, Vec3};
 use nemoral_scene::{Annotations, ChunkCoord, InstancePlace, Ontology, Semantic};
@@ -142,7 +142,7 @@ impl Annotator<'_> {
             let near: Vec<&Stripped> = (s.objects.iter())
                 .filter(|t| t.foot_m.distance(eye) <= rig.boxes_range_m)
                 .collect();
-            let candidates: Vec<Candidate> = near.iter().map(|t| t.candidate).collect();
+            let candidates: Vec<BoxCandidate> = near.iter().map(|t| t.candidate).collect();
             let alone = |i: usize| near[i].alone();
             object_boxes(
                 &candidates,
@@ -192,7 +192,7 @@ impl StrippedScene {
 
 /// An object of the scene.
 struct Stripped {
-    candidate: Candidate,
+    candidate: BoxCandidate,
     foot_m: DVec3,
     offset: Vec3,
     place: InstancePlace,
@@ -205,7 +205,7 @@ impl Stripped {
         let bounds = shape.prototype().bounds();
         let (object, kind) = (object.object, object.kind);
         Self {
-            candidate: Candidate::around(object, kind, foot_m, &place.linear, bounds),
+            candidate: BoxCandidate::around(object, kind, foot_m, &place.linear, bounds),
             foot_m,
             offset,
             place: *place,

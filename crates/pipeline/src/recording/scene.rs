@@ -95,8 +95,8 @@ impl FrameScene {
         let low = within(reach.undergrowth_radius_m);
         let littered = reach.litter_radius_m.map(within).unwrap_or_default();
         let light = light.filter(|_| reach.is_lit);
-        let mut wanted = objects.wanted(&chunks).and(undergrowth.wanted(&low));
-        wanted = wanted.and(litter.wanted(&littered));
+        let mut batch = objects.batch(&chunks).and(undergrowth.batch(&low));
+        batch = batch.and(litter.batch(&littered));
         // What only casts shadows is not looked at, so that its own light does not matter.
         let is_looked_at = |chunk: &ChunkCoord| seen.is_none_or(|area| area.shows(*chunk));
         let looked_at = |chunks: &[ChunkCoord]| -> Vec<_> {
@@ -104,10 +104,10 @@ impl FrameScene {
         };
         let [lit, shaded] = [&chunks, &low].map(|chunks| looked_at(chunks));
         if let Some((sky_view, ground_occlusion)) = light {
-            wanted = wanted.and(sky_view.wanted(&lit));
-            wanted = wanted.and(ground_occlusion.wanted(&shaded));
+            batch = batch.and(sky_view.batch(&lit));
+            batch = batch.and(ground_occlusion.batch(&shaded));
         }
-        wanted.compute()?;
+        batch.compute()?;
         let solid = chunks.iter().zip(objects.all(&chunks)?);
         let mut groups: Vec<_> = solid.map(|(at, g)| (*at, Arc::clone(&g.group))).collect();
         let low = low.iter().zip(undergrowth.all(&low)?);

@@ -68,7 +68,7 @@ impl ModelStem {
             return Ok([along.unwrap_or(1.0); 2]);
         };
         // At breast height of the copy, that of a model of the copy's height and its own width.
-        let own_m = |along: f64| stem.breast_diameter_m(along);
+        let own_m = |along: f64| stem.dbh_m(along);
         if let Some(along) = along {
             let own_m = own_m(along);
             check("dbh_m", dbh_m, [low * own_m, high * own_m])?;

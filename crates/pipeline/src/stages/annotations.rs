@@ -7,7 +7,7 @@ use nemoral_stand::SceneObjects;
 
 use crate::Error;
 use crate::config::OntologyName;
-use crate::plan::{AnyChunk, AnyFrame, Forest, Hasher, Node, OfWorld, Stage, Values};
+use crate::plan::{AnyChunkEdge, AnyFrame, ForestTypes, Hasher, Node, Stage, Values, WorldEdge};
 use crate::pool::in_pool;
 use crate::recording::annotations::{AnnotationRecipe, NextFrame};
 use crate::recording::pose::FramePose;
@@ -24,9 +24,9 @@ pub struct TrunkStage {
     pub(crate) ontology: OntologyName,
 }
 
-impl Stage<Forest> for TrunkStage {
+impl Stage<ForestTypes> for TrunkStage {
     type At = ();
-    type Inputs = (OfWorld<WorldAssets>,);
+    type Inputs = (WorldEdge<WorldAssets>,);
     type Output = Trunks;
     const ID: &'static str = "world.trunks";
     const VERSION: u32 = 1;
@@ -49,11 +49,11 @@ pub struct UncoveredGeometryStage {
     pub chunk_size_m: f64,
 }
 
-impl Stage<Forest> for UncoveredGeometryStage {
+impl Stage<ForestTypes> for UncoveredGeometryStage {
     type At = ChunkCoord;
     type Inputs = (
-        OfWorld<Trunks>,
-        OfWorld<WorldAssets>,
+        WorldEdge<Trunks>,
+        WorldEdge<WorldAssets>,
         Node<ChunkCoord, ObjectGeometry>,
         Node<ChunkCoord, SceneObjects>,
     );
@@ -83,15 +83,15 @@ impl Stage<Forest> for UncoveredGeometryStage {
 #[derive(Clone, Debug)]
 pub struct AnnotationStage(pub(crate) AnnotationRecipe);
 
-impl Stage<Forest> for AnnotationStage {
+impl Stage<ForestTypes> for AnnotationStage {
     type At = u64;
     type Inputs = (
-        OfWorld<Vec<CameraRig>>,
-        OfWorld<RobotTrajectory>,
+        WorldEdge<Vec<CameraRig>>,
+        WorldEdge<RobotTrajectory>,
         AnyFrame<FramePose>,
         AnyFrame<FrameScene>,
         Node<u64, Vec<CameraImages>>,
-        AnyChunk<UncoveredGeometry>,
+        AnyChunkEdge<UncoveredGeometry>,
     );
     type Output = Vec<Annotations>;
     const ID: &'static str = "frame.annotations";

@@ -5,20 +5,20 @@ use nemoral_scene::MaterialLibrary;
 use nemoral_seed::Key;
 
 use crate::Error;
-use crate::plan::{Forest, Hasher, Kept, OfWorld, Stage, Values};
+use crate::plan::{CacheCodec, ForestTypes, Hasher, Stage, Values, WorldEdge};
 use crate::pool::in_pool;
 use crate::world::assets::WorldAssets;
+use crate::world::library_recipe::LibraryRecipe;
 use crate::world::models::ModelRecipe;
-use crate::world::recipe::Recipe;
 
 /// Grows the library.
 #[derive(Clone, Debug)]
-pub struct LibraryStage(pub(crate) Recipe);
+pub struct LibraryStage(pub(crate) LibraryRecipe);
 
 /// Makes the [`WorldAssets`] of a library and the user's models.
 #[derive(Clone, Debug)]
 pub struct AssetStage {
-    pub(crate) recipe: Recipe,
+    pub(crate) recipe: LibraryRecipe,
     pub(crate) models: ModelRecipe,
 }
 
@@ -29,9 +29,9 @@ pub struct MaterialStage {
     pub wetness: f64,
 }
 
-impl Stage<Forest> for MaterialStage {
+impl Stage<ForestTypes> for MaterialStage {
     type At = ();
-    type Inputs = (OfWorld<WorldAssets>,);
+    type Inputs = (WorldEdge<WorldAssets>,);
     type Output = MaterialLibrary;
     const ID: &'static str = "world.materials";
     const VERSION: u32 = 1;
@@ -46,7 +46,7 @@ impl Stage<Forest> for MaterialStage {
     }
 }
 
-impl Stage<Forest> for LibraryStage {
+impl Stage<ForestTypes> for LibraryStage {
     type At = ();
     type Inputs = ();
     type Output = Library;
@@ -68,17 +68,17 @@ impl Stage<Forest> for LibraryStage {
         self.0.key(world)
     }
 
-    fn kept() -> Option<Kept<Library>> {
-        Some(Kept {
+    fn cache_codec() -> Option<CacheCodec<Library>> {
+        Some(CacheCodec {
             write: |library, out| library.write(out),
             from_bytes: |bytes| Library::from_bytes(bytes).ok(),
         })
     }
 }
 
-impl Stage<Forest> for AssetStage {
+impl Stage<ForestTypes> for AssetStage {
     type At = ();
-    type Inputs = (OfWorld<Library>,);
+    type Inputs = (WorldEdge<Library>,);
     type Output = WorldAssets;
     const ID: &'static str = "world.assets";
     const VERSION: u32 = 22;

@@ -4,7 +4,7 @@ use nemoral_seed::Key;
 use nemoral_stand::SceneObjects;
 
 use crate::Error;
-use crate::plan::{AnyChunk, Forest, Hasher, Kept, Node, OfWorld, Stage, Values};
+use crate::plan::{AnyChunkEdge, CacheCodec, ForestTypes, Hasher, Node, Stage, Values, WorldEdge};
 use crate::recording::pose::FramePose;
 use crate::world::assets::WorldAssets;
 use crate::world::balance::{BalanceChoice, BalanceRecipe, Land, Pilot};
@@ -17,17 +17,17 @@ use crate::world::trajectory::{RobotTrajectory, Surroundings};
 #[derive(Clone, Debug)]
 pub struct PilotStage(pub(crate) BalanceRecipe);
 
-impl Stage<Forest> for PilotStage {
+impl Stage<ForestTypes> for PilotStage {
     type At = ();
     type Inputs = (
-        OfWorld<RobotTrajectory>,
-        OfWorld<WorldAssets>,
-        OfWorld<Vec<LidarRig>>,
-        AnyChunk<ChunkGround>,
-        AnyChunk<SceneObjects>,
-        AnyChunk<ObjectGeometry>,
-        AnyChunk<UndergrowthGeometry>,
-        AnyChunk<LitterGeometry>,
+        WorldEdge<RobotTrajectory>,
+        WorldEdge<WorldAssets>,
+        WorldEdge<Vec<LidarRig>>,
+        AnyChunkEdge<ChunkGround>,
+        AnyChunkEdge<SceneObjects>,
+        AnyChunkEdge<ObjectGeometry>,
+        AnyChunkEdge<UndergrowthGeometry>,
+        AnyChunkEdge<LitterGeometry>,
     );
     type Output = Pilot;
     const ID: &'static str = "world.balance_pilot";
@@ -50,8 +50,8 @@ impl Stage<Forest> for PilotStage {
         self.0.pilot(&trajectory, (&assets, &lidars), land, world)
     }
 
-    fn kept() -> Option<Kept<Pilot>> {
-        Some(Kept {
+    fn cache_codec() -> Option<CacheCodec<Pilot>> {
+        Some(CacheCodec {
             write: |pilot, out| out.write_all(&pilot.to_bytes()),
             from_bytes: Pilot::from_bytes,
         })
@@ -62,18 +62,18 @@ impl Stage<Forest> for PilotStage {
 #[derive(Clone, Debug)]
 pub struct ChoiceStage(pub(crate) BalanceRecipe);
 
-impl Stage<Forest> for ChoiceStage {
+impl Stage<ForestTypes> for ChoiceStage {
     type At = u64;
     type Inputs = (
-        OfWorld<Pilot>,
-        OfWorld<RobotTrajectory>,
-        OfWorld<WorldAssets>,
-        OfWorld<Vec<LidarRig>>,
-        AnyChunk<ChunkGround>,
-        AnyChunk<SceneObjects>,
-        AnyChunk<ObjectGeometry>,
-        AnyChunk<UndergrowthGeometry>,
-        AnyChunk<LitterGeometry>,
+        WorldEdge<Pilot>,
+        WorldEdge<RobotTrajectory>,
+        WorldEdge<WorldAssets>,
+        WorldEdge<Vec<LidarRig>>,
+        AnyChunkEdge<ChunkGround>,
+        AnyChunkEdge<SceneObjects>,
+        AnyChunkEdge<ObjectGeometry>,
+        AnyChunkEdge<UndergrowthGeometry>,
+        AnyChunkEdge<LitterGeometry>,
     );
     type Output = BalanceChoice;
     const ID: &'static str = "frame.balance_choice";
@@ -111,14 +111,14 @@ pub struct ChosenPoseStage {
     pub pictures_s: f64,
 }
 
-impl Stage<Forest> for ChosenPoseStage {
+impl Stage<ForestTypes> for ChosenPoseStage {
     type At = u64;
     type Inputs = (
         Node<u64, BalanceChoice>,
-        OfWorld<RobotTrajectory>,
-        OfWorld<Vec<LidarRig>>,
-        AnyChunk<ChunkGround>,
-        AnyChunk<SceneObjects>,
+        WorldEdge<RobotTrajectory>,
+        WorldEdge<Vec<LidarRig>>,
+        AnyChunkEdge<ChunkGround>,
+        AnyChunkEdge<SceneObjects>,
     );
     type Output = FramePose;
     const ID: &'static str = "frame.chosen_pose";
@@ -140,7 +140,7 @@ impl Stage<Forest> for ChosenPoseStage {
         (choice, trajectory, lidars, ground, objects): Values<'_, Self>,
     ) -> Result<FramePose, Error> {
         let surroundings = Surroundings { ground, objects };
-        let place = |offset_s| trajectory.drive_on(choice.heading, offset_s, surroundings);
+        let place = |offset_s| trajectory.drive_on(choice.pose_2d, offset_s, surroundings);
         let lengths = (self.chunk_size_m, self.pictures_s);
         FramePose::along(trajectory.time_s(at), &lidars, lengths, place)
     }

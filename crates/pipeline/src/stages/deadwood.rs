@@ -5,7 +5,7 @@ use nemoral_scene::ChunkCoord;
 use nemoral_seed::Key;
 use nemoral_stand::{FallenStem, settle};
 
-use crate::plan::{AnyChunk, Forest, Hasher, Node, OfWorld, Stage, Values};
+use crate::plan::{AnyChunkEdge, ForestTypes, Hasher, Node, Stage, Values, WorldEdge};
 use crate::world::assets::WorldAssets;
 use crate::world::chunk_ground::ChunkGround;
 use crate::world::deadwood::{LogRecipe, Surroundings};
@@ -16,14 +16,14 @@ use crate::{Error, InputFiles};
 #[derive(Clone, Debug)]
 pub struct FallenStemStage(pub(crate) LogRecipe);
 
-impl Stage<Forest> for FallenStemStage {
+impl Stage<ForestTypes> for FallenStemStage {
     type At = ChunkCoord;
     type Inputs = (
-        OfWorld<WorldAssets>,
-        OfWorld<GroundModel>,
+        WorldEdge<WorldAssets>,
+        WorldEdge<GroundModel>,
         Node<ChunkCoord, ChunkGround>,
-        AnyChunk<Vec<Site>>,
-        AnyChunk<Vec<Site>>,
+        AnyChunkEdge<Vec<Site>>,
+        AnyChunkEdge<Vec<Site>>,
     );
     type Output = Vec<FallenStem>;
     const ID: &'static str = "chunk.fallen_stems";
@@ -59,9 +59,9 @@ pub struct DeadwoodStage {
     pub(crate) is_empty: bool,
 }
 
-impl Stage<Forest> for DeadwoodStage {
+impl Stage<ForestTypes> for DeadwoodStage {
     type At = ChunkCoord;
-    type Inputs = (AnyChunk<Vec<FallenStem>>,);
+    type Inputs = (AnyChunkEdge<Vec<FallenStem>>,);
     type Output = Vec<FallenStem>;
     const ID: &'static str = "chunk.deadwood";
     const VERSION: u32 = 1;

@@ -6,10 +6,10 @@ use nemoral_seed::Key;
 use nemoral_stand::{GroundOcclusion, SceneObjects, SkyViewFactor};
 
 use crate::Error;
-use crate::plan::{AnyChunk, Forest, Hasher, Node, OfWorld, Stage, Values};
+use crate::plan::{AnyChunkEdge, ForestTypes, Hasher, Node, Stage, Values, WorldEdge};
 use crate::pool::in_pool;
-use crate::recording::moment::Moment;
 use crate::recording::pose::FramePose;
+use crate::recording::recording_context::RecordingContext;
 use crate::recording::scene::FrameScene;
 use crate::recording::seen_area::SeenArea;
 use crate::recording::visible_reach::VisibleReach;
@@ -31,13 +31,13 @@ pub struct PoseStage {
     pub pictures_s: f64,
 }
 
-impl Stage<Forest> for PoseStage {
+impl Stage<ForestTypes> for PoseStage {
     type At = u64;
     type Inputs = (
-        OfWorld<RobotTrajectory>,
-        OfWorld<Vec<LidarRig>>,
-        AnyChunk<ChunkGround>,
-        AnyChunk<SceneObjects>,
+        WorldEdge<RobotTrajectory>,
+        WorldEdge<Vec<LidarRig>>,
+        AnyChunkEdge<ChunkGround>,
+        AnyChunkEdge<SceneObjects>,
     );
     type Output = FramePose;
     const ID: &'static str = "frame.pose";
@@ -73,15 +73,15 @@ impl Stage<Forest> for PoseStage {
 #[derive(Clone, Copy, Debug)]
 pub struct SceneStage(pub(crate) VisibleReach);
 
-impl Stage<Forest> for SceneStage {
+impl Stage<ForestTypes> for SceneStage {
     type At = u64;
     type Inputs = (
         Node<u64, FramePose>,
-        AnyChunk<ObjectGeometry>,
-        AnyChunk<UndergrowthGeometry>,
-        AnyChunk<LitterGeometry>,
-        AnyChunk<SkyViewFactor>,
-        AnyChunk<Option<GroundOcclusion>>,
+        AnyChunkEdge<ObjectGeometry>,
+        AnyChunkEdge<UndergrowthGeometry>,
+        AnyChunkEdge<LitterGeometry>,
+        AnyChunkEdge<SkyViewFactor>,
+        AnyChunkEdge<Option<GroundOcclusion>>,
     );
     type Output = FrameScene;
     const ID: &'static str = "frame.scene";
@@ -112,18 +112,18 @@ impl Stage<Forest> for SceneStage {
 #[derive(Clone, Copy, Debug)]
 pub struct CameraSceneStage(pub(crate) VisibleReach);
 
-impl Stage<Forest> for CameraSceneStage {
+impl Stage<ForestTypes> for CameraSceneStage {
     type At = u64;
     type Inputs = (
-        OfWorld<Vec<CameraRig>>,
-        OfWorld<WorldAssets>,
-        OfWorld<GroundModel>,
+        WorldEdge<Vec<CameraRig>>,
+        WorldEdge<WorldAssets>,
+        WorldEdge<GroundModel>,
         Node<u64, FramePose>,
-        AnyChunk<ObjectGeometry>,
-        AnyChunk<UndergrowthGeometry>,
-        AnyChunk<LitterGeometry>,
-        AnyChunk<SkyViewFactor>,
-        AnyChunk<Option<GroundOcclusion>>,
+        AnyChunkEdge<ObjectGeometry>,
+        AnyChunkEdge<UndergrowthGeometry>,
+        AnyChunkEdge<LitterGeometry>,
+        AnyChunkEdge<SkyViewFactor>,
+        AnyChunkEdge<Option<GroundOcclusion>>,
     );
     type Output = FrameScene;
     const ID: &'static str = "frame.camera_scene";
@@ -158,16 +158,16 @@ impl Stage<Forest> for CameraSceneStage {
 #[derive(Clone, Copy, Debug)]
 pub struct LidarSceneStage(pub(crate) VisibleReach);
 
-impl Stage<Forest> for LidarSceneStage {
+impl Stage<ForestTypes> for LidarSceneStage {
     type At = u64;
     type Inputs = (
-        OfWorld<Vec<LidarRig>>,
-        OfWorld<WorldAssets>,
-        OfWorld<GroundModel>,
+        WorldEdge<Vec<LidarRig>>,
+        WorldEdge<WorldAssets>,
+        WorldEdge<GroundModel>,
         Node<u64, FramePose>,
-        AnyChunk<ObjectGeometry>,
-        AnyChunk<UndergrowthGeometry>,
-        AnyChunk<LitterGeometry>,
+        AnyChunkEdge<ObjectGeometry>,
+        AnyChunkEdge<UndergrowthGeometry>,
+        AnyChunkEdge<LitterGeometry>,
     );
     type Output = FrameScene;
     const ID: &'static str = "frame.lidar_scene";
@@ -193,11 +193,11 @@ impl Stage<Forest> for LidarSceneStage {
 #[derive(Clone, Copy, Debug)]
 pub struct ImageStage;
 
-impl Stage<Forest> for ImageStage {
+impl Stage<ForestTypes> for ImageStage {
     type At = u64;
     type Inputs = (
-        OfWorld<Vec<CameraRig>>,
-        OfWorld<MaterialLibrary>,
+        WorldEdge<Vec<CameraRig>>,
+        WorldEdge<MaterialLibrary>,
         Node<u64, FramePose>,
         Node<u64, FrameScene>,
     );
@@ -213,8 +213,8 @@ impl Stage<Forest> for ImageStage {
         world: Key,
         (rigs, materials, pose, scene): Values<'_, Self>,
     ) -> Result<Vec<CameraImages>, Error> {
-        let moment = Moment::new(world, at, &pose, &scene, &materials);
-        let picture = |(i, rig)| moment.picture(i, rig);
+        let context = RecordingContext::new(world, at, &pose, &scene, &materials);
+        let picture = |(i, rig)| context.picture(i, rig);
         in_pool(|| rigs.iter().enumerate().map(picture).collect())
     }
 }
@@ -223,11 +223,11 @@ impl Stage<Forest> for ImageStage {
 #[derive(Clone, Copy, Debug)]
 pub struct ScanStage;
 
-impl Stage<Forest> for ScanStage {
+impl Stage<ForestTypes> for ScanStage {
     type At = u64;
     type Inputs = (
-        OfWorld<Vec<LidarRig>>,
-        OfWorld<MaterialLibrary>,
+        WorldEdge<Vec<LidarRig>>,
+        WorldEdge<MaterialLibrary>,
         Node<u64, FramePose>,
         Node<u64, FrameScene>,
     );
@@ -243,9 +243,9 @@ impl Stage<Forest> for ScanStage {
         world: Key,
         (rigs, materials, pose, scene): Values<'_, Self>,
     ) -> Result<Vec<Vec<LidarPoint>>, Error> {
-        let moment = Moment::new(world, at, &pose, &scene, &materials);
+        let context = RecordingContext::new(world, at, &pose, &scene, &materials);
         Ok(in_pool(|| {
-            rigs.iter().map(|rig| moment.scan(rig)).collect()
+            rigs.iter().map(|rig| context.scan(rig)).collect()
         }))
     }
 }

@@ -4,7 +4,7 @@ use nemoral_scene::ChunkCoord;
 use nemoral_seed::Key;
 
 use crate::Error;
-use crate::plan::{Forest, Hasher, OfWorld, Stage, Values};
+use crate::plan::{ForestTypes, Hasher, Stage, Values, WorldEdge};
 use crate::world::chunk_ground::ChunkGround;
 use crate::world::ground::GroundModel;
 use crate::world::ground_recipe::GroundRecipe;
@@ -13,7 +13,7 @@ use crate::world::ground_recipe::GroundRecipe;
 #[derive(Clone, Debug)]
 pub struct GroundStage(pub(crate) GroundRecipe);
 
-impl Stage<Forest> for GroundStage {
+impl Stage<ForestTypes> for GroundStage {
     type At = ();
     type Inputs = ();
     type Output = GroundModel;
@@ -33,9 +33,9 @@ impl Stage<Forest> for GroundStage {
 #[derive(Clone, Copy, Debug)]
 pub struct ChunkGroundStage;
 
-impl Stage<Forest> for ChunkGroundStage {
+impl Stage<ForestTypes> for ChunkGroundStage {
     type At = ChunkCoord;
-    type Inputs = (OfWorld<GroundModel>,);
+    type Inputs = (WorldEdge<GroundModel>,);
     type Output = ChunkGround;
     const ID: &'static str = "chunk.ground";
     const VERSION: u32 = 9;

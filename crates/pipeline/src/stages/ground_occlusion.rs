@@ -6,7 +6,7 @@ use nemoral_seed::Key;
 use nemoral_stand::{GroundOcclusion, occluders_of_objects, occluders_of_plants};
 
 use crate::Error;
-use crate::plan::{Forest, Hasher, Node, OfWorld, Stage, Values};
+use crate::plan::{ForestTypes, Hasher, Node, Stage, Values, WorldEdge};
 use crate::world::assets::{LyingSnow, WorldAssets};
 use crate::world::chunk_geometry::{ObjectGeometry, UndergrowthGeometry};
 use crate::world::chunk_ground::ChunkGround;
@@ -19,10 +19,10 @@ pub struct GroundOcclusionStage {
     pub chunk_size_m: f64,
 }
 
-impl Stage<Forest> for GroundOcclusionStage {
+impl Stage<ForestTypes> for GroundOcclusionStage {
     type At = ChunkCoord;
     type Inputs = (
-        OfWorld<WorldAssets>,
+        WorldEdge<WorldAssets>,
         Node<ChunkCoord, ChunkGround>,
         Node<ChunkCoord, ObjectGeometry>,
         Node<ChunkCoord, UndergrowthGeometry>,

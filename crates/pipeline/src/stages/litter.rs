@@ -5,7 +5,7 @@ use nemoral_seed::Key;
 use nemoral_stand::{SceneObjects, SkyViewFactor};
 
 use crate::Error;
-use crate::plan::{AnyChunk, Forest, Hasher, Node, OfWorld, Stage, Values};
+use crate::plan::{AnyChunkEdge, ForestTypes, Hasher, Node, Stage, Values, WorldEdge};
 use crate::world::assets::WorldAssets;
 use crate::world::chunk_geometry::{LitterGeometry, ObjectGeometry};
 use crate::world::chunk_ground::ChunkGround;
@@ -18,15 +18,15 @@ pub struct LitterStage {
     pub(crate) chunk_size_m: f64,
 }
 
-impl Stage<Forest> for LitterStage {
+impl Stage<ForestTypes> for LitterStage {
     type At = ChunkCoord;
     type Inputs = (
-        OfWorld<Flora>,
-        OfWorld<WorldAssets>,
+        WorldEdge<Flora>,
+        WorldEdge<WorldAssets>,
         Node<ChunkCoord, ChunkGround>,
         Node<ChunkCoord, SkyViewFactor>,
         Node<ChunkCoord, ObjectGeometry>,
-        AnyChunk<SceneObjects>,
+        AnyChunkEdge<SceneObjects>,
     );
     type Output = Vec<LitterPatch>;
     const ID: &'static str = "chunk.litter";
@@ -60,9 +60,9 @@ pub struct LitterGeometryStage {
     pub(crate) chunk_size_m: f64,
 }
 
-impl Stage<Forest> for LitterGeometryStage {
+impl Stage<ForestTypes> for LitterGeometryStage {
     type At = ChunkCoord;
-    type Inputs = (OfWorld<WorldAssets>, Node<ChunkCoord, Vec<LitterPatch>>);
+    type Inputs = (WorldEdge<WorldAssets>, Node<ChunkCoord, Vec<LitterPatch>>);
     type Output = LitterGeometry;
     const ID: &'static str = "chunk.litter_geometry";
     const VERSION: u32 = 1;

@@ -4,7 +4,7 @@ use nemoral_scene::ChunkCoord;
 use nemoral_seed::Key;
 use nemoral_stand::SceneObjects;
 
-use crate::plan::{Forest, Hasher, Node, OfWorld, Stage, Values};
+use crate::plan::{ForestTypes, Hasher, Node, Stage, Values, WorldEdge};
 use crate::pool::in_pool;
 use crate::world::assets::WorldAssets;
 use crate::world::chunk_geometry::ObjectGeometry;
@@ -20,10 +20,10 @@ pub struct ObjectGeometryStage {
     pub(crate) chunk_size_m: f64,
 }
 
-impl Stage<Forest> for ObjectGeometryStage {
+impl Stage<ForestTypes> for ObjectGeometryStage {
     type At = ChunkCoord;
     type Inputs = (
-        OfWorld<WorldAssets>,
+        WorldEdge<WorldAssets>,
         Node<ChunkCoord, ChunkGround>,
         Node<ChunkCoord, SceneObjects>,
     );

@@ -5,7 +5,7 @@ use nemoral_scene::ChunkCoord;
 use nemoral_scene::glam::DVec2;
 use nemoral_seed::Key;
 
-use crate::plan::{AnyChunk, Forest, Hasher, Node, OfWorld, Stage, Values};
+use crate::plan::{AnyChunkEdge, ForestTypes, Hasher, Node, Stage, Values, WorldEdge};
 use crate::world::assets::WorldAssets;
 use crate::world::chunk_ground::ChunkGround;
 use crate::world::ground::GroundModel;
@@ -17,9 +17,9 @@ use crate::{Error, InputFiles};
 #[derive(Clone, Debug)]
 pub struct PlacementStage(pub(crate) PlacementRecipe);
 
-impl Stage<Forest> for PlacementStage {
+impl Stage<ForestTypes> for PlacementStage {
     type At = ();
-    type Inputs = (OfWorld<WorldAssets>, OfWorld<GroundModel>);
+    type Inputs = (WorldEdge<WorldAssets>, WorldEdge<GroundModel>);
     type Output = Placement;
     const ID: &'static str = "world.placement";
     const VERSION: u32 = 4;
@@ -42,12 +42,12 @@ impl Stage<Forest> for PlacementStage {
 #[derive(Clone, Copy, Debug)]
 pub struct RockPhaseStage<const N: usize>;
 
-impl<const N: usize> Stage<Forest> for RockPhaseStage<N> {
+impl<const N: usize> Stage<ForestTypes> for RockPhaseStage<N> {
     type At = ChunkCoord;
     type Inputs = (
-        OfWorld<Placement>,
+        WorldEdge<Placement>,
         Node<ChunkCoord, ChunkGround>,
-        [AnyChunk<Vec<Site>>; N],
+        [AnyChunkEdge<Vec<Site>>; N],
     );
     type Output = Vec<Site>;
     const ID: &'static str = "chunk.rocks.phase";
@@ -80,12 +80,12 @@ pub struct RockStage {
     pub(crate) chunk_size_m: f64,
 }
 
-impl Stage<Forest> for RockStage {
+impl Stage<ForestTypes> for RockStage {
     type At = ChunkCoord;
     type Inputs = (
-        OfWorld<Placement>,
+        WorldEdge<Placement>,
         Node<ChunkCoord, ChunkGround>,
-        [AnyChunk<Vec<Site>>; 4],
+        [AnyChunkEdge<Vec<Site>>; 4],
     );
     type Output = Vec<Site>;
     const ID: &'static str = "chunk.rocks";
@@ -118,12 +118,12 @@ impl Stage<Forest> for RockStage {
 #[derive(Clone, Copy, Debug)]
 pub struct WoodyStage;
 
-impl Stage<Forest> for WoodyStage {
+impl Stage<ForestTypes> for WoodyStage {
     type At = ChunkCoord;
     type Inputs = (
-        OfWorld<Placement>,
+        WorldEdge<Placement>,
         Node<ChunkCoord, ChunkGround>,
-        AnyChunk<Vec<Site>>,
+        AnyChunkEdge<Vec<Site>>,
     );
     type Output = Vec<Site>;
     const ID: &'static str = "chunk.woody";

@@ -6,7 +6,7 @@ use nemoral_seed::Key;
 use nemoral_stand::{FallenStem, InstanceVariation, SceneObjects};
 
 use crate::Error;
-use crate::plan::{Forest, Hasher, Node, OfWorld, Stage, Values};
+use crate::plan::{ForestTypes, Hasher, Node, Stage, Values, WorldEdge};
 use crate::world::assets::WorldAssets;
 use crate::world::chunk_ground::ChunkGround;
 use crate::world::ground::GroundModel;
@@ -16,11 +16,11 @@ use crate::world::object_sites::object_sites;
 #[derive(Clone, Copy, Debug)]
 pub struct SceneObjectStage;
 
-impl Stage<Forest> for SceneObjectStage {
+impl Stage<ForestTypes> for SceneObjectStage {
     type At = ChunkCoord;
     type Inputs = (
-        OfWorld<WorldAssets>,
-        OfWorld<GroundModel>,
+        WorldEdge<WorldAssets>,
+        WorldEdge<GroundModel>,
         Node<ChunkCoord, ChunkGround>,
         Node<ChunkCoord, Vec<Site>>,
         Node<ChunkCoord, Vec<Site>>,
@@ -40,6 +40,6 @@ impl Stage<Forest> for SceneObjectStage {
     ) -> Result<SceneObjects, Error> {
         let sites = object_sites(at, world, (&rocks, &woody, &logs), &ground, &assets, &model);
         let variation = InstanceVariation::new(world);
-        SceneObjects::stand(at, &sites, &*ground, &variation).map_err(Error::of_stage)
+        SceneObjects::place_on_ground(at, &sites, &*ground, &variation).map_err(Error::of_stage)
     }
 }

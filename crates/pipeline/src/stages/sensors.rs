@@ -3,7 +3,7 @@
 use nemoral_seed::Key;
 
 use crate::Error;
-use crate::plan::{Forest, Hasher, Stage};
+use crate::plan::{ForestTypes, Hasher, Stage};
 use crate::pool::in_pool;
 use crate::world::cameras::{CameraRecipe, CameraRig};
 use crate::world::lidars::{LidarRecipe, LidarRig};
@@ -12,7 +12,7 @@ use crate::world::lidars::{LidarRecipe, LidarRig};
 #[derive(Clone, Debug)]
 pub struct CameraStage(pub(crate) CameraRecipe);
 
-impl Stage<Forest> for CameraStage {
+impl Stage<ForestTypes> for CameraStage {
     type At = ();
     type Inputs = ();
     type Output = Vec<CameraRig>;
@@ -32,7 +32,7 @@ impl Stage<Forest> for CameraStage {
 #[derive(Clone, Debug)]
 pub struct LidarStage(pub(crate) Vec<LidarRecipe>);
 
-impl Stage<Forest> for LidarStage {
+impl Stage<ForestTypes> for LidarStage {
     type At = ();
     type Inputs = ();
     type Output = Vec<LidarRig>;

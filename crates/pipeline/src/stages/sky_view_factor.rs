@@ -8,7 +8,7 @@ use nemoral_seed::Key;
 use nemoral_stand::{REACH_M, SkyViewArea, SkyViewFactor};
 
 use crate::Error;
-use crate::plan::{AnyChunk, Demand, Forest, Hasher, Node, OfWorld, Stage, Values};
+use crate::plan::{AnyChunkEdge, Demand, ForestTypes, Hasher, Node, Stage, Values, WorldEdge};
 use crate::pool::in_pool;
 use crate::recording::scene::chunk_offset_m;
 use crate::world::assets::{LyingSnow, WorldAssets};
@@ -56,12 +56,12 @@ pub struct GroundSkyViewStage {
     pub chunk_size_m: f64,
 }
 
-impl Stage<Forest> for GroundSkyViewStage {
+impl Stage<ForestTypes> for GroundSkyViewStage {
     type At = ChunkCoord;
     type Inputs = (
-        OfWorld<WorldAssets>,
+        WorldEdge<WorldAssets>,
         Node<ChunkCoord, ChunkGround>,
-        AnyChunk<ObjectGeometry>,
+        AnyChunkEdge<ObjectGeometry>,
     );
     type Output = SkyViewFactor;
     const ID: &'static str = "chunk.ground_sky_view_factor";
@@ -94,13 +94,13 @@ pub struct SkyViewStage {
     pub chunk_size_m: f64,
 }
 
-impl Stage<Forest> for SkyViewStage {
+impl Stage<ForestTypes> for SkyViewStage {
     type At = ChunkCoord;
     type Inputs = (
-        OfWorld<WorldAssets>,
+        WorldEdge<WorldAssets>,
         Node<ChunkCoord, ChunkGround>,
         Node<ChunkCoord, SkyViewFactor>,
-        AnyChunk<ObjectGeometry>,
+        AnyChunkEdge<ObjectGeometry>,
     );
     type Output = SkyViewFactor;
     const ID: &'static str = "chunk.sky_view_factor";

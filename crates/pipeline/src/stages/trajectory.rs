@@ -3,7 +3,7 @@
 use nemoral_seed::Key;
 
 use crate::Error;
-use crate::plan::{Forest, Hasher, OfWorld, Stage, Values};
+use crate::plan::{ForestTypes, Hasher, Stage, Values, WorldEdge};
 use crate::world::ground::GroundModel;
 use crate::world::trajectory::RobotTrajectory;
 use crate::world::trajectory_recipe::TrajectoryRecipe;
@@ -12,9 +12,9 @@ use crate::world::trajectory_recipe::TrajectoryRecipe;
 #[derive(Clone, Debug)]
 pub struct TrajectoryStage(pub(crate) TrajectoryRecipe);
 
-impl Stage<Forest> for TrajectoryStage {
+impl Stage<ForestTypes> for TrajectoryStage {
     type At = ();
-    type Inputs = (OfWorld<GroundModel>,);
+    type Inputs = (WorldEdge<GroundModel>,);
     type Output = RobotTrajectory;
     const ID: &'static str = "world.trajectory";
     const VERSION: u32 = 8;

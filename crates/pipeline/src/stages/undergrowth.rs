@@ -5,7 +5,7 @@ use nemoral_scene::ChunkCoord;
 use nemoral_seed::Key;
 use nemoral_stand::SkyViewFactor;
 
-use crate::plan::{Forest, Hasher, Node, OfWorld, Stage, Values};
+use crate::plan::{ForestTypes, Hasher, Node, Stage, Values, WorldEdge};
 use crate::world::chunk_ground::ChunkGround;
 use crate::world::flora::{Flora, FloraRecipe, seedlings};
 use crate::world::patch::Patch;
@@ -15,7 +15,7 @@ use crate::{Error, InputFiles};
 #[derive(Clone, Debug)]
 pub struct FloraStage(pub(crate) FloraRecipe);
 
-impl Stage<Forest> for FloraStage {
+impl Stage<ForestTypes> for FloraStage {
     type At = ();
     type Inputs = ();
     type Output = Flora;
@@ -35,10 +35,10 @@ impl Stage<Forest> for FloraStage {
 #[derive(Clone, Copy, Debug)]
 pub struct UndergrowthStage;
 
-impl Stage<Forest> for UndergrowthStage {
+impl Stage<ForestTypes> for UndergrowthStage {
     type At = ChunkCoord;
     type Inputs = (
-        OfWorld<Flora>,
+        WorldEdge<Flora>,
         Node<ChunkCoord, ChunkGround>,
         Node<ChunkCoord, SkyViewFactor>,
     );
@@ -65,10 +65,10 @@ pub struct SeedlingStage {
     pub(crate) chunk_size_m: f64,
 }
 
-impl Stage<Forest> for SeedlingStage {
+impl Stage<ForestTypes> for SeedlingStage {
     type At = ChunkCoord;
     type Inputs = (
-        OfWorld<Placement>,
+        WorldEdge<Placement>,
         Node<ChunkCoord, ChunkGround>,
         Node<ChunkCoord, SkyViewFactor>,
     );

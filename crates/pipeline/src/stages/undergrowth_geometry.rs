@@ -6,7 +6,7 @@ use nemoral_seed::Key;
 use nemoral_stand::{SceneObjects, SkyViewFactor};
 
 use crate::config;
-use crate::plan::{Encode, Encoder, Forest, Hasher, Node, OfWorld, Stage, Values};
+use crate::plan::{Encode, Encoder, ForestTypes, Hasher, Node, Stage, Values, WorldEdge};
 use crate::world::assets::WorldAssets;
 use crate::world::chunk_geometry::UndergrowthGeometry;
 use crate::world::chunk_ground::ChunkGround;
@@ -43,11 +43,11 @@ impl Encode for UndergrowthGeometryStage {
     }
 }
 
-impl Stage<Forest> for UndergrowthGeometryStage {
+impl Stage<ForestTypes> for UndergrowthGeometryStage {
     type At = ChunkCoord;
     type Inputs = (
-        OfWorld<WorldAssets>,
-        OfWorld<GroundModel>,
+        WorldEdge<WorldAssets>,
+        WorldEdge<GroundModel>,
         Node<ChunkCoord, ChunkGround>,
         Node<ChunkCoord, Vec<Patch>>,
         Node<ChunkCoord, Vec<CoverPoint>>,

@@ -93,7 +93,7 @@ impl Recorder {
         let invalid = |e: ParamError| Error::request(e.to_string());
         let rectangle = self.rectangle(low_m, high_m)?;
         let grid = MapGrid::of(low_m, high_m, params.cell_m).map_err(invalid)?;
-        let rays = CellRays::a_side(params.rays_a_side).map_err(invalid)?;
+        let rays = CellRays::per_side(params.rays_a_side).map_err(invalid)?;
         let empty = AreaProfile::new(params.layer_m, &grid).map_err(invalid)?;
         self.prepare()?;
         let runner = self.runner();
@@ -171,8 +171,8 @@ impl Recorder {
         let objects = runner.demand(self.forest().object_geometry);
         let undergrowth = runner.demand(self.forest().undergrowth_geometry);
         let litter = runner.demand(self.forest().litter_geometry);
-        let wanted = objects.wanted(chunks).and(undergrowth.wanted(chunks));
-        wanted.and(litter.wanted(chunks)).compute()?;
+        let batch = objects.batch(chunks).and(undergrowth.batch(chunks));
+        batch.and(litter.batch(chunks)).compute()?;
         let mut groups = Vec::new();
         let standing = chunks.iter().zip(objects.all(chunks)?);
         groups.extend(standing.map(|(&at, of)| (at, Arc::clone(&of.group))));

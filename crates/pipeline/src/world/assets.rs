@@ -31,7 +31,7 @@ pub struct WorldAssets {
     /// Everything that was grown.
     pub library: Arc<Library>,
     /// The standing trees: living ones, then dead ones, then saplings.
-    pub standing: Vec<Standing>,
+    pub standing: Vec<StandingTree>,
     /// How many of `standing`, from the first on, are followed by as many that are the same trees
     /// grown at the wood's edge; `None` if none grew there.
     pub(crate) with_edge_trees: Option<usize>,
@@ -91,7 +91,7 @@ pub struct ClimberShapes {
 
 /// A tree that can be placed.
 #[derive(Clone, Debug)]
-pub struct Standing {
+pub struct StandingTree {
     /// The tree.
     pub tree: TreeAsset,
     /// Its acceleration structure.

@@ -1,6 +1,6 @@
 //! What sticks out of the slopes that trails cut: stones, lumps of earth, ends of roots.
 
-use nemoral_placement::{CoverVariety, GroundCover, GroundCoverParams};
+use nemoral_placement::{CoverKind, GroundCover, GroundCoverParams};
 use nemoral_scene::glam::{DMat3, DVec2, DVec3};
 use nemoral_scene::{ChunkCoord, InstancePlace, ObjectId, Surface};
 use nemoral_seed::{Domain, Draw, Key};
@@ -83,7 +83,7 @@ pub(crate) fn banks(
         chunk_size_m,
         cell_m: CELL_M,
         jitter: 0.5,
-        varieties: vec![CoverVariety {
+        varieties: vec![CoverKind {
             weight: 1.0,
             radius_m: 0.0,
             scale: (1.0, 1.0),

@@ -11,7 +11,7 @@ use nemoral_scene::glam::DVec3;
 use nemoral_scene::{AnnotationKinds, Intrinsics, ParamError, RigidTransform, Shutter, Twist};
 use nemoral_seed::{Domain, Key};
 
-use super::recipe::Recipe;
+use super::library_recipe::LibraryRecipe;
 use crate::config::{self, Camera, Config, sky_image, sky_params};
 use crate::plan::{Encode, Encoder, Hasher};
 use crate::{Backend, Error, InputFiles, Renderer};
@@ -168,7 +168,7 @@ pub(crate) struct CameraRecipe {
     max_range_m: f64,
     backend: Backend,
     /// The trees, whose leaves scatter light.
-    trees: Recipe,
+    trees: LibraryRecipe,
     inputs: InputFiles,
 }
 
@@ -176,7 +176,7 @@ impl CameraRecipe {
     pub(crate) fn new(config: &Config, inputs: &InputFiles, backend: Backend) -> Self {
         Self {
             backend,
-            trees: Recipe::new(config, inputs),
+            trees: LibraryRecipe::new(config, inputs),
             inputs: inputs.clone(),
             cameras: config.all_cameras().map(|(p, c)| (p, c.clone())).collect(),
             lamps: config.all_lamps().map(|(p, l)| (p, l.clone())).collect(),

@@ -8,12 +8,12 @@ use nemoral_scene::{MaterialId, Mesh, Surface, SurfaceSample};
 use nemoral_stand::{GroundConditions, SiteHistory, VegetationHistory};
 use nemoral_terrain::ZoneSample;
 use nemoral_trails::{TrailGround, TrailPlace, TrailSurfaceKind, TrailZone};
-use nemoral_water::{Puddle, WaterKind, WaterNear, puddle_sheets};
+use nemoral_water::{ChunkWater, Puddle, WaterKind, puddle_sheets};
 
 use super::conditions::Conditions;
 use super::ground::TerrainField;
 use super::meadows::Meadows;
-use super::thrown::ThrownTree;
+use super::windthrow::WindthrownTree;
 use crate::config::way_model::SKID_TRAIL;
 use crate::site::Plot;
 
@@ -37,9 +37,9 @@ const SMOOTHER: f64 = 0.8;
 pub struct ChunkGround {
     pub(super) base: Arc<dyn Surface>,
     pub(super) carved: Option<TrailGround>,
-    pub(super) water: Option<Arc<WaterNear>>,
+    pub(super) water: Option<Arc<ChunkWater>>,
     pub(super) puddles: Vec<Puddle>,
-    pub(super) thrown: Vec<ThrownTree>,
+    pub(super) thrown: Vec<WindthrownTree>,
     pub(super) plot: Option<Arc<Plot>>,
     pub(super) conditions: Conditions,
     pub(super) meadows: Option<Arc<Meadows>>,
@@ -175,7 +175,7 @@ impl ChunkGround {
 
     /// The streams and ponds near the chunk; `None` if there are none.
     #[must_use]
-    pub fn water(&self) -> Option<&WaterNear> {
+    pub fn water(&self) -> Option<&ChunkWater> {
         self.water.as_deref()
     }
 

@@ -8,7 +8,7 @@ use nemoral_raycast::Blas;
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, InstancePlace, ObjectId, ObjectKind};
 use nemoral_seed::{Domain, Draw, Key};
-use nemoral_stand::{FERN_FIELD, Field, LowPlant, SceneObject, SceneObjects};
+use nemoral_stand::{FERN_FIELD, LowPlant, ScalarField, SceneObject, SceneObjects};
 
 use super::assets::{ClimberShapes, WorldAssets};
 use super::chunk_ground::ChunkGround;

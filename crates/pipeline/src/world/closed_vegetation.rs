@@ -2,11 +2,13 @@
 
 use std::f64::consts::TAU;
 
-use nemoral_placement::{CoverPoint, CoverVariety, GroundCover, GroundCoverParams};
+use nemoral_placement::{CoverKind, CoverPoint, GroundCover, GroundCoverParams};
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, PlantCommunity, Surface, TrailSurfaceKind};
 use nemoral_seed::{Domain, Draw, Key};
-use nemoral_stand::{Closed, Communities, CommunityParams, PatchKind, Site, SkyViewFactor};
+use nemoral_stand::{
+    Communities, CommunityCover, CommunityParams, CommunitySite, PatchKind, SkyViewFactor,
+};
 
 use super::chunk_ground::ChunkGround;
 use super::ground::TerrainField;
@@ -70,7 +72,7 @@ impl ClosedVegetation {
                 chunk_size_m,
                 cell_m,
                 jitter: JITTER,
-                varieties: vec![CoverVariety {
+                varieties: vec![CoverKind {
                     weight: 1.0,
                     radius_m: 0.0,
                     scale: (0.9, 1.12),
@@ -87,16 +89,21 @@ impl ClosedVegetation {
     }
 
     /// What closes over the ground at a place off trails, if it has room there.
-    fn at(&self, world_m: DVec2, ground: &ChunkGround, sky: &SkyViewFactor) -> Option<Closed> {
+    fn at(
+        &self,
+        world_m: DVec2,
+        ground: &ChunkGround,
+        sky: &SkyViewFactor,
+    ) -> Option<CommunityCover> {
         let edge_m = ground.trail_edge_m(world_m);
-        let closed = self.communities.at(world_m, &site(world_m, ground, sky));
-        closed.filter(|closed| {
-            let bank_m = match closed.community {
+        let cover = self.communities.at(world_m, &site(world_m, ground, sky));
+        cover.filter(|cover| {
+            let bank_m = match cover.community {
                 PlantCommunity::Reeds => REEDS_BANK_M,
                 community if community.is_grass() => GRASS_BANK_M,
                 _ => BANK_M,
             };
-            let room_m = match closed.community {
+            let room_m = match cover.community {
                 PlantCommunity::Bramble => BRAMBLE_M,
                 community if community.is_grass() => NARROW_M,
                 _ => THICKET_M,
@@ -109,8 +116,8 @@ impl ClosedVegetation {
 
     /// Whether it hides the ground at a place.
     pub(crate) fn hides(&self, world_m: DVec2, ground: &ChunkGround, sky: &SkyViewFactor) -> bool {
-        let closed = self.at(world_m, ground, sky);
-        closed.is_some_and(|closed| closed.density > 0.5)
+        let cover = self.at(world_m, ground, sky);
+        cover.is_some_and(|cover| cover.density > 0.5)
     }
 
     /// Lays the tiles of a chunk.
@@ -123,13 +130,13 @@ impl ClosedVegetation {
     ) {
         let off_trail = |p: DVec2, _: f64| ground.trail_edge_m(p) > THICKET_M && !ground.is_pit(p);
         for point in self.wide.points(at, &off_trail, &|_| 1.0) {
-            let Some(closed) = self.at(point.position_m, ground, sky) else {
+            let Some(cover) = self.at(point.position_m, ground, sky) else {
                 continue;
             };
             let edge_m = ground.trail_edge_m(point.position_m);
-            let has_room = !closed.community.is_grass() || edge_m > WIDE_M;
-            if has_room && point.key.domain(STANDS).rng().chance(closed.density) {
-                patches.push(self.tile(point, closed, PatchKind::Closed));
+            let has_room = !cover.community.is_grass() || edge_m > WIDE_M;
+            if has_room && point.key.domain(STANDS).rng().chance(cover.density) {
+                patches.push(self.tile(point, cover, PatchKind::Closed));
             }
         }
         if !self.has_sward {
@@ -138,14 +145,14 @@ impl ClosedVegetation {
         let beside = |p: DVec2, _: f64| ground.trail_edge_m(p) <= WIDE_M && !ground.is_pit(p);
         for point in self.narrow.points(at, &beside, &|_| 1.0) {
             let p = point.position_m;
-            let closed = if ground.trail_edge_m(p) > NARROW_M {
-                let closed = self.at(p, ground, sky);
-                closed.filter(|closed| closed.community.is_grass())
+            let cover = if ground.trail_edge_m(p) > NARROW_M {
+                let cover = self.at(p, ground, sky);
+                cover.filter(|cover| cover.community.is_grass())
             } else {
                 self.on_trail(&point, ground, sky)
             };
-            if let Some(closed) = closed {
-                patches.push(self.tile(point, closed, PatchKind::ClosedBorder));
+            if let Some(cover) = cover {
+                patches.push(self.tile(point, cover, PatchKind::ClosedBorder));
             }
         }
     }
@@ -156,14 +163,14 @@ impl ClosedVegetation {
         point: &CoverPoint,
         ground: &ChunkGround,
         sky: &SkyViewFactor,
-    ) -> Option<Closed> {
+    ) -> Option<CommunityCover> {
         let p = point.position_m;
         if ground.trail_kind(p) != Some(TrailSurfaceKind::Grassy) {
             return None;
         }
         let chance = trodden_chance(site(p, ground, sky).sky_view);
         let mut rng = point.key.domain(TRODDEN).rng();
-        rng.chance(chance).then(|| Closed {
+        rng.chance(chance).then(|| CommunityCover {
             community: PlantCommunity::GrazedGrass,
             vigour: rng.range_f64(0.6, 1.0),
             density: 1.0,
@@ -173,23 +180,23 @@ impl ClosedVegetation {
     fn tile(
         &self,
         mut point: CoverPoint,
-        closed: Closed,
+        cover: CommunityCover,
         kind: fn(PlantCommunity) -> PatchKind,
     ) -> Patch {
         let variant = self.communities.variant(point.position_m);
-        let size = if closed.community.is_grass() {
+        let size = if cover.community.is_grass() {
             // Lower grass must still close.
-            0.55 + 0.45 * closed.vigour
+            0.55 + 0.45 * cover.vigour
         } else {
-            closed.vigour
+            cover.vigour
         };
         point.scale *= size;
-        if closed.community == PlantCommunity::LodgedGrass {
+        if cover.community == PlantCommunity::LodgedGrass {
             // Wind lays all of a place in one direction.
             point.yaw_rad = (TAU * variant + 0.08 * point.yaw_rad).rem_euclid(TAU);
         }
         Patch {
-            kind: kind(closed.community),
+            kind: kind(cover.community),
             point,
             variant,
         }
@@ -204,7 +211,7 @@ pub(crate) fn trodden_chance(sky_view: f64) -> f64 {
 
 /// The conditions at a place: water gathers in the nearest hollows and runs off slopes, and over
 /// larger distances by [`ChunkGround::conditions`].
-fn site(world_m: DVec2, ground: &ChunkGround, sky: &SkyViewFactor) -> Site {
+fn site(world_m: DVec2, ground: &ChunkGround, sky: &SkyViewFactor) -> CommunitySite {
     let here = ground.sample(world_m);
     let around = [DVec2::X, DVec2::Y, DVec2::NEG_X, DVec2::NEG_Y];
     let around = around.map(|way| ground.height_m(world_m + HOLLOW_M * way));
@@ -212,7 +219,7 @@ fn site(world_m: DVec2, ground: &ChunkGround, sky: &SkyViewFactor) -> Site {
     let slope = here.gradient.length();
     let nearest = 0.5 + 0.6 * hollow_m - 0.4 * (slope - 0.15).max(0.0);
     let (conditions, open_m) = (ground.conditions(world_m), ground.open_m(world_m));
-    Site {
+    CommunitySite {
         sky_view: f64::from(sky.at(world_m.extend(here.height_m + 0.3))),
         moisture: (nearest + WIDER * conditions.wetness).clamp(0.0, 1.0),
         slope,

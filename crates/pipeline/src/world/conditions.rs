@@ -138,7 +138,7 @@ impl Conditions {
 mod tests {
     use super::*;
     use nemoral_seed::Key;
-    use nemoral_terrain::{Terrain, TerrainParams};
+    use nemoral_terrain::{NoiseTerrain, TerrainParams};
 
     fn effects(change: impl Fn(&mut config::GroundEffects)) -> ConditionEffects {
         let mut of = config::GroundEffects::default();
@@ -159,7 +159,7 @@ mod tests {
 
     #[test]
     fn neighbours_agree_and_there_are_no_jumps() {
-        let base = Terrain::new(TerrainParams::default(), Key::world(2)).expect("valid");
+        let base = NoiseTerrain::new(TerrainParams::default(), Key::world(2)).expect("valid");
         let effects = effects(|_| {});
         let west = Conditions::new(&effects, square(-50.0, 0.0));
         let east = Conditions::new(&effects, square(0.0, 0.0));
@@ -178,7 +178,7 @@ mod tests {
 
     #[test]
     fn wet_places_are_in_hollows_and_by_water() {
-        let base = Terrain::new(TerrainParams::default(), Key::world(4)).expect("valid");
+        let base = NoiseTerrain::new(TerrainParams::default(), Key::world(4)).expect("valid");
         let effects = effects(|_| {});
         let mut found: Vec<(f64, f64)> = Vec::new();
         for i in 0..40 * 40 {
@@ -221,7 +221,7 @@ mod tests {
 
     #[test]
     fn nothing_steers_without_being_asked_for() {
-        let base = Terrain::new(TerrainParams::default(), Key::world(4)).expect("valid");
+        let base = NoiseTerrain::new(TerrainParams::default(), Key::world(4)).expect("valid");
         let none = in_the_north(config::GroundEffects::none());
         let here = Conditions::new(&none, square(0.0, 0.0));
         let found = here.at(&base, DVec2::new(3.0, 4.0), 0.1);

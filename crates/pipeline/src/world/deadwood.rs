@@ -6,14 +6,14 @@ use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, DecayStage, ObjectKind, Surface};
 use nemoral_seed::{Domain, Key};
 use nemoral_stand::{
-    FallenStem, Lying, LyingStem, ObjectSite, ObjectSize, Rest, StemKind, StemScale, fallen_stems,
-    mean_volume_m3, roll_rad,
+    FallenStem, LyingPlacement, LyingStem, ObjectSite, ObjectSize, StemKind, StemScale,
+    StemSupport, fallen_stems, mean_volume_m3, roll_rad,
 };
 
 use super::assets::WorldAssets;
 use super::chunk_ground::ChunkGround;
 use super::ground::GroundModel;
-use super::thrown::{LOG_REACH_M, ThrownTree};
+use super::windthrow::{LOG_REACH_M, WindthrownTree};
 use crate::config::{self, Config};
 use crate::plan::{Encode, Encoder};
 
@@ -137,7 +137,7 @@ fn mean_count(
     let thrown_m3 = if of.thrown.is_empty() {
         0.0
     } else {
-        let shape = ThrownTree::kind(assets.dbh_mean_m);
+        let shape = WindthrownTree::kind(assets.dbh_mean_m);
         let volumes = of.thrown.iter().map(|log| volume_of_thrown_m3(log, &shape));
         mean_volume_m3(&[StemKind {
             volume_m3: volumes.sum::<f64>() / of.thrown.len() as f64,
@@ -179,7 +179,7 @@ fn kinds(assets: &WorldAssets, decay: f64) -> Vec<StemKind> {
 /// Logs, thrown stems and root plates as they lie on the ground of a chunk.
 pub(crate) fn lying_sites(
     logs: &[FallenStem],
-    thrown: &[ThrownTree],
+    thrown: &[WindthrownTree],
     assets: &WorldAssets,
     ground: &ChunkGround,
 ) -> Vec<ObjectSite> {
@@ -204,10 +204,10 @@ fn log_site(stem: &FallenStem, log: &LogAsset, may_roll: bool, ground: &ChunkGro
         length_m: stem.length_m,
         half_height_m,
     };
-    let (rest, is_round) = match log.stage {
-        DecayStage::Fresh | DecayStage::Loosening => (Rest::Stiff, true),
-        DecayStage::Bare => (Rest::Sagging, true),
-        DecayStage::Soft | DecayStage::Rotten => (Rest::Sagging, false),
+    let (support, is_round) = match log.stage {
+        DecayStage::Fresh | DecayStage::Loosening => (StemSupport::Stiff, true),
+        DecayStage::Bare => (StemSupport::Sagging, true),
+        DecayStage::Soft | DecayStage::Rotten => (StemSupport::Sagging, false),
     };
     let roll = if is_round && may_roll {
         roll_rad(stem.key)
@@ -215,7 +215,7 @@ fn log_site(stem: &FallenStem, log: &LogAsset, may_roll: bool, ground: &ChunkGro
         0.0
     };
     let sink_m = SUNK[log.stage.index()] * (half_height_m[0] + half_height_m[1]);
-    let pose = shape.lie(ground, stem.middle_m, stem.heading, rest, sink_m, roll);
+    let pose = shape.pose_on_ground(ground, stem.middle_m, stem.heading, support, sink_m, roll);
     ObjectSite {
         kind: ObjectKind::Log,
         position_m: stem.middle_m,
@@ -225,7 +225,7 @@ fn log_site(stem: &FallenStem, log: &LogAsset, may_roll: bool, ground: &ChunkGro
         key: stem.key,
         on_trail: false,
         facing_rad: None,
-        lying: Some(Lying {
+        lying: Some(LyingPlacement {
             pose,
             scale: [stem.length_scale, stem.radius_scale],
             half_width_m: stem.radius_m,
@@ -234,7 +234,7 @@ fn log_site(stem: &FallenStem, log: &LogAsset, may_roll: bool, ground: &ChunkGro
 }
 
 /// The stem of a thrown tree and its root plate.
-fn thrown_sites(tree: &ThrownTree, library: &Library, ground: &ChunkGround) -> Vec<ObjectSite> {
+fn thrown_sites(tree: &WindthrownTree, library: &Library, ground: &ChunkGround) -> Vec<ObjectSite> {
     let of = &library.deadwood;
     if of.thrown.is_empty() {
         return Vec::new();
@@ -251,8 +251,8 @@ fn thrown_sites(tree: &ThrownTree, library: &Library, ground: &ChunkGround) -> V
     };
     let held_m = tree.held_m();
     let (middle, heading) = (stem.middle_m, stem.heading);
-    let rest = Rest::Held(held_m);
-    let pose = shape.lie(ground, middle, heading, rest, 0.0, roll_rad(stem.key));
+    let support = StemSupport::Held(held_m);
+    let pose = shape.pose_on_ground(ground, middle, heading, support, 0.0, roll_rad(stem.key));
     let axis = pose.rotation.x_axis.as_dvec3();
     let mut of_plate = pose;
     of_plate.position_m -= axis * (0.5 * stem.length_m);
@@ -274,7 +274,7 @@ fn thrown_sites(tree: &ThrownTree, library: &Library, ground: &ChunkGround) -> V
             of.logs.len() + number,
             0.5 * stem.length_m,
             middle,
-            Lying {
+            LyingPlacement {
                 pose,
                 scale,
                 half_width_m: stem.radius_m,
@@ -285,7 +285,7 @@ fn thrown_sites(tree: &ThrownTree, library: &Library, ground: &ChunkGround) -> V
             number,
             tree.plate_radius_m(),
             of_plate.position_m.truncate(),
-            Lying {
+            LyingPlacement {
                 pose: of_plate,
                 scale: [size, size],
                 half_width_m: tree.plate_radius_m(),

@@ -1,7 +1,7 @@
 //! Low plants and seedlings on their grids.
 
 use nemoral_placement::{
-    CoverPoint, CoverVariety, Exclusion, GroundCover, GroundCoverParams, Placement,
+    CoverKind, CoverPoint, GroundCover, GroundCoverParams, Placement, SiteFilter,
 };
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, Surface};
@@ -132,7 +132,7 @@ impl Flora {
             chunk_size_m,
             cell_m: p.cell_m,
             jitter: PATCH_JITTER,
-            varieties: vec![CoverVariety {
+            varieties: vec![CoverKind {
                 weight: 1.0,
                 radius_m: 0.0,
                 scale: PATCH_SCALE,
@@ -143,7 +143,7 @@ impl Flora {
                 chunk_size_m,
                 cell_m: cell_m.min(chunk_size_m),
                 jitter: 1.0,
-                varieties: vec![CoverVariety {
+                varieties: vec![CoverKind {
                     weight: 1.0,
                     radius_m,
                     scale,
@@ -229,7 +229,7 @@ impl Flora {
         if let Some(closed) = &self.closed {
             closed.lay(at, ground, sky, &mut patches);
         }
-        let mut lay = |grid: &GroundCover, kind, allowed: &dyn Exclusion, chance: &Chance| {
+        let mut lay = |grid: &GroundCover, kind, allowed: &dyn SiteFilter, chance: &Chance| {
             let points = grid.points(at, allowed, chance).into_iter();
             patches.extend(points.map(|point| Patch {
                 kind,
@@ -307,7 +307,7 @@ pub(crate) fn seedlings(
         chunk_size_m,
         cell_m: Seedlings::CELL_M,
         jitter: Seedlings::JITTER,
-        varieties: vec![CoverVariety {
+        varieties: vec![CoverKind {
             weight: 1.0,
             radius_m: Seedlings::VERGE_M,
             scale: Seedlings::SCALE,

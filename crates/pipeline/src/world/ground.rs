@@ -7,22 +7,22 @@ use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, Surface};
 use nemoral_seed::{Domain, Key};
 use nemoral_stand::{
-    FallenStem, Field, FieldParams, Hemisphere, VegetationHistory, fallen_stems, settle,
+    FallenStem, FieldParams, Hemisphere, ScalarField, VegetationHistory, fallen_stems, settle,
 };
 use nemoral_terrain::{
-    Eroded, ErosionParams, HeightField, HeightPosts, PerlinTerrain, ReliefParams, Terrain,
-    TerrainParams,
+    ErodedSurface, ErosionParams, HeightField, HeightPosts, NoiseTerrain, PerlinTerrain,
+    ReliefParams, TerrainParams,
 };
 use nemoral_trails::Trails;
-use nemoral_water::{Water, WaterNear, WaterParams};
+use nemoral_water::{ChunkWater, Water, WaterParams};
 use rayon::prelude::*;
 
-use super::built_ways::BuiltWays;
 use super::chunk_ground::ChunkGround;
 use super::conditions::{ConditionEffects, Conditions};
 use super::meadows::Meadows;
 use super::puddles::{PUDDLE_REACH_M, Puddles};
-use super::thrown::{LOG_REACH_M, ThrownTree};
+use super::terrain_with_trails::TerrainWithTrails;
+use super::windthrow::{LOG_REACH_M, WindthrownTree};
 use crate::config::TerrainNoise;
 use crate::config::way_model::{TRACK, trail_params};
 use crate::pool::in_pool;
@@ -152,7 +152,7 @@ impl GroundModel {
             pond_radius_m: water.pond_radius_m,
         };
         let water_of_beds = if water.has_beds() && !is_measured {
-            let ways = BuiltWays::new(Arc::clone(&base), trails.clone(), chunk_size_m);
+            let ways = TerrainWithTrails::new(Arc::clone(&base), trails.clone(), chunk_size_m);
             let found = Water::new(
                 params,
                 chunk_size_m,
@@ -265,7 +265,7 @@ impl GroundModel {
     }
 
     /// The streams and ponds near a chunk; `None` where none is near.
-    fn water_near(&self, chunk: ChunkCoord) -> Option<Arc<WaterNear>> {
+    fn water_near(&self, chunk: ChunkCoord) -> Option<Arc<ChunkWater>> {
         let near = self.water.as_ref()?.near(chunk, MARGIN_M);
         (!near.is_empty()).then_some(near)
     }
@@ -275,7 +275,7 @@ impl GroundModel {
         let origin_m = chunk.origin_m(self.chunk_size_m);
         let (first_m, last_m) = (origin_m - PUDDLE_REACH_M, origin_m + self.chunk_size_m);
         let is_beside = first_m.cmple(high_m).all() && (last_m + PUDDLE_REACH_M).cmpge(low_m).all();
-        let of_water = |near: Arc<WaterNear>| near.sheets_reach(low_m, high_m);
+        let of_water = |near: Arc<ChunkWater>| near.sheets_reach(low_m, high_m);
         (self.puddles.is_some() && is_beside) || self.water_near(chunk).is_some_and(of_water)
     }
 
@@ -295,7 +295,7 @@ impl GroundModel {
     }
 
     /// The thrown trees whose stems' middles are in a chunk.
-    pub(crate) fn thrown(&self, chunk: ChunkCoord) -> Vec<ThrownTree> {
+    pub(crate) fn thrown(&self, chunk: ChunkCoord) -> Vec<WindthrownTree> {
         if self.thrown.mean <= 0.0 {
             return Vec::new();
         }
@@ -310,11 +310,11 @@ impl GroundModel {
             .collect();
         let around: Vec<&[FallenStem]> = around.iter().map(Vec::as_slice).collect();
         let stems = settle(&own, &around).into_iter();
-        stems.map(|stem| ThrownTree { stem }).collect()
+        stems.map(|stem| WindthrownTree { stem }).collect()
     }
 
     /// The thrown trees of which any part may be nearer to a chunk than `margin_m`.
-    pub(crate) fn thrown_around(&self, chunk: ChunkCoord, margin_m: f64) -> Vec<ThrownTree> {
+    pub(crate) fn thrown_around(&self, chunk: ChunkCoord, margin_m: f64) -> Vec<WindthrownTree> {
         if self.thrown.mean <= 0.0 {
             return Vec::new();
         }
@@ -327,7 +327,7 @@ impl GroundModel {
 
     /// The thrown trees of a chunk, before those of its neighbours are looked at.
     fn thrown_here(&self, chunk: ChunkCoord) -> Vec<FallenStem> {
-        let kinds = [ThrownTree::kind(self.thrown.dbh_mean_m)];
+        let kinds = [WindthrownTree::kind(self.thrown.dbh_mean_m)];
         let edges = std::cell::OnceCell::new();
         let edges = || {
             edges.get_or_init(|| {
@@ -342,7 +342,7 @@ impl GroundModel {
             near.as_ref().map_or(f64::INFINITY, |w| w.edge_m(p))
         };
         let is_free = |stem: &FallenStem| {
-            let tree = ThrownTree { stem: *stem };
+            let tree = WindthrownTree { stem: *stem };
             let of_plot = self
                 .plot
                 .as_ref()
@@ -403,7 +403,7 @@ fn terrain_of(of: &config::Terrain, world: Key) -> Result<Arc<dyn Surface>, Erro
     };
     let base: Arc<dyn Surface> = match of.noise {
         TerrainNoise::Nemoral => {
-            Arc::new(Terrain::shaped(params, relief, world).map_err(Error::of_stage)?)
+            Arc::new(NoiseTerrain::shaped(params, relief, world).map_err(Error::of_stage)?)
         }
         TerrainNoise::PerlinSurflet => {
             Arc::new(PerlinTerrain::new(params, world).map_err(Error::of_stage)?)
@@ -418,13 +418,13 @@ fn terrain_of(of: &config::Terrain, world: Key) -> Result<Arc<dyn Surface>, Erro
         generations: of.gully_generations,
     };
     Ok(Arc::new(
-        Eroded::new(erosion, world, base).map_err(Error::of_stage)?,
+        ErodedSurface::new(erosion, world, base).map_err(Error::of_stage)?,
     ))
 }
 
 /// The terrain's noise as a field of the plane.
 #[derive(Clone, Debug)]
-pub(crate) struct TerrainField(Terrain);
+pub(crate) struct TerrainField(NoiseTerrain);
 
 impl TerrainField {
     pub(crate) fn new(params: FieldParams, key: Key) -> Result<Self, Error> {
@@ -441,11 +441,13 @@ impl TerrainField {
             persistence,
             max_height_m: 1.0,
         };
-        Terrain::new(params, key).map(Self).map_err(Error::of_stage)
+        NoiseTerrain::new(params, key)
+            .map(Self)
+            .map_err(Error::of_stage)
     }
 }
 
-impl Field for TerrainField {
+impl ScalarField for TerrainField {
     fn value(&self, world_m: DVec2) -> f64 {
         self.0.height_m(world_m)
     }

@@ -7,7 +7,7 @@ use nemoral_raycast::Blas;
 use nemoral_scene::glam::{DVec2, Vec3};
 use nemoral_scene::{ChunkCoord, InstancePlace, MaterialId, Prototype, Surface, SurfaceSample};
 use nemoral_seed::{Domain, Key};
-use nemoral_stand::{FLOOR_FIELD, Field, FloorComposition};
+use nemoral_stand::{FLOOR_FIELD, FloorComposition, ScalarField};
 use nemoral_terrain::{GroundMesher, GroundZones, MeshParams, ZoneSample};
 use nemoral_trails::{TrailPlace, TrailSurfaceKind, TrailZone};
 
@@ -192,7 +192,7 @@ fn wave(p: DVec2) -> f64 {
 }
 
 /// The material of a piece of ground: the trail's, or the floor's, of which `mud` is the wettest.
-fn ground_material<F: Field>(
+fn ground_material<F: ScalarField>(
     materials: &GroundMaterials,
     mud: MaterialId,
     floor: &FloorComposition<F>,

@@ -1,7 +1,7 @@
 //! The robot's LiDARs.
 
 use nemoral_lidar::{EchoObservation, RangeModel, Scanner};
-use nemoral_lidar_noise::RangeSensor;
+use nemoral_lidar_noise::RangeNoiseSampler;
 use nemoral_scene::RigidTransform;
 use nemoral_seed::Key;
 
@@ -19,7 +19,7 @@ pub struct LidarRig {
     /// The scanner.
     pub scanner: Scanner,
     /// The model of its range errors.
-    pub noise: Noise,
+    pub noise: RangeModelAdapter,
 }
 
 impl LidarRig {
@@ -33,21 +33,21 @@ impl LidarRig {
     ) -> Result<Self, Error> {
         let params = lidar.scanner_params(visible_radius_m, weather);
         let scanner = Scanner::new(params, lidar.scan_pattern(path, inputs)?);
-        let noise = RangeSensor::new(lidar.range_noise());
+        let noise = RangeNoiseSampler::new(lidar.range_noise());
         Ok(Self {
             name: config::sensor_name(path).to_owned(),
             body_from_lidar: lidar.body_from_lidar(),
             scanner: scanner.map_err(|e| refused_at(path, e))?,
-            noise: Noise(noise.map_err(|e| refused_at(&format!("{path}.noise"), e))?),
+            noise: RangeModelAdapter(noise.map_err(|e| refused_at(&format!("{path}.noise"), e))?),
         })
     }
 }
 
 /// A noise model of lidar-noise behind the port of lidar.
 #[derive(Debug)]
-pub struct Noise(pub RangeSensor);
+pub struct RangeModelAdapter(pub RangeNoiseSampler);
 
-impl RangeModel for Noise {
+impl RangeModel for RangeModelAdapter {
     fn measure(&self, o: &EchoObservation, key: Key) -> Option<f64> {
         self.0.measure(o, &mut key.rng())
     }

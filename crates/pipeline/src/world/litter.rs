@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 use std::sync::Arc;
 
 use nemoral_assets::LitterPatches;
-use nemoral_placement::{CoverPoint, CoverVariety, GroundCover, GroundCoverParams};
+use nemoral_placement::{CoverKind, CoverPoint, GroundCover, GroundCoverParams};
 use nemoral_raycast::{Blas, Group, RayScene};
 use nemoral_scene::glam::{DVec2, Vec3};
 use nemoral_scene::{
@@ -206,7 +206,7 @@ impl LitterLayer {
             chunk_size_m,
             cell_m: CELL_M,
             jitter: JITTER,
-            varieties: vec![CoverVariety {
+            varieties: vec![CoverKind {
                 weight: 1.0,
                 radius_m: 0.0,
                 scale: SCALE,

@@ -7,7 +7,7 @@ use nemoral_scene::Surface;
 use nemoral_scene::glam::DVec2;
 use nemoral_seed::{Domain, Key};
 use nemoral_stand::StandLayer;
-use nemoral_terrain::{Terrain, TerrainParams};
+use nemoral_terrain::{NoiseTerrain, TerrainParams};
 
 use crate::site::Plot;
 use crate::{Error, config};
@@ -31,10 +31,10 @@ const LEAST_MANTLE_M: f64 = 0.1;
 /// Where meadows are in a world: above a level of smooth noise.
 #[derive(Clone, Debug)]
 pub(crate) struct Meadows {
-    field: Terrain,
+    field: NoiseTerrain,
     level: f64,
     scale_m: f64,
-    ragged: Terrain,
+    ragged: NoiseTerrain,
     mantle_m: f64,
     kept: f64,
     edge_trees: f64,
@@ -60,7 +60,7 @@ impl Meadows {
                 persistence: 0.32,
                 max_height_m: 1.0,
             };
-            Terrain::new(params, world.domain(domain)).map_err(Error::of_stage)
+            NoiseTerrain::new(params, world.domain(domain)).map_err(Error::of_stage)
         };
         let field = noise(3, of.scale_m, MEADOWS)?;
         let places = (0..SAMPLES * SAMPLES)

@@ -8,7 +8,7 @@ use nemoral_assets::{
     TreeClimbers, TreeSize, with_occlusion,
 };
 use nemoral_import::{self as import, LogMeasures, TreeMeasures};
-use nemoral_placement::Variety;
+use nemoral_placement::DiskKind;
 use nemoral_scene::{DecayStage, ObjectKind, Prototype};
 use nemoral_stand::{ObjectSize, StemKind, StemScale};
 
@@ -217,15 +217,15 @@ impl WorldModels {
     }
 
     /// Gives the models of a kind the room that their largest copies need.
-    pub(crate) fn widen(&self, kind: ObjectKind, varieties: &mut [Variety]) {
+    pub(crate) fn widen(&self, kind: ObjectKind, varieties: &mut [DiskKind]) {
         for model in self.placed.iter().filter(|model| model.kind == kind) {
-            let Variety { radius_m, .. } = &mut varieties[model.asset];
+            let DiskKind { radius_m, .. } = &mut varieties[model.asset];
             *radius_m = (radius_m.0 * model.scale[1], radius_m.1 * model.scale[1]);
         }
     }
 
     /// The same, and the weights that make their shares of all.
-    pub(crate) fn mix_in(&self, kind: ObjectKind, varieties: &mut [Variety]) {
+    pub(crate) fn mix_in(&self, kind: ObjectKind, varieties: &mut [DiskKind]) {
         let mut weights: Vec<f64> = varieties.iter().map(|v| v.weight).collect();
         self.weigh(kind, &mut weights);
         for (variety, weight) in varieties.iter_mut().zip(weights) {

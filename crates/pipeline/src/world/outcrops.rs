@@ -1,10 +1,10 @@
 //! Outcrops and scree: rocks where the ground has hardly any soil.
 
-use nemoral_placement::{CoverVariety, GroundCover, GroundCoverParams, Site, Variety};
+use nemoral_placement::{CoverKind, DiskKind, GroundCover, GroundCoverParams, Site};
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, Surface};
 use nemoral_seed::{Domain, Draw, Key};
-use nemoral_stand::{Field, FieldParams, GroundConditions};
+use nemoral_stand::{FieldParams, GroundConditions, ScalarField};
 
 use super::chunk_ground::ChunkGround;
 use super::ground::TerrainField;
@@ -56,7 +56,7 @@ pub(crate) fn outcrops(
     at: ChunkCoord,
     world: Key,
     (share, chunk_size_m): (f64, f64),
-    varieties: &[Variety],
+    varieties: &[DiskKind],
     ground: &ChunkGround,
 ) -> Result<Vec<Site>, Error> {
     if share <= 0.0 || varieties.is_empty() {
@@ -92,8 +92,8 @@ pub(crate) fn outcrops(
     Ok(points.iter().map(site).collect())
 }
 
-fn cover(rock: &Variety) -> CoverVariety {
-    CoverVariety {
+fn cover(rock: &DiskKind) -> CoverKind {
+    CoverKind {
         weight: rock.weight,
         radius_m: rock.radius_m.1,
         scale: (1.0, 1.0),

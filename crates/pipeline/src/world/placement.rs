@@ -4,15 +4,15 @@ use std::sync::Arc;
 
 use nemoral_assets::PlantKind;
 use nemoral_placement::{
-    LayerParams, OpenLand, ParamError, Patches, Placement, PlacementError, PlacementParams,
-    RockParams, Rows, Site, Variety,
+    DiskKind, LayerParams, OpenLand, ParamError, Patches, Placement, PlacementError,
+    PlacementParams, RockParams, Rows, Site,
 };
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, ObjectKind};
 use nemoral_seed::{Domain, Key};
 use nemoral_stand::StandLayer;
 
-use super::assets::{Standing, WorldAssets};
+use super::assets::{StandingTree, WorldAssets};
 use super::chunk_ground::ChunkGround;
 use super::ground::GroundModel;
 use super::meadows::at_edges;
@@ -127,15 +127,15 @@ impl PlacementRecipe {
         let p = &self.placement;
         let plants = &assets.library.plants;
         let models = &assets.models;
-        let tree = |t: &Standing| Variety {
+        let tree = |t: &StandingTree| DiskKind {
             weight: t.weight,
             ..exactly(t.tree.radius_m)
         };
         let (grown, young) = assets.standing.split_at(assets.first_sapling);
-        let mut trees: Vec<Variety> = grown.iter().map(tree).collect();
+        let mut trees: Vec<DiskKind> = grown.iter().map(tree).collect();
         models.widen(ObjectKind::Tree, &mut trees);
-        let saplings: Vec<Variety> = young.iter().map(tree).collect();
-        let exact = |kind: PlantKind| -> Vec<Variety> {
+        let saplings: Vec<DiskKind> = young.iter().map(tree).collect();
+        let exact = |kind: PlantKind| -> Vec<DiskKind> {
             let radii = plants[kind].iter().map(|plant| plant.radius_m);
             radii.map(exactly).collect()
         };
@@ -144,8 +144,8 @@ impl PlacementRecipe {
         for (stump, weight) in stumps.iter_mut().zip(weights) {
             stump.weight = weight;
         }
-        let mut shrubs: Vec<Variety> = (plants[PlantKind::Shrub].iter())
-            .map(|s| Variety {
+        let mut shrubs: Vec<DiskKind> = (plants[PlantKind::Shrub].iter())
+            .map(|s| DiskKind {
                 weight: match s.name.as_str() {
                     "gorse" => self.shrubs[0],
                     "heather" => self.shrubs[1],
@@ -251,8 +251,8 @@ fn stump_weights(count: usize, shares: &[(String, f64)]) -> Vec<f64> {
     (0..count).map(weight).collect()
 }
 
-fn exactly(radius_m: f64) -> Variety {
-    Variety {
+fn exactly(radius_m: f64) -> DiskKind {
+    DiskKind {
         weight: 1.0,
         radius_m: (radius_m, radius_m),
     }

@@ -7,7 +7,7 @@ use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, ObjectKind};
 use nemoral_seed::{Domain, Draw, Key, PhiloxRng};
 use nemoral_stand::{LowPlant, ObjectSite, ObjectSize};
-use nemoral_water::Section;
+use nemoral_water::CrossSection;
 
 use super::assets::WorldAssets;
 use super::chunk_ground::ChunkGround;
@@ -134,7 +134,7 @@ fn along(
     };
     for (run, sections) in (0..).zip(water.sections()) {
         for (piece, pair) in (0..).zip(sections.windows(2)) {
-            let [a, b]: [Section; 2] = [pair[0], pair[1]];
+            let [a, b]: [CrossSection; 2] = [pair[0], pair[1]];
             let key = key.item(run).item(piece);
             let mut rng = key.rng();
             let mean = per_m * a.middle_m.distance(b.middle_m);

@@ -6,11 +6,11 @@ use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, FlatSurface, ObjectKind, RigidTransform};
 use nemoral_stand::{SceneObject, SceneObjects};
 use nemoral_trails::TrailPath;
-use nemoral_trajectory::{Obstacle, Obstacles, Polyline, Stance, Trajectory};
-use nemoral_water::WaterNear;
+use nemoral_trajectory::{Obstacle, Obstacles, PathPose, Polyline, Trajectory};
+use nemoral_water::ChunkWater;
 
 use super::chunk_ground::ChunkGround;
-use super::thrown::LOG_REACH_M;
+use super::windthrow::LOG_REACH_M;
 use crate::Error;
 use crate::plan::Demand;
 
@@ -66,27 +66,27 @@ impl RobotTrajectory {
         surroundings: Surroundings<'_>,
     ) -> Result<RigidTransform, Error> {
         let chunk_size_m = self.chunk_size_m;
-        let stance = self.stance(frame, offset_s, surroundings)?;
+        let path_pose = self.path_pose(frame, offset_s, surroundings)?;
         let body = &self.trajectory.body;
-        match stance.ground_m() {
+        match path_pose.ground_m() {
             Some(position_m) => {
                 let chunk = ChunkCoord::containing(position_m, chunk_size_m);
-                Ok(stance.pose(body, &*surroundings.ground.at(chunk)?))
+                Ok(path_pose.pose(body, &*surroundings.ground.at(chunk)?))
             }
             // The pose does not depend on the ground, so any will do.
-            None => Ok(stance.pose(body, &FlatSurface::default())),
+            None => Ok(path_pose.pose(body, &FlatSurface::default())),
         }
     }
 
-    /// The body's stance `offset_s` after a frame's time.
-    pub(crate) fn stance(
+    /// What the path says of the body's pose `offset_s` after a frame's time.
+    pub(crate) fn path_pose(
         &self,
         frame: u64,
         offset_s: f64,
         surroundings: Surroundings<'_>,
-    ) -> Result<Stance, Error> {
+    ) -> Result<PathPose, Error> {
         let obstacles = ChunkObstacles::new(self, surroundings);
-        self.trajectory.stance(frame, offset_s, &obstacles)
+        self.trajectory.path_pose(frame, offset_s, &obstacles)
     }
 
     /// What is in a body's way near a place.
@@ -165,7 +165,7 @@ pub(crate) fn waters(ground: &ChunkGround) -> impl Iterator<Item = Obstacle> {
             position_m: s.middle_m,
             radius_m: s.half_m + BANK_M,
         });
-    let ponds = water.into_iter().flat_map(WaterNear::ponds);
+    let ponds = water.into_iter().flat_map(ChunkWater::ponds);
     let ponds = ponds.filter(|p| ground.owns(p.middle_m()));
     streams.chain(ponds.map(|p| Obstacle {
         position_m: p.middle_m(),

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use nemoral_scene::glam::DVec2;
 use nemoral_seed::Key;
 use nemoral_trajectory::{
-    Body, FlightLines, Path, Recording, Stations, ThereAndBack, Trajectory, Wander,
+    Body, FlightLines, Path, RecordedTrajectory, Stations, ThereAndBack, Trajectory, Wander,
 };
 
 use super::ground::GroundModel;
@@ -123,7 +123,7 @@ impl TrajectoryRecipe {
 }
 
 /// What a user should know about poses that are deep in the ground.
-fn below_ground(recording: &Recording, ground: &GroundModel) -> Option<String> {
+fn below_ground(recording: &RecordedTrajectory, ground: &GroundModel) -> Option<String> {
     if recording.is_on_ground() {
         return None;
     }

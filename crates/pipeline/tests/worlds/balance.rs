@@ -13,11 +13,11 @@ use std::sync::LazyLock;
 use std::sync::atomic::AtomicBool;
 
 use nemoral_dataset::{Dataset, Manifest, MergeParams, OpenMode, merge, stats};
-use nemoral_pipeline::config::{Config, Layers, Sequences};
+use nemoral_pipeline::config::{Config, ConfigLayers, Sequences};
 use nemoral_pipeline::plan::Runner;
 use nemoral_pipeline::world::trajectory::Surroundings;
 use nemoral_pipeline::{
-    Backend, ForestPlan, FrameSelection, Recorder, Request, SequenceFrames, generate,
+    Backend, ForestPlan, FrameSelection, GenerateParams, Recorder, SequenceFrames, generate,
 };
 use nemoral_realism::{grown, store};
 use nemoral_scene::Semantic;
@@ -46,8 +46,8 @@ const SMALL: [&str; 17] = [
     "balance.targets.rocks=0.06",
 ];
 
-fn layers(more: &[&str]) -> Layers {
-    Layers {
+fn layers(more: &[&str]) -> ConfigLayers {
+    ConfigLayers {
         preset: Some("demo".to_owned()),
         file: None,
         settings: SMALL.iter().chain(more).map(|s| (*s).to_owned()).collect(),
@@ -60,7 +60,7 @@ fn load(more: &[&str]) -> Config {
 
 fn make(out: &Path, config: &Config, shard: Option<(u64, u64)>, mode: OpenMode) -> Vec<String> {
     let all = SequenceFrames::new(FrameSelection::first(config.frames), 1);
-    let request = Request {
+    let params = GenerateParams {
         sequences: Sequences::of(config).expect("valid"),
         frames: shard.map_or(all.clone(), |(i, n)| all.shard(i, n)),
         out: out.to_owned(),
@@ -71,7 +71,7 @@ fn make(out: &Path, config: &Config, shard: Option<(u64, u64)>, mode: OpenMode) 
         cache: grown(),
     };
     let notes = Notes::default();
-    generate(&request, &notes, &AtomicBool::new(false)).unwrap_or_else(|e| panic!("{e}"));
+    generate(&params, &notes, &AtomicBool::new(false)).unwrap_or_else(|e| panic!("{e}"));
     notes.0.into_inner().expect("no panic")
 }
 
@@ -127,7 +127,7 @@ fn a_frame_alone_is_that_of_a_whole_run() {
     let folder = tempfile::tempdir().expect("a folder");
     let out = folder.path().join("seven");
     let config = load(&[]);
-    let request = Request {
+    let params = GenerateParams {
         sequences: Sequences::of(&config).expect("valid"),
         frames: SequenceFrames::new(std::iter::once(7..8).collect(), 1),
         out: out.clone(),
@@ -137,7 +137,7 @@ fn a_frame_alone_is_that_of_a_whole_run() {
         backend: Backend::Cpu,
         cache: grown(),
     };
-    generate(&request, &Notes::default(), &AtomicBool::new(false)).expect("made");
+    generate(&params, &Notes::default(), &AtomicBool::new(false)).expect("made");
     let (mut alone, mut all) = (BTreeMap::new(), BTreeMap::new());
     files(&out.join("sequences"), &out, &mut alone);
     files(&whole().join("sequences"), &whole(), &mut all);
@@ -374,7 +374,9 @@ fn chosen_places_are_near_the_path_clear_and_on_the_ground() {
         let turned = ahead(&chosen.world_from_body).dot(ahead(&on_path));
         assert!(turned >= 40_f64.to_radians().cos() - 0.02, "{turned}");
         let place = place_m.truncate();
-        let stood = recorder.stand(place, chosen.heading.1).expect("ground");
+        let stood = recorder
+            .pose_on_ground(place, chosen.pose_2d.1)
+            .expect("ground");
         assert!(stood.translation_m.distance(place_m) < 1e-9);
         let around = nemoral_scene::glam::DVec2::splat(1.0);
         for disk in recorder

@@ -5,18 +5,19 @@ use std::sync::Mutex;
 use std::sync::atomic::AtomicBool;
 
 use nemoral_dataset::{Dataset, OpenMode};
-use nemoral_pipeline::config::{Layers, Sequences};
+use nemoral_pipeline::config::{ConfigLayers, Sequences};
 use nemoral_pipeline::{
-    Backend, Done, Error, FrameSelection, Observer, Request, SequenceFrames, generate,
+    Backend, Error, FrameSelection, FrameWritten, GenerateParams, Observer, SequenceFrames,
+    generate,
 };
 use nemoral_realism::grown;
 
 /// The sequences of the preset `demo` with these settings.
 pub(crate) fn sequences(settings: &[&str]) -> Result<Sequences, Error> {
-    let layers = Layers {
+    let layers = ConfigLayers {
         preset: Some("demo".to_owned()),
         settings: settings.iter().map(|&s| s.to_owned()).collect(),
-        ..Layers::default()
+        ..ConfigLayers::default()
     };
     layers.sequences()
 }
@@ -36,7 +37,7 @@ impl Observer for Notes {
         self.0.lock().expect("no panic").push(message.to_owned());
     }
 
-    fn frame(&self, _: Done) {}
+    fn frame(&self, _: FrameWritten) {}
 }
 
 /// Makes the first frames of a request. Also returns what is told.
@@ -45,7 +46,7 @@ pub(crate) fn recorded(
     frames: u64,
     settings: &[&str],
 ) -> Result<(Dataset, String), Error> {
-    let request = Request {
+    let params = GenerateParams {
         sequences: sequences(settings)?,
         frames: SequenceFrames::new(FrameSelection::first(frames), 1),
         out: out.to_owned(),
@@ -56,7 +57,7 @@ pub(crate) fn recorded(
         cache: grown(),
     };
     let notes = Notes::default();
-    generate(&request, &notes, &AtomicBool::new(false))?;
+    generate(&params, &notes, &AtomicBool::new(false))?;
     let told = notes.0.into_inner().expect("no panic").join("\n");
     Ok((Dataset::open(out)?, told))
 }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use nemoral_export::{ExportScene, clipped, is_ground, write_height_map};
-use nemoral_pipeline::config::Layers;
+use nemoral_pipeline::config::ConfigLayers;
 use nemoral_pipeline::{Backend, ExportArea, Recorder, tree_scene};
 use nemoral_raycast::{Blas, Group, RayScene};
 use nemoral_realism::grown;
@@ -17,10 +17,10 @@ fn recorder(settings: &[&str]) -> Recorder {
         "chunks.delete_radius_m=30",
     ];
     let settings = near.iter().chain(settings).map(|&s| s.to_owned());
-    let layers = Layers {
+    let layers = ConfigLayers {
         preset: Some("demo".to_owned()),
         settings: settings.collect(),
-        ..Layers::default()
+        ..ConfigLayers::default()
     };
     let sequence = layers.sequences().expect("sound").get(0).expect("one");
     Recorder::new(sequence, Backend::Cpu, grown(), 2).expect("sound")
@@ -153,7 +153,7 @@ fn heights_are_the_grounds(recorder: &Recorder) {
         assert_eq!(*height, sample.height_m);
     }
     // The northernmost row is in the next chunk.
-    assert!(grid.levels().metres_per_level > 1e-6);
+    assert!(grid.height_scale().metres_per_level > 1e-6);
     // The last post of a row would be in the next chunk, which the region does not touch.
     let area = ExportArea::Region {
         low_m: DVec2::new(48.0, 40.0),
@@ -271,10 +271,10 @@ fn an_exported_height_map_is_ground_again() {
     let world = |seed: u32, more: &[String]| {
         let bare = ["trails.enabled=false", "deadwood.thrown_per_ha=0"].map(str::to_owned);
         let seed = [format!("seed={seed}")];
-        let layers = Layers {
+        let layers = ConfigLayers {
             preset: Some("demo".to_owned()),
             settings: [&bare[..], &seed[..], more].concat(),
-            ..Layers::default()
+            ..ConfigLayers::default()
         };
         let sequence = layers.sequences().expect("sound").get(0).expect("one");
         Recorder::new(sequence, Backend::Cpu, grown(), 2).expect("sound")

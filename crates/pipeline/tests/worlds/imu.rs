@@ -5,19 +5,19 @@ use std::sync::atomic::AtomicBool;
 
 use nemoral_dataset::{Dataset, OpenMode};
 use nemoral_imu::{GRAVITY_M_S2, ImuMotion, ImuSample};
-use nemoral_pipeline::config::Layers;
+use nemoral_pipeline::config::ConfigLayers;
 use nemoral_pipeline::{
-    Backend, Done, Error, FrameSelection, MeasuredMotion, Observer, Recorder, Request,
-    SequenceFrames, generate,
+    Backend, Error, FrameSelection, FrameWritten, GenerateParams, MeasuredMotion, Observer,
+    Recorder, SequenceFrames, generate,
 };
 use nemoral_realism::grown;
 use nemoral_scene::glam::{DQuat, DVec3};
 
 fn recorder(preset: &str, settings: &[&str]) -> Recorder {
-    let layers = Layers {
+    let layers = ConfigLayers {
         preset: Some(preset.to_owned()),
         settings: settings.iter().map(|&s| s.to_owned()).collect(),
-        ..Layers::default()
+        ..ConfigLayers::default()
     };
     let sequence = layers.sequences().expect("sound").get(0).expect("one");
     Recorder::new(sequence, Backend::Cpu, grown(), 2).expect("sound")
@@ -170,7 +170,7 @@ struct Silent;
 impl Observer for Silent {
     fn note(&self, _: &str) {}
 
-    fn frame(&self, _: Done) {}
+    fn frame(&self, _: FrameWritten) {}
 }
 
 /// Makes scans of a drive with a unit.
@@ -182,13 +182,13 @@ fn record_with(out: &Path, shard: Option<(u64, u64)>, more: &[String]) -> Result
     let asked = ["imu.enabled=true", "camera.enabled=false"];
     let settings = UNIT.iter().chain(&asked).map(|&s| s.to_owned());
     let settings = settings.chain(more.iter().cloned());
-    let layers = Layers {
+    let layers = ConfigLayers {
         preset: Some("demo".to_owned()),
         settings: settings.collect(),
-        ..Layers::default()
+        ..ConfigLayers::default()
     };
     let all = SequenceFrames::new(FrameSelection::first(9), 1);
-    let request = Request {
+    let params = GenerateParams {
         sequences: layers.sequences()?,
         frames: shard.map_or(all.clone(), |(i, n)| all.shard(i, n)),
         out: out.to_owned(),
@@ -198,7 +198,7 @@ fn record_with(out: &Path, shard: Option<(u64, u64)>, more: &[String]) -> Result
         backend: Backend::Cpu,
         cache: grown(),
     };
-    generate(&request, &Silent, &AtomicBool::new(false)).map(drop)
+    generate(&params, &Silent, &AtomicBool::new(false)).map(drop)
 }
 
 #[test]
@@ -287,10 +287,10 @@ fn a_data_set_without_a_drive_is_refused_before_it_is_begun() {
         ),
     ] {
         let settings = [&["imu.enabled=true"], settings].concat();
-        let layers = Layers {
+        let layers = ConfigLayers {
             preset: Some("demo".to_owned()),
             settings: settings.iter().map(|&s| s.to_owned()).collect(),
-            ..Layers::default()
+            ..ConfigLayers::default()
         };
         let refused = layers
             .sequences()

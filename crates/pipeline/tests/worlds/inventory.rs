@@ -6,7 +6,7 @@ use std::path::Path;
 
 use nemoral_dataset::Crop;
 use nemoral_import::HeightMap;
-use nemoral_pipeline::config::Layers;
+use nemoral_pipeline::config::ConfigLayers;
 use nemoral_pipeline::{
     Backend, ExportArea, InventoryParams, InventoryPlots, Recorder, Survey, SurveyParams,
 };
@@ -22,10 +22,10 @@ fn recorder(settings: &[&str]) -> Recorder {
         "terrain.max_height_m=12",
     ];
     let settings = base.iter().chain(settings).map(|s| (*s).to_owned());
-    let layers = Layers {
+    let layers = ConfigLayers {
         preset: Some("demo".to_owned()),
         settings: settings.collect(),
-        ..Layers::default()
+        ..ConfigLayers::default()
     };
     let sequence = layers.sequences().expect("sound").get(0).expect("one");
     Recorder::new(sequence, Backend::Cpu, grown(), 2).expect("sound")

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use nemoral_assets::{Climbers, Deadwood, Library, PlantKind, TreeAsset, TreeClimbers};
 use nemoral_dataset::Split;
-use nemoral_pipeline::config::{Layers, SequenceConfig};
+use nemoral_pipeline::config::{ConfigLayers, SequenceConfig};
 use nemoral_pipeline::plan::Runner;
 use nemoral_pipeline::{Backend, ForestPlan};
 use nemoral_realism::store;
@@ -45,10 +45,10 @@ fn sequences() -> Vec<SequenceConfig> {
         // With streams there are wet stones, and what lies across ways and beside them.
         "water.springs_per_km2=14",
     ];
-    let layers = Layers {
+    let layers = ConfigLayers {
         preset: Some("demo".to_owned()),
         settings: settings.map(str::to_owned).into(),
-        ..Layers::default()
+        ..ConfigLayers::default()
     };
     let sequences = layers.sequences().expect("a sound request");
     let get = |number| sequences.get(number).expect("a sound sequence");

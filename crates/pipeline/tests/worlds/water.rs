@@ -3,14 +3,14 @@
 
 use std::sync::LazyLock;
 
-use nemoral_pipeline::config::{Layers, Preset};
+use nemoral_pipeline::config::{ConfigLayers, Preset};
 use nemoral_pipeline::world::chunk_ground::ChunkGround;
 use nemoral_pipeline::{Backend, Recorder};
 use nemoral_realism::{World, grown};
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, ObjectKind, PlantCommunity, Prototype, Semantic, Surface};
 use nemoral_stand::PatchKind;
-use nemoral_water::{Pond, WaterNear};
+use nemoral_water::{ChunkWater, Pond};
 
 /// Streams, ponds and trails in most chunks.
 const SETTINGS: [&str; 6] = [
@@ -150,7 +150,7 @@ fn water_is_inside_of_its_banks() {
 
 /// The middles of a chunk's ponds.
 fn ponds(ground: &ChunkGround) -> Vec<DVec2> {
-    let ponds = ground.water().into_iter().flat_map(WaterNear::ponds);
+    let ponds = ground.water().into_iter().flat_map(ChunkWater::ponds);
     let middles = ponds.map(Pond::middle_m);
     middles.filter(|&p| ground.owns(p)).collect()
 }
@@ -158,10 +158,10 @@ fn ponds(ground: &ChunkGround) -> Vec<DVec2> {
 #[test]
 fn a_robot_must_not_drive_into_ponds_and_streams() {
     let settings = [&SETTINGS[..], &["camera.enabled=false"]].concat();
-    let layers = Layers {
+    let layers = ConfigLayers {
         preset: Some("stream-valley".to_owned()),
         settings: settings.into_iter().map(str::to_owned).collect(),
-        ..Layers::default()
+        ..ConfigLayers::default()
     };
     let sequence = layers.sequences().expect("sound").get(0).expect("one");
     let recorder = Recorder::new(sequence, Backend::Cpu, grown(), 2).expect("sound");

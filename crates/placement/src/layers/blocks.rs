@@ -8,8 +8,8 @@ use nemoral_scene::ChunkCoord;
 use nemoral_seed::Key;
 use quick_cache::sync::Cache;
 
-use crate::sampler::fill::SamplePoint;
-use crate::sampler::tile::Square;
+use crate::sampler::bridson::SamplePoint;
+use crate::sampler::square::Square;
 
 /// How many chunks a block reaches in each direction from its middle one. A pattern is computed on
 /// more of the plane than is asked for, which is shared by a block's chunks.
@@ -64,13 +64,13 @@ mod tests {
     use nemoral_seed::Domain;
 
     use super::*;
-    use crate::sampler::fill::fill;
+    use crate::sampler::bridson::fill;
     use crate::sampler::sizes::DiskSizes;
-    use crate::variety::Variety;
+    use crate::variety::DiskKind;
 
     #[test]
     fn a_chunk_has_the_points_that_it_has_alone() {
-        let variety = Variety {
+        let variety = DiskKind {
             weight: 1.0,
             radius_m: (0.5, 2.0),
         };

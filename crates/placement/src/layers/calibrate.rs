@@ -14,10 +14,10 @@ use super::gap_part::{GapPart, Unevenness};
 use super::params::{LayerParams, PlacementParams};
 use super::size_bias::SizeBias;
 use crate::error::PlacementError;
-use crate::sampler::fill::SamplePoint;
+use crate::sampler::bridson::SamplePoint;
 use crate::sampler::quadtree::{QuadTree, is_free};
 use crate::sampler::sizes::DiskSizes;
-use crate::sampler::tile::Square;
+use crate::sampler::square::Square;
 use crate::variety::mean_over_radius;
 
 const CALIBRATION: Domain = Domain::new("placement.calibration");

@@ -10,9 +10,9 @@ use super::gap_part::{GapPart, together};
 use super::open_land::EdgeProfile;
 use super::patches::{PatchMap, Patches};
 use super::rows::Rows;
-use crate::sampler::fill::{SamplePoint, fill, halo};
+use crate::sampler::bridson::{SamplePoint, fill, halo};
 use crate::sampler::sizes::DiskSizes;
-use crate::sampler::tile::Square;
+use crate::sampler::square::Square;
 
 const THINNING: Domain = Domain::new("placement.thinning");
 
@@ -166,11 +166,11 @@ impl CalibratedLayer {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::variety::Variety;
+    use crate::variety::DiskKind;
 
     #[test]
     fn patches_have_the_pattern_that_is_there_without_them() {
-        let variety = Variety {
+        let variety = DiskKind {
             weight: 1.0,
             radius_m: (0.05, 0.1),
         };

@@ -3,7 +3,7 @@
 use super::open_land::EdgeProfile;
 use super::patches::Patches;
 use super::rows::Rows;
-use crate::variety::{Variety, check_varieties};
+use crate::variety::{DiskKind, check_varieties};
 use nemoral_scene::ParamError;
 
 /// Rocks: scattered at random, a number per chunk (paper, section IV-D).
@@ -14,7 +14,7 @@ pub struct RockParams {
     /// The largest number in a chunk. The number is uniform in `min_per_chunk..=max_per_chunk`.
     pub max_per_chunk: u32,
     /// The kinds of rocks. May be empty if `max_per_chunk` is 0.
-    pub varieties: Vec<Variety>,
+    pub varieties: Vec<DiskKind>,
 }
 
 /// One layer of woody plants.
@@ -26,7 +26,7 @@ pub struct LayerParams {
     /// `density_factor` 1. 0 for none, otherwise from 10⁻⁴ to 10⁵.
     pub per_chunk: f64,
     /// The varieties of the layer. May be empty if `per_chunk` is 0.
-    pub varieties: Vec<Variety>,
+    pub varieties: Vec<DiskKind>,
     /// Rows in which the layer is planted, or `None` for a scattered layer. Of the places of rows,
     /// as many as `per_chunk` asks for hold a plant; in the others it died or was thinned.
     pub rows: Option<Rows>,
@@ -47,7 +47,7 @@ pub struct LayerParams {
 impl LayerParams {
     /// A layer that is scattered over the whole plane.
     #[must_use]
-    pub fn new(name: impl Into<String>, per_chunk: f64, varieties: Vec<Variety>) -> Self {
+    pub fn new(name: impl Into<String>, per_chunk: f64, varieties: Vec<DiskKind>) -> Self {
         Self {
             name: name.into(),
             per_chunk,
@@ -99,7 +99,7 @@ impl Default for PlacementParams {
     /// The paper's medium density: 96 trees on 50 m chunks, with some stumps, shrubs and rocks.
     fn default() -> Self {
         let layer = |name: &str, per_chunk, radius_m| {
-            let variety = Variety {
+            let variety = DiskKind {
                 weight: 1.0,
                 radius_m,
             };
@@ -110,7 +110,7 @@ impl Default for PlacementParams {
             rocks: RockParams {
                 min_per_chunk: 4,
                 max_per_chunk: 16,
-                varieties: vec![Variety {
+                varieties: vec![DiskKind {
                     weight: 1.0,
                     radius_m: (0.15, 0.8),
                 }],

@@ -8,7 +8,7 @@ use nemoral_scene::ChunkCoord;
 use nemoral_seed::{Domain, Draw, Key};
 
 use crate::sampler::quadtree::QuadTree;
-use crate::sampler::tile::{Square, snap};
+use crate::sampler::square::{Square, snap};
 use nemoral_scene::ParamError;
 
 const PATCHES: Domain = Domain::new("placement.patches");

@@ -12,10 +12,10 @@ use super::gap_part::GapPart;
 use super::open_land::OpenLand;
 use super::params::PlacementParams;
 use super::patches::Clusters;
-use super::site::{Exclusion, Site};
+use super::site::{Site, SiteFilter};
 use crate::error::PlacementError;
 use crate::sampler::quadtree::{QuadTree, is_free};
-use crate::sampler::tile::snap;
+use crate::sampler::square::snap;
 
 const ROCKS: Domain = Domain::new("placement.rocks");
 const LAYERS: Domain = Domain::new("placement.layers");
@@ -101,7 +101,7 @@ impl Placement {
     pub fn rocks(
         &self,
         coord: ChunkCoord,
-        allowed: &dyn Exclusion,
+        allowed: &dyn SiteFilter,
         neighbours: &[&[Site]],
     ) -> Vec<Site> {
         let rocks = &self.params.rocks;
@@ -156,7 +156,7 @@ impl Placement {
     /// `rocks` are those of this chunk and of its 8 neighbours, in any order. Woody sites of other
     /// chunks are not needed, as those near the border are computed here exactly.
     #[must_use]
-    pub fn woody(&self, coord: ChunkCoord, allowed: &dyn Exclusion, rocks: &[Site]) -> Vec<Site> {
+    pub fn woody(&self, coord: ChunkCoord, allowed: &dyn SiteFilter, rocks: &[Site]) -> Vec<Site> {
         let rock_factor = self.params.rock_factor();
         let mut rock_index = QuadTree::new(DVec2::splat(-1.0), 3.0);
         for rock in rocks {

@@ -4,9 +4,9 @@ use glam::DVec2;
 use nemoral_scene::ChunkCoord;
 use nemoral_seed::{Domain, Draw, Key};
 
-use crate::sampler::fill::SamplePoint;
+use crate::sampler::bridson::SamplePoint;
 use crate::sampler::sizes::DiskSizes;
-use crate::sampler::tile::Square;
+use crate::sampler::square::Square;
 use nemoral_scene::ParamError;
 
 const ROWS: Domain = Domain::new("placement.rows");
@@ -165,7 +165,7 @@ fn round(p: DVec2) -> DVec2 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::variety::Variety;
+    use crate::variety::DiskKind;
     use proptest::prelude::*;
     use std::collections::BTreeMap;
 
@@ -179,11 +179,11 @@ mod tests {
     }
 
     fn sizes(weights: &[f64]) -> DiskSizes {
-        let varieties: Vec<Variety> = (0..weights.len())
+        let varieties: Vec<DiskKind> = (0..weights.len())
             .map(|i| {
                 // Sizes are in neither ascending nor descending order.
                 let radius_m = 0.1 + 0.03 * ((7 * i + 3) % 11) as f64;
-                Variety {
+                DiskKind {
                     weight: weights[i],
                     radius_m: (radius_m, radius_m + 0.02),
                 }

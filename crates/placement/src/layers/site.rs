@@ -21,12 +21,12 @@ pub struct Site {
 /// Where sites are allowed: the port through which trails, water or a map reach the sampler.
 ///
 /// It is called with positions inside the current chunk only. Closures implement it.
-pub trait Exclusion: Sync {
+pub trait SiteFilter: Sync {
     /// Whether a disk of `radius_m` around the world position may be occupied.
     fn allows(&self, position_m: DVec2, radius_m: f64) -> bool;
 }
 
-impl<F: Fn(DVec2, f64) -> bool + Sync> Exclusion for F {
+impl<F: Fn(DVec2, f64) -> bool + Sync> SiteFilter for F {
     fn allows(&self, position_m: DVec2, radius_m: f64) -> bool {
         self(position_m, radius_m)
     }

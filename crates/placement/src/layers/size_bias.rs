@@ -4,7 +4,7 @@ use glam::DVec2;
 use nemoral_seed::Key;
 
 use super::params::LayerParams;
-use crate::sampler::fill::SamplePoint;
+use crate::sampler::bridson::SamplePoint;
 use crate::sampler::sizes::DiskSizes;
 
 /// Small disks find more places than large ones. In a fill, the density of a hard core c over its

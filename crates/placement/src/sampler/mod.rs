@@ -1,19 +1,19 @@
 //! Variable-radius Poisson disks of an endless plane.
 
-pub(crate) mod fill;
+pub(crate) mod bridson;
 pub(crate) mod index;
 pub(crate) mod key;
 pub(crate) mod quadtree;
 pub(crate) mod sizes;
-pub(crate) mod tile;
+pub(crate) mod square;
 
 use glam::DVec2;
 
-use self::fill::{SamplePoint, fill, halo};
+use self::bridson::{SamplePoint, fill, halo};
 use self::key::SampleKey;
 use self::sizes::DiskSizes;
-use self::tile::Square;
-use crate::variety::{Variety, check_varieties};
+use self::square::Square;
+use crate::variety::{DiskKind, check_varieties};
 use nemoral_scene::ParamError;
 
 /// Disks per square of the least distance in a saturated sample.
@@ -32,7 +32,7 @@ pub struct PoissonDiskParams {
     pub tile_m: f64,
     /// The sizes of disks with their weights among the darts; at least one. Small disks find more
     /// places than large ones, so that their share of the sample is larger than of the darts.
-    pub varieties: Vec<Variety>,
+    pub varieties: Vec<DiskKind>,
     /// How often the active list is processed, 1 to 8. More rounds give denser samples, up to 3 of
     /// them; further ones add nothing but time.
     pub rounds: u32,
@@ -43,7 +43,7 @@ impl Default for PoissonDiskParams {
     fn default() -> Self {
         Self {
             tile_m: 50.0,
-            varieties: vec![Variety {
+            varieties: vec![DiskKind {
                 weight: 1.0,
                 radius_m: (1.0, 1.0),
             }],

@@ -2,7 +2,7 @@
 
 use nemoral_seed::Rng;
 
-use crate::variety::Variety;
+use crate::variety::DiskKind;
 
 /// The distribution of disk sizes; lengths are in tile edges.
 #[derive(Clone, Debug)]
@@ -25,7 +25,7 @@ pub(crate) struct DiskSizes {
 impl DiskSizes {
     /// Sizes of varieties whose radii are in metres. `core[i]` is a lower bound in tile edges: the
     /// hard core of a disk is that or `factor` times its occupancy radius, whichever is larger.
-    pub(crate) fn new(varieties: &[Variety], core: Vec<f64>, tile_m: f64, factor: f64) -> Self {
+    pub(crate) fn new(varieties: &[DiskKind], core: Vec<f64>, tile_m: f64, factor: f64) -> Self {
         let total: f64 = varieties.iter().map(|v| v.weight).sum();
         let mut sum = 0.0;
         let cumulative = varieties.iter().map(|v| {
@@ -89,12 +89,12 @@ impl DiskSizes {
     }
 }
 
-fn by_size(varieties: &[Variety], total: f64) -> Vec<(usize, f64, f64)> {
+fn by_size(varieties: &[DiskKind], total: f64) -> Vec<(usize, f64, f64)> {
     let weighted = varieties.iter().enumerate().filter(|(_, v)| v.weight > 0.0);
-    let mut order: Vec<(usize, &Variety)> = weighted.collect();
+    let mut order: Vec<(usize, &DiskKind)> = weighted.collect();
     // The sort is stable, so that varieties of equal size keep their order.
     order.sort_by(|(_, a), (_, b)| {
-        let middle = |v: &Variety| v.radius_m.0 + v.radius_m.1;
+        let middle = |v: &DiskKind| v.radius_m.0 + v.radius_m.1;
         middle(a).total_cmp(&middle(b))
     });
     let mut below = 0.0;

@@ -4,19 +4,19 @@ use std::collections::HashMap;
 
 use glam::DVec2;
 use nemoral_placement::{
-    Exclusion, LayerParams, Placement, PlacementParams, RockParams, Site, Variety,
+    DiskKind, LayerParams, Placement, PlacementParams, RockParams, Site, SiteFilter,
 };
 use nemoral_scene::ChunkCoord;
 use nemoral_seed::Key;
 
-pub(crate) fn variety(weight: f64, low_m: f64, high_m: f64) -> Variety {
-    Variety {
+pub(crate) fn variety(weight: f64, low_m: f64, high_m: f64) -> DiskKind {
+    DiskKind {
         weight,
         radius_m: (low_m, high_m),
     }
 }
 
-pub(crate) fn layer(name: &str, per_chunk: f64, varieties: Vec<Variety>) -> LayerParams {
+pub(crate) fn layer(name: &str, per_chunk: f64, varieties: Vec<DiskKind>) -> LayerParams {
     LayerParams::new(name, per_chunk, varieties)
 }
 
@@ -53,12 +53,12 @@ pub(crate) fn trees(per_chunk: f64) -> PlacementParams {
 
 pub(crate) struct World<'a> {
     pub(crate) placement: Placement,
-    allowed: &'a dyn Exclusion,
+    allowed: &'a dyn SiteFilter,
     rocks: HashMap<ChunkCoord, Vec<Site>>,
 }
 
 impl<'a> World<'a> {
-    pub(crate) fn new(params: PlacementParams, seed: u64, allowed: &'a dyn Exclusion) -> Self {
+    pub(crate) fn new(params: PlacementParams, seed: u64, allowed: &'a dyn SiteFilter) -> Self {
         Self {
             placement: Placement::new(params, Key::world(seed)).expect("valid parameters"),
             allowed,

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use glam::{Mat3, Quat, Vec2, Vec3};
-use nemoral_raycast::{Blas, Group, Quality};
+use nemoral_raycast::{Blas, BuildQuality, Group};
 use nemoral_scene::{
     AlphaMask, Card, ChunkCoord, Instance, InstancePlace, Material, MaterialId, MaterialLibrary,
     Mesh, ObjectId, Prototype, Ray, Semantic, Triangle,
@@ -76,9 +76,9 @@ pub fn blas_of(prototype: Arc<Prototype>, library: &MaterialLibrary) -> Arc<Blas
     // the other.
     let careful = prototype.cards().len().is_multiple_of(2);
     let quality = if careful {
-        Quality::High
+        BuildQuality::High
     } else {
-        Quality::Fast
+        BuildQuality::Fast
     };
     Arc::new(Blas::with_quality(prototype, library, quality))
 }

@@ -5,10 +5,10 @@
 mod avenue;
 
 use avenue::Avenue;
-use nemoral_render::{Accept, Gpu};
+use nemoral_render::{AcceptedGpus, Gpu};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let gpu = Gpu::open(Accept::Any)?;
+    let gpu = Gpu::open(AcceptedGpus::Any)?;
     let images = Avenue::new()?.draw(&gpu, &Avenue::view(640, 360)?)?;
 
     let colours = [

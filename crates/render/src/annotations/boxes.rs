@@ -14,7 +14,7 @@ use crate::View;
 
 /// An object that may get a box.
 #[derive(Clone, Copy, Debug)]
-pub struct Candidate {
+pub struct BoxCandidate {
     /// The object.
     pub object: ObjectId,
     /// What it is.
@@ -26,7 +26,7 @@ pub struct Candidate {
     pub size_m: DVec3,
 }
 
-impl Candidate {
+impl BoxCandidate {
     /// An object with the upright box around its placed shape, turned like the shape.
     ///
     /// `foot_m` is the position of the shape's origin in the scene, `linear` the linear map from
@@ -81,7 +81,7 @@ fn upright_box(foot_m: DVec3, linear: &Mat3, b: Bounds) -> (RigidTransform, DVec
 /// single object, by its number. `max_range_m` is that of the picture.
 #[must_use]
 pub fn object_boxes<C: RayCaster>(
-    candidates: &[Candidate],
+    candidates: &[BoxCandidate],
     alone: impl Fn(usize) -> C + Sync,
     ground_m: &Image<(f32, ObjectId)>,
     truth: &TruthImages,
@@ -107,7 +107,7 @@ pub fn object_boxes<C: RayCaster>(
         })
         .collect();
     let camera_from_scene = view.scene_from_camera.inverse();
-    let boxed = |(i, c): (usize, &Candidate)| {
+    let boxed = |(i, c): (usize, &BoxCandidate)| {
         // What grows on an object, such as moss, bears its id and may lie beyond its own box.
         let shown = seen.get(&c.object).map(|(_, pixels)| *pixels);
         let range = match (bounds_in_image(c, view), shown) {
@@ -157,7 +157,7 @@ pub fn object_boxes<C: RayCaster>(
 
 /// The pixels that may show the object: those around its box, or all if the box reaches behind the
 /// lens.
-fn bounds_in_image(c: &Candidate, view: &View) -> Option<PixelBox> {
+fn bounds_in_image(c: &BoxCandidate, view: &View) -> Option<PixelBox> {
     /// Number of points on an edge of the box, because lenses bend edges.
     const STEPS: u32 = 6;
     let k = &view.intrinsics;
@@ -233,7 +233,7 @@ mod tests {
             Intrinsics::from_fov(8, 4, 1.0).expect("valid"),
             RigidTransform::body_from_optical(),
         );
-        let thing = Candidate {
+        let thing = BoxCandidate {
             object,
             kind: ObjectKind::Tree,
             scene_from_box: RigidTransform::from_xyz_rpy(DVec3::X * 5.0, 0.0, 0.0, 0.0),

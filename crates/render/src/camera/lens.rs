@@ -162,7 +162,7 @@ impl Lens {
         let sum: DVec3 = in_parts(light, part).into_iter().sum();
         let veil = (sum / light.len() as f64).as_vec3() * self.veiling_glare;
         let kept = 1.0 - self.veiling_glare - self.halo;
-        let around = (self.halo > 0.0).then(|| Coarse::around(light, width));
+        let around = (self.halo > 0.0).then(|| BlockImage::around(light, width));
         light
             .par_chunks_mut(width)
             .enumerate()
@@ -180,12 +180,12 @@ impl Lens {
 }
 
 /// A picture whose pixels are blocks.
-pub(super) struct Coarse {
+pub(super) struct BlockImage {
     width: usize,
     light: Vec<Vec3>,
 }
 
-impl Coarse {
+impl BlockImage {
     /// The light that is scattered to each place.
     fn around(light: &[Vec3], width: usize) -> Self {
         let blocks = Self::of(light, width);
@@ -277,7 +277,7 @@ impl Coarse {
     }
 }
 
-impl Clone for Coarse {
+impl Clone for BlockImage {
     fn clone(&self) -> Self {
         Self {
             width: self.width,
@@ -416,7 +416,7 @@ mod tests {
     #[test]
     fn a_blur_has_its_spread() {
         for sigma in [4.5, 7.0, 16.0] {
-            let mut line = Coarse {
+            let mut line = BlockImage {
                 width: 201,
                 light: vec![Vec3::ZERO; 201],
             };

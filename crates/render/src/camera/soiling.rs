@@ -4,7 +4,7 @@ use glam::{Vec2, Vec3};
 use nemoral_seed::{Domain, Draw, Key};
 use rayon::prelude::*;
 
-use super::lens::Coarse;
+use super::lens::BlockImage;
 use crate::error::{ParamError, check};
 
 /// Dirt and drops of water on the front of a lens. They are so near that they are out of focus:
@@ -170,7 +170,7 @@ impl Soiling {
 
     fn put_drops(&self, light: &mut [Vec3], width: usize, size: Vec2) {
         let height = light.len() / width;
-        let behind = Coarse::blurred(light, width, BLUR * self.drop_radius * size.x);
+        let behind = BlockImage::blurred(light, width, BLUR * self.drop_radius * size.x);
         let drops: Vec<Spot> = Spot::all(
             self.serial.domain(DROPS),
             self.drops,

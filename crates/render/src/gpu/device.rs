@@ -9,7 +9,7 @@ use super::{GpuError, requirements};
 
 /// The kinds of GPUs that are accepted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Accept {
+pub enum AcceptedGpus {
     /// Only hardware.
     Hardware,
     /// Also software that emulates a GPU (Mesa's lavapipe), if there is no hardware. Its pictures
@@ -64,8 +64,8 @@ impl Gpu {
     ///
     /// # Errors
     /// If there is none, it is too small, or its driver fails.
-    pub fn open(accept: Accept) -> Result<Self, GpuError> {
-        if accept == Accept::Hardware && !has_hardware() {
+    pub fn open(accepted: AcceptedGpus) -> Result<Self, GpuError> {
+        if accepted == AcceptedGpus::Hardware && !has_hardware() {
             let reason = "this machine has no GPU device".to_owned();
             return Err(GpuError::NoAdapter { reason });
         }
@@ -83,8 +83,9 @@ impl Gpu {
                 found.extend(adapters.iter().map(|a| a.get_info().name));
             }
         }
-        adapters
-            .retain(|a| accept == Accept::Any || a.get_info().device_type != wgpu::DeviceType::Cpu);
+        adapters.retain(|a| {
+            accepted == AcceptedGpus::Any || a.get_info().device_type != wgpu::DeviceType::Cpu
+        });
         // The sort is stable, so that of equal GPUs the first that the system lists is taken.
         adapters.sort_by_key(|a| rank(&a.get_info()));
         let Some(adapter) = adapters.into_iter().next() else {

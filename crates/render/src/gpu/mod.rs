@@ -40,7 +40,7 @@ mod targets;
 mod testing;
 
 pub use camera::{GpuCamera, GpuImages};
-pub use device::{Accept, Gpu};
+pub use device::{AcceptedGpus, Gpu};
 pub use error::GpuError;
 pub use memory::GpuMemory;
 pub use params::GpuParams;

@@ -2,11 +2,11 @@
 
 use std::io::Write;
 
-use super::{Accept, Gpu};
+use super::{AcceptedGpus, Gpu};
 
 /// A GPU for one test, so that it may be lost; otherwise as in `nemoral_tests::gpu::gpu`.
 pub(super) fn gpu(test: &str) -> Option<Gpu> {
-    Gpu::open(Accept::Any)
+    Gpu::open(AcceptedGpus::Any)
         .map_err(|e| {
             let message = format!("SKIPPED: {test}: {e}\n");
             assert!(

@@ -7,7 +7,7 @@ use nemoral_scene::Ray;
 
 use crate::camera::white_balance::colour_of;
 use crate::error::{ParamError, check};
-use crate::light::shading::{Leaving, Reflected, Surface, SurfaceView, leaving, reflected};
+use crate::light::shading::{Reflected, ShadowRayOrigin, Surface, SurfaceView, leaving, reflected};
 use crate::sky::atmosphere::henyey_greenstein;
 use crate::sky::haze::Haze;
 
@@ -161,7 +161,12 @@ impl LampInAir {
 
     /// The ray from what is seen to a point of the lamp's disc, whose place in the unit disc is
     /// `on_disc`.
-    pub(crate) fn shadow(&self, seen: &SurfaceView<'_>, from: Leaving, on_disc: Vec2) -> Ray {
+    pub(crate) fn shadow(
+        &self,
+        seen: &SurfaceView<'_>,
+        from: ShadowRayOrigin,
+        on_disc: Vec2,
+    ) -> Ray {
         let (direction, distance_m) = self.towards(seen, on_disc);
         // The lamp's own housing is in no scene.
         leaving(seen, from, direction, distance_m - NEAREST_M)
@@ -183,7 +188,7 @@ impl LampInAir {
         surface: &Surface,
         seen: &SurfaceView<'_>,
         on_disc: Vec2,
-    ) -> Option<(Reflected, Leaving)> {
+    ) -> Option<(Reflected, ShadowRayOrigin)> {
         let point = seen.ray.at(seen.hit.surface.distance_m);
         let (_, irradiance) = self.irradiance(point);
         if irradiance == Vec3::ZERO {

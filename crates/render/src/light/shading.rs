@@ -32,16 +32,16 @@ pub(crate) struct Surface {
     smooth: bool,
 }
 
-/// How a shadow ray leaves a surface.
+/// Where a shadow ray leaves a surface.
 #[derive(Clone, Copy)]
-pub(crate) struct Leaving {
+pub(crate) struct ShadowRayOrigin {
     /// The normal of the flat surface on the ray's side.
     side: Vec3,
     /// From the flat surface to where the ray begins, besides what rounding needs, metres.
     lift_m: Vec3,
 }
 
-impl Leaving {
+impl ShadowRayOrigin {
     /// From a side of the flat surface.
     pub(crate) fn from_side(side: Vec3) -> Self {
         Self {
@@ -188,26 +188,31 @@ pub(crate) fn reflected(
     surface: &Surface,
     seen: &SurfaceView<'_>,
     from: Vec3,
-) -> Option<(Reflected, Leaving)> {
+) -> Option<(Reflected, ShadowRayOrigin)> {
     let flat = seen.hit.surface.geometric_normal * seen.facing();
     let cos = surface.normal.dot(from);
     let facing = flat.dot(from);
     let lit_front = cos > 0.0 && (facing > 0.0 || surface.smooth);
     let lit_back = cos < 0.0 && surface.transmittance != Vec3::ZERO;
     let leaving = if lit_front && facing <= 0.0 {
-        Leaving {
+        ShadowRayOrigin {
             side: flat,
             lift_m: surface.normal * (-facing * LIFT_M),
         }
     } else {
-        Leaving::from_side(flat * if facing > 0.0 { 1.0 } else { -1.0 })
+        ShadowRayOrigin::from_side(flat * if facing > 0.0 { 1.0 } else { -1.0 })
     };
     let radiance = || direct(surface, cos, from, seen.ray.direction);
     (lit_front || lit_back).then(|| (radiance(), leaving))
 }
 
 /// The ray from a hit in a direction.
-pub(crate) fn leaving(seen: &SurfaceView<'_>, from: Leaving, direction: Vec3, t_max_m: f32) -> Ray {
+pub(crate) fn leaving(
+    seen: &SurfaceView<'_>,
+    from: ShadowRayOrigin,
+    direction: Vec3,
+    t_max_m: f32,
+) -> Ray {
     let point = seen.ray.at(seen.hit.surface.distance_m);
     // The origin is off the surface by more than the rounding of distance and coordinates.
     let offset = 1e-4 * (1.0 + seen.hit.surface.distance_m) + 2e-6 * point.abs().max_element();
@@ -251,8 +256,8 @@ impl Surface {
         let under = flat.dot(direction).min(0.0);
         let direction = (direction - flat * (2.0 * under)).normalize_or(flat);
         let (_, entering) = self.interface(seen.ray.direction);
-        let leaves = Leaving::from_side(flat);
-        Some((leaving(seen, leaves, direction, reach_m), weight * entering))
+        let from = ShadowRayOrigin::from_side(flat);
+        Some((leaving(seen, from, direction, reach_m), weight * entering))
     }
 
     /// For light from all around: the share that is reflected specularly to a viewer along `view`,

@@ -6,7 +6,7 @@ pub(crate) mod haze;
 pub(crate) mod irradiance;
 pub(crate) mod model;
 pub(crate) mod moon;
-pub(crate) mod photograph;
+pub(crate) mod sky_image;
 pub(crate) mod sun;
 pub(crate) mod sun_disc;
 pub(crate) mod twilight;

@@ -4,7 +4,7 @@ use glam::DVec2;
 use nemoral_scene::ChunkCoord;
 
 use crate::dressing_placement::{beds, culverts, grass, roots, steps, strip, verges};
-use crate::{DressingKind, TrailDressing, TrailPath, TrailZone, Trails, Way};
+use crate::{DressingKind, TrailDressing, TrailPath, TrailZone, Trails, WayKind};
 
 /// Hands over what lies along a trail's passage through a chunk.
 type Dress<'a> = dyn Fn(&TrailPath, ChunkCoord, &mut dyn FnMut(TrailDressing)) + 'a;
@@ -51,7 +51,7 @@ impl Trails {
         for path in self.in_chunk(coord) {
             dressing.extend(path.stones().iter().filter(|s| here(s.position_m)));
         }
-        let has_any = |of: &dyn Fn(&Way) -> f64| self.used_ways().any(|w| of(w) > 0.0);
+        let has_any = |of: &dyn Fn(&WayKind) -> f64| self.used_ways().any(|w| of(w) > 0.0);
         if has_any(&|w| w.verge_tufts_per_m) {
             self.add(coord, &mut dressing, &|path, chunk, emit| {
                 verges(self.key, path, chunk, emit);
@@ -126,12 +126,12 @@ mod tests {
 
     #[test]
     fn of_endless_grass_the_same_tufts_stay() {
-        let way = Way {
+        let way = WayKind {
             grass_max_per_chunk: 10,
             rocks_max_per_trail: 0,
             verge_tufts_per_m: 0.0,
             strip_cover: 0.0,
-            ..Way::default()
+            ..WayKind::default()
         };
         let params = TrailParams {
             spawn_probability: 0.0,

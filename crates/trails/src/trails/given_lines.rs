@@ -6,8 +6,8 @@ use glam::DVec2;
 use nemoral_scene::ChunkCoord;
 
 use crate::earthwork::Earthworks;
-use crate::given::{course, free_ends};
 use crate::layout::Course;
+use crate::user_lines::{course, free_ends};
 use crate::{ParamError, Trails};
 
 /// The greatest coordinate of a given line, metres.

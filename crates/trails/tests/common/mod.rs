@@ -6,7 +6,7 @@ use std::sync::Arc;
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, FlatSurface, Surface, SurfaceSample};
 use nemoral_seed::Key;
-use nemoral_trails::{Section, TrailParams, TrailPath, Trails, Way};
+use nemoral_trails::{CrossSection, TrailParams, TrailPath, Trails, WayKind};
 
 pub const SIZE_M: f64 = 50.0;
 
@@ -47,12 +47,12 @@ pub fn hills(steepness: f64) -> Arc<dyn Surface> {
 }
 
 /// A flat section.
-pub fn plain() -> Section {
-    Section {
+pub fn plain() -> CrossSection {
+    CrossSection {
         crossfall: 0.0,
         crown: 0.0,
         ruts: None,
-        ..Section::default()
+        ..CrossSection::default()
     }
 }
 
@@ -67,7 +67,7 @@ pub fn around(centre: ChunkCoord, n: i32) -> impl Iterator<Item = ChunkCoord> {
 
 /// A world with given lines only: each with the way's number.
 pub fn given(
-    ways: Vec<(Way, f64)>,
+    ways: Vec<(WayKind, f64)>,
     lines: &[(usize, [DVec2; 2])],
     base: Arc<dyn Surface>,
 ) -> Trails {
@@ -83,7 +83,7 @@ pub fn given(
 }
 
 /// A straight way towards the north through the origin.
-pub fn northward(way: Way, base: Arc<dyn Surface>) -> (Trails, Arc<TrailPath>) {
+pub fn northward(way: WayKind, base: Arc<dyn Surface>) -> (Trails, Arc<TrailPath>) {
     let line = [DVec2::new(3.0, -120.0), DVec2::new(3.0, 120.0)];
     let trails = given(vec![(way, 1.0)], &[(0, line)], base);
     let (path, _) = trails.nearest(DVec2::ZERO, 20.0).expect("it is near");

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use nemoral_scene::excerpt;
 
-use super::guard::{Claims, Token, refusal};
+use super::guard::{OriginHeaders, Token, refusal};
 use super::{MAX_BODY_BYTES, MAX_HEAD_BYTES, Method, Request, Response};
 
 /// The most headers of a request. Browsers send about twenty.
@@ -27,7 +27,7 @@ X-Content-Type-Options: nosniff\r\n";
 
 /// What arrived on a connection.
 #[derive(Debug)]
-pub(super) enum Arrived {
+pub(super) enum ReadOutcome {
     /// A request that may be answered.
     Request { request: Request, keep: bool },
     /// Something that is refused; the connection is closed after the response.
@@ -61,38 +61,38 @@ impl<S: Read + Write> Connection<S> {
     }
 
     /// The next request.
-    pub(super) fn next(&mut self, port: u16, token: &Token) -> Arrived {
+    pub(super) fn next(&mut self, port: u16, token: &Token) -> ReadOutcome {
         let mut deadline = None;
         let (head, length) = loop {
             match parse(&self.ahead, port) {
                 Ok(Some(whole)) => break whole,
                 Ok(None) if self.ahead.len() >= MAX_HEAD_BYTES => {
                     let why = format!("headers: must be at most {MAX_HEAD_BYTES} bytes");
-                    return Arrived::Refused(Response::text(431, &why));
+                    return ReadOutcome::Refused(Response::text(431, &why));
                 }
                 Ok(None) => {}
-                Err(refused) => return Arrived::Refused(refused),
+                Err(refused) => return ReadOutcome::Refused(refused),
             }
             match self.read_more(MAX_HEAD_BYTES, &mut deadline) {
-                Ok(0) | Err(_) => return Arrived::Nothing,
+                Ok(0) | Err(_) => return ReadOutcome::Nothing,
                 Ok(_) => {}
             }
         };
         self.ahead.drain(..length);
         while self.ahead.len() < head.body_bytes {
             match self.read_more(head.body_bytes, &mut deadline) {
-                Ok(0) | Err(_) => return Arrived::Nothing,
+                Ok(0) | Err(_) => return ReadOutcome::Nothing,
                 Ok(_) => {}
             }
         }
         let rest = self.ahead.split_off(head.body_bytes);
         let body = std::mem::replace(&mut self.ahead, rest);
         match to_request(&head, body, token) {
-            Some(request) => Arrived::Request {
+            Some(request) => ReadOutcome::Request {
                 request,
                 keep: head.keep,
             },
-            None => Arrived::Refused(Response::text(
+            None => ReadOutcome::Refused(Response::text(
                 404,
                 "no such page: open the address that was printed",
             )),
@@ -176,12 +176,12 @@ fn parse(bytes: &[u8], port: u16) -> Result<Option<(Head, usize)>, Response> {
         [value] => Ok(Some(value)),
         _ => Err(Response::text(400, &format!("{name}: given twice"))),
     };
-    let claims = Claims {
+    let origin_headers = OriginHeaders {
         host: only("Host")?,
         origin: only("Origin")?,
         site: only("Sec-Fetch-Site")?,
     };
-    if let Some(why) = refusal(port, claims) {
+    if let Some(why) = refusal(port, origin_headers) {
         return Err(Response::text(403, why));
     }
     let method = match parsed.method {
@@ -295,11 +295,11 @@ mod tests {
         })
     }
 
-    fn status(arrived: &Arrived) -> u16 {
-        match arrived {
-            Arrived::Request { .. } => 200,
-            Arrived::Refused(response) => response.status,
-            Arrived::Nothing => 0,
+    fn status(outcome: &ReadOutcome) -> u16 {
+        match outcome {
+            ReadOutcome::Request { .. } => 200,
+            ReadOutcome::Refused(response) => response.status,
+            ReadOutcome::Nothing => 0,
         }
     }
 
@@ -314,13 +314,13 @@ mod tests {
         );
         for step in [1, 7, 4096] {
             let mut connection = connection(&text, step);
-            let Arrived::Request { request, keep } = connection.next(5, &token) else {
+            let ReadOutcome::Request { request, keep } = connection.next(5, &token) else {
                 panic!("a request");
             };
             assert!(keep);
             assert_eq!((request.method, &*request.path), (Method::Post, "change"));
             assert_eq!(request.body, b"body");
-            let Arrived::Request { request, keep } = connection.next(5, &token) else {
+            let ReadOutcome::Request { request, keep } = connection.next(5, &token) else {
                 panic!("a request");
             };
             assert!(!keep);
@@ -401,9 +401,9 @@ mod tests {
             ),
         ];
         for (text, expected) in cases {
-            let arrived = connection(&text, 64).next(5, &token);
+            let outcome = connection(&text, 64).next(5, &token);
             let shown = &text[..text.len().min(90)];
-            assert_eq!(status(&arrived), expected, "{shown}: {arrived:?}");
+            assert_eq!(status(&outcome), expected, "{shown}: {outcome:?}");
         }
     }
 
@@ -428,7 +428,7 @@ mod tests {
             ),
         ] {
             let text = format!("{start}{rest}\r\n\r\n");
-            let Arrived::Refused(response) = connection(&text, 64).next(5, &token) else {
+            let ReadOutcome::Refused(response) = connection(&text, 64).next(5, &token) else {
                 panic!("{told}");
             };
             let body = String::from_utf8(response.body).unwrap();

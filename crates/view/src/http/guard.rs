@@ -35,7 +35,7 @@ impl Token {
 
 /// What a request says about where it comes from.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Claims<'a> {
+pub(super) struct OriginHeaders<'a> {
     pub(super) host: Option<&'a str>,
     pub(super) origin: Option<&'a str>,
     /// `Sec-Fetch-Site`, which browsers send.
@@ -47,19 +47,19 @@ pub(super) struct Claims<'a> {
 /// A page of another site can make a browser send requests here. If that site's name is made to
 /// resolve to 127.0.0.1 (DNS rebinding), `Host` still names the site. Other requests from other
 /// sites have an `Origin` or a `Sec-Fetch-Site` that is not ours.
-pub(super) fn refusal(port: u16, claims: Claims<'_>) -> Option<&'static str> {
+pub(super) fn refusal(port: u16, headers: OriginHeaders<'_>) -> Option<&'static str> {
     let ours = [format!("127.0.0.1:{port}"), format!("localhost:{port}")];
     let is_ours = |host: &str| ours.iter().any(|o| o.eq_ignore_ascii_case(host));
-    if !claims.host.is_some_and(is_ours) {
+    if !headers.host.is_some_and(is_ours) {
         return Some("Host: must be the address that was printed");
     }
     let is_from_us = |origin: &str| origin.strip_prefix("http://").is_some_and(is_ours);
-    if claims.origin.is_some_and(|origin| !is_from_us(origin)) {
+    if headers.origin.is_some_and(|origin| !is_from_us(origin)) {
         return Some("Origin: must be this page");
     }
     // `none` is what somebody typed or pasted.
     let is_near = |site: &str| ["same-origin", "none"].contains(&site);
-    if claims.site.is_some_and(|site| !is_near(site)) {
+    if headers.site.is_some_and(|site| !is_near(site)) {
         return Some("Sec-Fetch-Site: must be this page");
     }
     None
@@ -80,7 +80,7 @@ mod tests {
 
     #[test]
     fn only_the_page_itself_may_ask() {
-        let ask = |host, origin, site| refusal(8080, Claims { host, origin, site });
+        let ask = |host, origin, site| refusal(8080, OriginHeaders { host, origin, site });
         for host in ["127.0.0.1:8080", "localhost:8080", "LOCALHOST:8080"] {
             assert_eq!(ask(Some(host), None, None), None, "{host}");
         }

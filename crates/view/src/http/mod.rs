@@ -6,7 +6,7 @@ mod server;
 
 use std::fmt;
 
-pub use server::{Server, Stop};
+pub use server::{Server, ShutdownHandle};
 
 /// How a request changes things.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread;
 use std::time::Duration;
 
-use super::connection::{Arrived, Connection};
+use super::connection::{Connection, ReadOutcome};
 use super::guard::Token;
 use super::{Handler, MAX_CONNECTIONS, Response};
 use crate::Error;
@@ -30,14 +30,14 @@ pub struct Server {
 
 /// Ends a server from another thread.
 #[derive(Clone, Debug)]
-pub struct Stop {
+pub struct ShutdownHandle {
     port: u16,
     stopped: Arc<AtomicBool>,
 }
 
-impl Stop {
+impl ShutdownHandle {
     /// Ends [`Server::serve`]. Requests that are being answered are finished by their threads.
-    pub fn stop(&self) {
+    pub fn shutdown(&self) {
         self.stopped.store(true, Ordering::SeqCst);
         // The listener waits for a connection. If this one fails, it waits no more.
         let _ = TcpStream::connect((Ipv4Addr::LOCALHOST, self.port));
@@ -72,8 +72,8 @@ impl Server {
 
     /// What ends it.
     #[must_use]
-    pub fn stop(&self) -> Stop {
-        Stop {
+    pub fn shutdown_handle(&self) -> ShutdownHandle {
+        ShutdownHandle {
             port: self.port,
             stopped: Arc::clone(&self.stopped),
         }
@@ -162,15 +162,15 @@ fn converse(
     }
     loop {
         match connection.next(port, token) {
-            Arrived::Request { request, keep } => {
+            ReadOutcome::Request { request, keep } => {
                 settings.set_read_timeout(Some(IDLE))?;
                 connection.write(&handler.handle(&request), keep)?;
                 if !keep {
                     return Ok(());
                 }
             }
-            Arrived::Refused(response) => return connection.write(&response, false),
-            Arrived::Nothing => return Ok(()),
+            ReadOutcome::Refused(response) => return connection.write(&response, false),
+            ReadOutcome::Nothing => return Ok(()),
         }
     }
 }

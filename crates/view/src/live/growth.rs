@@ -7,9 +7,9 @@ use nemoral_pipeline::config::Config;
 use nemoral_scene::ChunkCoord;
 use nemoral_scene::glam::DVec2;
 
-use super::known_shadows::KnownShadows;
-use super::world::{Shown, World};
-use super::{Growing, Mind, Shared, Stage, lock};
+use super::shadow_cache::ShadowCache;
+use super::world::{World, WorldSnapshot};
+use super::{GrowthProgress, GrowthStage, Shared, SharedState, lock};
 use crate::Error;
 
 /// After this many metres the land ahead is grown.
@@ -26,39 +26,39 @@ pub(super) struct Task {
     pub(super) revision: u64,
     /// `None` for the start of the robot's path.
     place_m: Option<DVec2>,
-    shown: Option<Arc<Shown>>,
+    shown: Option<Arc<WorldSnapshot>>,
 }
 
 /// Waits until there is something to grow; `None` at the end.
 pub(super) fn next(shared: &Shared) -> Option<Task> {
-    let mut mind = lock(&shared.mind);
+    let mut state = lock(&shared.state);
     loop {
-        if mind.stopping {
+        if state.stopping {
             return None;
         }
-        if is_due(&mind) {
+        if is_due(&state) {
             return Some(Task {
-                config: mind.wanted.clone(),
-                revision: mind.revision,
-                place_m: mind.place_m,
-                shown: mind.shown.clone(),
+                config: state.wanted.clone(),
+                revision: state.revision,
+                place_m: state.place_m,
+                shown: state.shown.clone(),
             });
         }
-        let woken = shared.changed.wait(mind);
-        mind = woken.unwrap_or_else(std::sync::PoisonError::into_inner);
+        let woken = shared.changed.wait(state);
+        state = woken.unwrap_or_else(std::sync::PoisonError::into_inner);
     }
 }
 
-fn is_due(mind: &Mind) -> bool {
-    if mind.failed == Some(mind.revision) {
+fn is_due(state: &SharedState) -> bool {
+    if state.failed == Some(state.revision) {
         return false;
     }
-    let Some(shown) = &mind.shown else {
+    let Some(shown) = &state.shown else {
         return true;
     };
-    let moved_m = mind.place_m.map_or(0.0, |p| p.distance(shown.centre_m));
-    let reach_m = if mind.rests { 0.0 } else { STEP_M };
-    shown.world.revision != mind.revision || !shown.complete || moved_m > reach_m
+    let moved_m = state.place_m.map_or(0.0, |p| p.distance(shown.centre_m));
+    let reach_m = if state.rests { 0.0 } else { STEP_M };
+    shown.world.revision != state.revision || !shown.complete || moved_m > reach_m
 }
 
 /// Grows a task's land ring by ring, and shows each. Gives up if something newer is wanted.
@@ -71,7 +71,7 @@ pub(super) fn grow(shared: &Shared, task: &Task) -> Result<(), Error> {
         Some(shown) => Arc::clone(&shown.world),
         None => {
             if task.shown.is_none() {
-                report(shared, Stage::Plants, 0, 0);
+                report(shared, GrowthStage::Plants, 0, 0);
             }
             Arc::new(World::grow(shared, task.config.clone(), task.revision)?)
         }
@@ -82,12 +82,12 @@ pub(super) fn grow(shared: &Shared, task: &Task) -> Result<(), Error> {
         // The light has changed, and nothing grows.
         show(
             shared,
-            Shown {
+            WorldSnapshot {
                 world: Arc::clone(&world),
                 scene: Arc::clone(&shown.scene),
                 centre_m: shown.centre_m,
                 complete: shown.complete,
-                shadows: KnownShadows::new(),
+                shadows: ShadowCache::new(),
             },
         );
         shared.store.retain_plan(world.forest.plan());
@@ -126,15 +126,15 @@ pub(super) fn grow(shared: &Shared, task: &Task) -> Result<(), Error> {
             let has_litter = |c: &&ChunkCoord| distance_m(c) <= chunks.litter_radius_m;
             let littered: Vec<ChunkCoord> = near.iter().filter(has_litter).copied().collect();
             let forest = &world.forest;
-            let solid = runner.demand(forest.object_geometry).wanted(some);
-            let lit = runner.demand(forest.sky_view_factor).wanted(some);
-            let low = runner.demand(forest.undergrowth_geometry).wanted(&near);
-            let shade = runner.demand(forest.ground_occlusion).wanted(&near);
-            let shed = runner.demand(forest.litter_geometry).wanted(&littered);
+            let solid = runner.demand(forest.object_geometry).batch(some);
+            let lit = runner.demand(forest.sky_view_factor).batch(some);
+            let low = runner.demand(forest.undergrowth_geometry).batch(&near);
+            let shade = runner.demand(forest.ground_occlusion).batch(&near);
+            let shed = runner.demand(forest.litter_geometry).batch(&littered);
             solid.and(lit).and(low).and(shade).and(shed).compute()?;
             grown += some.len();
-            if !report(shared, Stage::Land, grown, total)
-                || lock(&shared.mind).revision != task.revision
+            if !report(shared, GrowthStage::Land, grown, total)
+                || lock(&shared.state).revision != task.revision
             {
                 return Ok(());
             }
@@ -142,12 +142,12 @@ pub(super) fn grow(shared: &Shared, task: &Task) -> Result<(), Error> {
         let scene = world.forest.scene_around(&runner, place_m, reach_m, true)?;
         show(
             shared,
-            Shown {
+            WorldSnapshot {
                 world: Arc::clone(&world),
                 scene: Arc::new(scene),
                 centre_m: place_m,
                 complete: reach_m >= visible_m,
-                shadows: KnownShadows::new(),
+                shadows: ShadowCache::new(),
             },
         );
     }
@@ -159,16 +159,16 @@ pub(super) fn grow(shared: &Shared, task: &Task) -> Result<(), Error> {
 }
 
 /// Shows a world unless something newer is wanted.
-fn show(shared: &Shared, shown: Shown) {
-    let mut mind = lock(&shared.mind);
-    if mind.revision == shown.world.revision {
-        mind.shown = Some(Arc::new(shown));
+fn show(shared: &Shared, shown: WorldSnapshot) {
+    let mut state = lock(&shared.state);
+    if state.revision == shown.world.revision {
+        state.shown = Some(Arc::new(shown));
     }
 }
 
 /// Says how far growing is. The result is `false` if it should end.
-fn report(shared: &Shared, what: Stage, done: usize, total: usize) -> bool {
-    let mut mind = lock(&shared.mind);
-    mind.growing = Some(Growing { what, done, total });
-    !mind.stopping
+fn report(shared: &Shared, what: GrowthStage, done: usize, total: usize) -> bool {
+    let mut state = lock(&shared.state);
+    state.growing = Some(GrowthProgress { what, done, total });
+    !state.stopping
 }

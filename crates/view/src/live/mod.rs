@@ -1,10 +1,10 @@
 //! A forest that is looked at while it grows and changes.
 
-mod caster;
 mod growth;
-mod half;
-mod known_shadows;
-mod paint;
+mod half_width;
+mod interruptible_caster;
+mod rendering;
+mod shadow_cache;
 mod world;
 
 use std::collections::BTreeMap;
@@ -19,13 +19,13 @@ use nemoral_pipeline::{Backend, InputFiles};
 use nemoral_scene::glam::DVec2;
 use serde::Serialize;
 
-pub use paint::{Painted, Picture};
+pub use rendering::{RenderedImage, ViewImage};
 
 use crate::controls::{CONTROLS, Control, Values, changed, stands, values};
-use crate::seen::{Glance, Map, drive_from, this_view};
+use crate::view_request::{ImageKind, ViewRequest, drive_from, this_view};
 use crate::{Error, controls};
-use caster::Interruptible;
-use world::Shown;
+use interruptible_caster::Interruptible;
+use world::WorldSnapshot;
 
 /// How the forest is made.
 #[derive(Clone, Debug)]
@@ -57,15 +57,15 @@ struct Shared {
     threads: usize,
     store: Store,
     /// Pictures have threads of their own, so that they do not queue behind what grows.
-    painters: rayon::ThreadPool,
+    render_pool: rayon::ThreadPool,
     /// Held while a picture is made.
-    easel: Mutex<()>,
-    mind: Mutex<Mind>,
+    render_lock: Mutex<()>,
+    state: Mutex<SharedState>,
     changed: Condvar,
     /// Who waits for a whole picture that is being made, and how it is given up.
     still: Mutex<Option<(u64, Arc<AtomicBool>)>>,
     /// How many drafts are being made or waited for.
-    movers: AtomicUsize,
+    drafts: AtomicUsize,
     /// Whether the next draft is halved.
     halved: AtomicBool,
 }
@@ -76,7 +76,7 @@ fn too_many(threads: usize, error: &dyn std::fmt::Display) -> Error {
 
 /// What is wanted and what there is.
 #[derive(Debug)]
-struct Mind {
+struct SharedState {
     /// The config that is wanted, and the number of the change that made it.
     wanted: Config,
     revision: u64,
@@ -86,8 +86,8 @@ struct Mind {
     place_m: Option<DVec2>,
     /// Whether they hold still there.
     rests: bool,
-    shown: Option<Arc<Shown>>,
-    growing: Option<Growing>,
+    shown: Option<Arc<WorldSnapshot>>,
+    growing: Option<GrowthProgress>,
     error: Option<String>,
     /// The revision that failed to grow.
     failed: Option<u64>,
@@ -96,9 +96,9 @@ struct Mind {
 
 /// How far growing is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-pub struct Growing {
+pub struct GrowthProgress {
     /// What grows: first the plants, then the land with them.
-    pub what: Stage,
+    pub what: GrowthStage,
     /// Pieces of land that are grown.
     pub done: usize,
     /// Pieces of land that will be.
@@ -108,7 +108,7 @@ pub struct Growing {
 /// What grows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Stage {
+pub enum GrowthStage {
     /// One plant of each kind.
     Plants,
     /// The land around, where copies of them stand.
@@ -117,13 +117,13 @@ pub enum Stage {
 
 /// What the page is told.
 #[derive(Clone, Debug, Serialize)]
-pub struct State {
+pub struct ForestStatus {
     /// The number of the newest change.
     pub revision: u64,
     /// The number of the change that pictures show; none before the first.
     pub shown: Option<u64>,
     /// How far growing is, if something grows.
-    pub growing: Option<Growing>,
+    pub growing: Option<GrowthProgress>,
     /// Why the last change was given up.
     pub error: Option<String>,
     /// Where the robot's path begins: east, north, heading.
@@ -167,15 +167,15 @@ impl LiveForest {
         // What can be refused at once is.
         world::plan(&sequence.config, &sequence.inputs, &backend)?;
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-        let painters = pool.thread_name(|i| format!("painter {i}")).build();
+        let render_pool = pool.thread_name(|i| format!("renderer {i}")).build();
         let shared = Arc::new(Shared {
             inputs: sequence.inputs,
             backend,
             threads,
             store: Store::unlimited().with_cache(cache),
-            painters: painters.map_err(|e| too_many(threads, &e))?,
-            easel: Mutex::new(()),
-            mind: Mutex::new(Mind {
+            render_pool: render_pool.map_err(|e| too_many(threads, &e))?,
+            render_lock: Mutex::new(()),
+            state: Mutex::new(SharedState {
                 wanted: sequence.config,
                 revision: 1,
                 last: 1,
@@ -189,7 +189,7 @@ impl LiveForest {
             }),
             changed: Condvar::new(),
             still: Mutex::new(None),
-            movers: AtomicUsize::new(0),
+            drafts: AtomicUsize::new(0),
             halved: AtomicBool::new(false),
         });
         let growing = Arc::clone(&shared);
@@ -201,22 +201,22 @@ impl LiveForest {
 
     /// What can be changed, what grows, and what went wrong.
     #[must_use]
-    pub fn state(&self) -> State {
-        let mind = lock(&self.shared.mind);
-        let ontology = world::ontology(&mind.wanted);
+    pub fn state(&self) -> ForestStatus {
+        let state = lock(&self.shared.state);
+        let ontology = world::ontology(&state.wanted);
         let classes = ontology.classes().iter();
-        State {
-            revision: mind.revision,
-            shown: mind.shown.as_ref().map(|s| s.world.revision),
-            growing: mind.growing,
-            error: mind.error.clone(),
-            start: mind.shown.as_ref().map(|s| s.world.start),
-            eye_m: mind.wanted.camera.mount_z_m,
-            size_px: (mind.wanted.camera.width_px, mind.wanted.camera.height_px),
-            values: values(&mind.wanted),
+        ForestStatus {
+            revision: state.revision,
+            shown: state.shown.as_ref().map(|s| s.world.revision),
+            growing: state.growing,
+            error: state.error.clone(),
+            start: state.shown.as_ref().map(|s| s.world.start),
+            eye_m: state.wanted.camera.mount_z_m,
+            size_px: (state.wanted.camera.width_px, state.wanted.camera.height_px),
+            values: values(&state.wanted),
             controls: CONTROLS,
             stands: stands().map(|p| (p.name, p.doc)).collect(),
-            maps: Map::ALL.map(|(_, name)| name).into(),
+            maps: ImageKind::ALL.map(|(_, name)| name).into(),
             classes: classes.map(|c| (c.name.to_string(), c.colour)).collect(),
             backend: self.shared.backend.name(),
         }
@@ -226,83 +226,89 @@ impl LiveForest {
     ///
     /// # Errors
     /// If a value is not allowed, or not with the others; then nothing changes. What can only be
-    /// refused while it grows is in [`State::error`] later, and the values are as before.
+    /// refused while it grows is in [`ForestStatus::error`] later, and the values are as before.
     pub fn change(&self, asked: &BTreeMap<String, controls::Value>) -> Result<(), Error> {
-        let mut mind = lock(&self.shared.mind);
-        let config = changed(&mind.wanted, asked)?;
+        let mut state = lock(&self.shared.state);
+        let config = changed(&state.wanted, asked)?;
         config.check(&self.shared.inputs)?;
-        mind.error = None;
-        if config != mind.wanted {
-            mind.wanted = config;
-            mind.last += 1;
-            mind.revision = mind.last;
+        state.error = None;
+        if config != state.wanted {
+            state.wanted = config;
+            state.last += 1;
+            state.revision = state.last;
             self.shared.changed.notify_all();
         }
         Ok(())
     }
 
-    /// The picture of a glance; `None` if there is nothing to see yet, or something newer was asked
-    /// for meanwhile.
+    /// The image that is asked for; `None` if there is nothing to see yet, or something newer was
+    /// asked for meanwhile.
     ///
     /// # Errors
-    /// If the glance is impossible, or the renderer fails.
-    pub fn picture(&self, glance: &Glance) -> Result<Option<Picture>, Error> {
-        glance.check()?;
+    /// If the request is impossible, or the renderer fails.
+    pub fn picture(&self, request: &ViewRequest) -> Result<Option<ViewImage>, Error> {
+        request.check()?;
         let shared = &*self.shared;
         let given_up = Arc::new(AtomicBool::new(false));
-        let _waiting = (!glance.still).then(|| Waiting::new(&shared.movers));
+        let _waiting = (!request.still).then(|| Waiting::new(&shared.drafts));
         if let Some((viewer, before)) = &*lock(&shared.still) {
             // Who moves comes before who rests, and a viewer needs one picture only.
-            if !glance.still || *viewer == glance.viewer {
+            if !request.still || *viewer == request.viewer {
                 before.store(true, Ordering::SeqCst);
             }
         }
-        let _easel = lock(&shared.easel);
-        if glance.still {
-            *lock(&shared.still) = Some((glance.viewer, Arc::clone(&given_up)));
-            if shared.movers.load(Ordering::SeqCst) > 0 {
+        let _rendering = lock(&shared.render_lock);
+        if request.still {
+            *lock(&shared.still) = Some((request.viewer, Arc::clone(&given_up)));
+            if shared.drafts.load(Ordering::SeqCst) > 0 {
                 given_up.store(true, Ordering::SeqCst);
             }
         }
-        let picture = self.paint(glance, &given_up);
-        if glance.still {
+        let picture = self.render(request, &given_up);
+        if request.still {
             *lock(&shared.still) = None;
         }
         Ok(picture?.filter(|_| !given_up.load(Ordering::SeqCst)))
     }
 
-    fn paint(&self, glance: &Glance, given_up: &AtomicBool) -> Result<Option<Picture>, Error> {
+    fn render(
+        &self,
+        request: &ViewRequest,
+        given_up: &AtomicBool,
+    ) -> Result<Option<ViewImage>, Error> {
         let shared = &*self.shared;
-        let Some(shown) = lock(&shared.mind).shown.clone() else {
+        let Some(shown) = lock(&shared.state).shown.clone() else {
             return Ok(None);
         };
-        let mut place = glance.place;
-        place.position_m = shown.world.clear_of_stems(shared, place.position_m)?;
+        let mut viewpoint = request.viewpoint;
+        viewpoint.position_m = shown.world.clear_of_stems(shared, viewpoint.position_m)?;
         let newest = {
-            let mut mind = lock(&shared.mind);
-            mind.place_m = Some(place.position_m);
-            mind.rests = glance.still;
-            mind.revision
+            let mut state = lock(&shared.state);
+            state.place_m = Some(viewpoint.position_m);
+            state.rests = request.still;
+            state.revision
         };
         shared.changed.notify_all();
         let caster = Interruptible {
             caster: &*shown.scene.caster,
             stop: given_up,
         };
-        let seen = this_view(&shown.world.config, &place, glance.size_px);
-        let paint = || paint::paint(shared, &shown, &seen, glance, &caster);
-        let Some(painted) = caster::unless_given_up(|| shared.painters.install(paint)) else {
+        let seen = this_view(&shown.world.config, &viewpoint, request.size_px);
+        let render = || rendering::render(shared, &shown, &seen, request, &caster);
+        let Some(rendered) =
+            interruptible_caster::unless_given_up(|| shared.render_pool.install(render))
+        else {
             return Ok(None);
         };
-        let painted = painted?;
-        Ok(Some(Picture {
-            painted,
-            place,
+        let rendered = rendered?;
+        Ok(Some(ViewImage {
+            rendered,
+            viewpoint,
             revision: shown.world.revision,
             is_final: shown.complete
-                && shown.centre_m == place.position_m
+                && shown.centre_m == viewpoint.position_m
                 && shown.world.revision == newest
-                && glance.still,
+                && request.still,
         }))
     }
 
@@ -311,18 +317,18 @@ impl LiveForest {
     ///
     /// # Errors
     /// If the place is impossible.
-    pub fn config(&self, glance: &Glance, drive: bool) -> Result<String, Error> {
-        glance.check()?;
-        let mind = lock(&self.shared.mind);
+    pub fn config(&self, request: &ViewRequest, drive: bool) -> Result<String, Error> {
+        request.check()?;
+        let state = lock(&self.shared.state);
         // What is seen, not what may come.
-        let config = mind
+        let config = state
             .shown
             .as_ref()
-            .map_or(&mind.wanted, |s| &s.world.config);
+            .map_or(&state.wanted, |s| &s.world.config);
         let config = if drive {
-            drive_from(config, &glance.place)
+            drive_from(config, &request.viewpoint)
         } else {
-            this_view(config, &glance.place, glance.size_px)
+            this_view(config, &request.viewpoint, request.size_px)
         };
         Ok(config.to_toml())
     }
@@ -346,7 +352,7 @@ impl Drop for Waiting<'_> {
 
 impl Drop for LiveForest {
     fn drop(&mut self) {
-        lock(&self.shared.mind).stopping = true;
+        lock(&self.shared.state).stopping = true;
         self.shared.changed.notify_all();
     }
 }
@@ -360,19 +366,19 @@ fn grow(shared: &Shared) {
             Ok(Err(error)) => Some(error.to_string()),
             Err(_) => Some("growing failed: the program's own output has the reason".to_owned()),
         };
-        let mut mind = lock(&shared.mind);
-        mind.growing = None;
+        let mut state = lock(&shared.state);
+        state.growing = None;
         if let Some(error) = error {
-            mind.error = Some(error);
-            mind.failed = Some(task.revision);
+            state.error = Some(error);
+            state.failed = Some(task.revision);
             // The values are again those of what is seen.
-            if let Some(shown) = mind
+            if let Some(shown) = state
                 .shown
                 .clone()
-                .filter(|_| mind.revision == task.revision)
+                .filter(|_| state.revision == task.revision)
             {
-                mind.wanted = shown.world.config.clone();
-                mind.revision = shown.world.revision;
+                state.wanted = shown.world.config.clone();
+                state.revision = shown.world.revision;
             }
         }
     }

@@ -13,7 +13,7 @@ use nemoral_scene::glam::{DVec2, DVec3};
 use nemoral_scene::{ChunkCoord, MaterialLibrary, Ontology};
 
 use super::Shared;
-use super::known_shadows::KnownShadows;
+use super::shadow_cache::ShadowCache;
 use crate::Error;
 
 /// Distance that is kept from stems and rocks, metres.
@@ -42,7 +42,7 @@ pub(super) struct World {
 
 /// A world as far as it has grown.
 #[derive(Debug)]
-pub(super) struct Shown {
+pub(super) struct WorldSnapshot {
     pub(super) world: Arc<World>,
     pub(super) scene: Arc<FrameScene>,
     /// The place that the scene is around.
@@ -50,7 +50,7 @@ pub(super) struct Shown {
     /// Whether all is there that is visible from that place.
     pub(super) complete: bool,
     /// The shadows that drafts of it have found.
-    pub(super) shadows: KnownShadows,
+    pub(super) shadows: ShadowCache,
 }
 
 /// The config's classes.

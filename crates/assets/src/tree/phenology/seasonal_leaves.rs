@@ -3,14 +3,14 @@
 use nemoral_scene::ParamError;
 use serde::Deserialize;
 
-use super::{LATE_DAYS, LeafPhase, Phenology, logistic, settled};
+use super::{LATE_DAYS, Phenology, PhenologyState, logistic, settled};
 use crate::tree::look::LeafLook;
 use crate::tree::ranges::Ranges;
 
-/// A leaf at some time of the year, as in [`LeafLook`].
+/// The spectra of a leaf at some time of the year, as in [`LeafLook`].
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct LeafStage {
+pub struct LeafSpectra {
     /// Linear RGB reflectance, 0..=0.7.
     pub albedo: [f64; 3],
     /// Linear RGB transmittance, 0..=0.7.
@@ -22,20 +22,20 @@ pub struct LeafStage {
 }
 
 /// Leaves that have just unfolded, and leaves that begin to turn, of all species (PROSPECT-D).
-const YOUNG: LeafStage = LeafStage {
+const YOUNG: LeafSpectra = LeafSpectra {
     albedo: [0.117, 0.154, 0.032],
     transmittance: [0.141, 0.175, 0.0],
     nm905: [0.45, 0.52],
     nm1550: [0.26, 0.37],
 };
-const TURNING: LeafStage = LeafStage {
+const TURNING: LeafSpectra = LeafSpectra {
     albedo: [0.208, 0.185, 0.029],
     transmittance: [0.168, 0.138, 0.0],
     nm905: [0.49, 0.45],
     nm1550: [0.32, 0.33],
 };
 /// Dead leaves that have hung through the winter.
-const WINTERED: LeafStage = LeafStage {
+const WINTERED: LeafSpectra = LeafSpectra {
     albedo: [0.17, 0.102, 0.074],
     transmittance: [0.077, 0.03, 0.013],
     nm905: [0.5, 0.34],
@@ -49,7 +49,7 @@ const TURNING_DAYS: f64 = 4.0;
 /// A leaf withers so many days after it has turned.
 const WITHERING_AFTER_DAYS: f64 = 13.0;
 
-impl LeafStage {
+impl LeafSpectra {
     /// The leaves of summer.
     fn of(look: &LeafLook) -> Self {
         Self {
@@ -60,7 +60,7 @@ impl LeafStage {
         }
     }
 
-    /// On the way to another stage, by a share within 0..=1.
+    /// On the way to other spectra, by a share within 0..=1.
     fn towards(self, to: &Self, share: f64) -> Self {
         let share = share.clamp(0.0, 1.0);
         let mix = |a: f64, b: f64| a + (b - a) * share;
@@ -101,10 +101,10 @@ impl LeafStage {
 impl Phenology {
     /// A leaf of those that look like `own` in summer, which is `deviation` standard deviations
     /// later than most leaves of its tree.
-    fn leaf(&self, own: &LeafLook, phase: &LeafPhase, deviation: f64) -> LeafStage {
+    fn leaf(&self, own: &LeafLook, phase: &PhenologyState, deviation: f64) -> LeafSpectra {
         let days = phase.turned_days - LEAF_SD_DAYS * deviation;
         let turned = 2.0 * settled(logistic(days / TURNING_DAYS));
-        LeafStage::of(own)
+        LeafSpectra::of(own)
             .towards(&YOUNG, phase.young)
             .towards(&TURNING, turned.min(1.0))
             .towards(&self.turned, turned - 1.0)
@@ -121,7 +121,7 @@ fn withered(days: f64) -> f64 {
 /// The leaves of one kind of tree in their season: what its images are drawn by.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct SeasonalLeaves {
-    phase: LeafPhase,
+    phase: PhenologyState,
     phenology: Phenology,
     /// The leaves of summer.
     own: LeafLook,
@@ -144,7 +144,7 @@ impl SeasonalLeaves {
     pub(crate) const fn new(
         own: LeafLook,
         phenology: Phenology,
-        phase: LeafPhase,
+        phase: PhenologyState,
         silhouette_factor: f64,
     ) -> Self {
         Self {
@@ -171,12 +171,12 @@ impl SeasonalLeaves {
         if falls >= phase.kept || phase.grown == 0.0 {
             return None;
         }
-        let stage = self.phenology.leaf(&self.own, phase, deviation);
+        let spectra = self.phenology.leaf(&self.own, phase, deviation);
         let days = phase.turned_days - LEAF_SD_DAYS * deviation;
         Some(SeasonalLeaf {
             size: libm::sqrt(phase.grown) as f32,
             withered: withered(days) as f32,
-            albedo: self.look_of(&stage).albedo,
+            albedo: self.look_of(&spectra).albedo,
         })
     }
 
@@ -194,13 +194,13 @@ impl SeasonalLeaves {
         self.look_of(&mean)
     }
 
-    fn look_of(&self, stage: &LeafStage) -> LeafLook {
+    fn look_of(&self, spectra: &LeafSpectra) -> LeafLook {
         LeafLook {
-            albedo: stage.albedo,
+            albedo: spectra.albedo,
             glaucous: 0.0,
-            transmittance: stage.transmittance,
-            nm905: stage.nm905,
-            nm1550: stage.nm1550,
+            transmittance: spectra.transmittance,
+            nm905: spectra.nm905,
+            nm1550: spectra.nm1550,
             ..self.own
         }
         .in_shoot(self.silhouette_factor)
@@ -248,11 +248,11 @@ mod tests {
                 };
                 prop_assert!(leaf(day).is_some() || leaf(day + 1).is_none());
                 let phase = p.phase(&at(f64::from(day)), late, false);
-                let stage = p.leaf(&species.leaves, &phase, deviation);
-                for (r, t) in stage.albedo.into_iter().zip(stage.transmittance) {
+                let spectra = p.leaf(&species.leaves, &phase, deviation);
+                for (r, t) in spectra.albedo.into_iter().zip(spectra.transmittance) {
                     prop_assert!(r >= 0.0 && t >= 0.0 && r + t < 1.0);
                 }
-                for [r, t] in [stage.nm905, stage.nm1550] {
+                for [r, t] in [spectra.nm905, spectra.nm1550] {
                     prop_assert!(r + t <= 1.0);
                 }
             }

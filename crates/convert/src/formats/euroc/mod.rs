@@ -29,7 +29,7 @@ use crate::formats::coco::needs_cameras;
 use crate::formats::mcap::stamp_ns;
 use crate::formats::{refuse_times_beyond, refuse_times_that_do_not_rise};
 use crate::geometry::relative;
-use crate::{Error, Files, Format, FrameRef, Sequence, Sink, Source};
+use crate::{Error, Format, FrameRef, Sequence, Sink, Source, StepFiles};
 use calibration::Lens;
 
 /// The format.
@@ -77,7 +77,7 @@ impl Format for Euroc {
 fn cameras(
     sequence: &Sequence<'_>,
     frames: &[FrameRef<'_>],
-    files: &mut Files,
+    files: &mut StepFiles,
 ) -> Result<(), Error> {
     let number = sequence.number;
     let body = body_from_b(sequence);

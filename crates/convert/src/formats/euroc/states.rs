@@ -8,7 +8,7 @@ use nemoral_dataset::{Error as DatasetError, TrackRecord};
 use super::{calibration, stamp, stamp_of};
 use crate::formats::mcap::START_NS;
 use crate::formats::mcap::odometry::Motion;
-use crate::{Error, Files, FrameRef, Sequence, Source};
+use crate::{Error, FrameRef, Sequence, Source, StepFiles};
 
 const SAMPLES_HEADER: &str = "#timestamp [ns],w_RS_S_x [rad s^-1],w_RS_S_y [rad s^-1],\
 w_RS_S_z [rad s^-1],a_RS_S_x [m s^-2],a_RS_S_y [m s^-2],a_RS_S_z [m s^-2]\n";
@@ -25,7 +25,7 @@ pub(super) fn put(
     source: &Source,
     sequence: &Sequence<'_>,
     frames: &[FrameRef<'_>],
-    files: &mut Files,
+    files: &mut StepFiles,
 ) -> Result<(), Error> {
     let number = sequence.number;
     // Tables that are not those of a unit are refused.

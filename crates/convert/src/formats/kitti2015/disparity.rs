@@ -7,7 +7,7 @@ use png::{BitDepth, ColorType};
 
 use super::{Pair, Rig};
 use crate::geometry::relative;
-use crate::{Error, Files, FrameRef, Source, pictures};
+use crate::{Error, FrameRef, Source, StepFiles, png_encoding};
 
 /// How much nearer than a place the surface before it must be to hide it: metres, and a share of
 /// the depth. Depth is rounded, and that of a slanted surface changes within a pixel: smaller
@@ -37,7 +37,7 @@ pub(super) fn put(
     rig: &Rig,
     [first, next]: [&Depths; 2],
     flow: Option<&Image<Option<Flow>>>,
-    files: &mut Files,
+    files: &mut StepFiles,
 ) {
     let left = &pair.sequence.cameras[0];
     let pose = |frame: &FrameRef<'_>| frame.world_from_body() * left.body_from_camera;
@@ -57,7 +57,7 @@ pub(super) fn put(
             .collect();
         let (width, height) = (pixels.width(), pixels.height());
         let (grey, sixteen) = (ColorType::Grayscale, BitDepth::Sixteen);
-        let bytes = pictures::encode(width, height, grey, sixteen, None, &data);
+        let bytes = png_encoding::encode(width, height, grey, sixteen, None, &data);
         files.put(pair.path(folder, 10), bytes);
     }
 }

@@ -27,7 +27,7 @@ use nemoral_dataset::{FrameRecord, Manifest, SequenceSpec, Split, TrackRecord};
 use nemoral_scene::{Flow, Image};
 use png::{BitDepth, ColorType};
 
-use crate::{Error, Files, Format, FrameRef, Sequence, Sink, Source, pictures};
+use crate::{Error, Format, FrameRef, Sequence, Sink, Source, StepFiles, png_encoding};
 use disparity::Depths;
 use rig::Rig;
 
@@ -176,7 +176,7 @@ impl Pair<'_> {
 
     /// Writes all files. Those of the first frame are read before any of the next one, at which it
     /// counts as done.
-    fn put(&self, source: &Source, parts: &Parts, files: &mut Files) -> Result<(), Error> {
+    fn put(&self, source: &Source, parts: &Parts, files: &mut StepFiles) -> Result<(), Error> {
         let cameras = self.sequence.cameras;
         let rig = (parts.stereo.is_ok())
             .then(|| Rig::of(self.sequence.number, cameras).map_err(unsuitable))
@@ -205,7 +205,7 @@ impl Pair<'_> {
         time: u32,
         frame: &FrameRef<'_>,
         rig: Option<&Rig>,
-        files: &mut Files,
+        files: &mut StepFiles,
     ) -> Result<Option<Depths>, Error> {
         let left = source.picture_bytes(frame, 0)?;
         files.put(self.path("image_2", time), left);
@@ -267,5 +267,5 @@ fn encode_flow(flow: &Image<Option<Flow>>, keep: impl Fn(&Flow) -> bool) -> Vec<
         .flat_map(|f| samples(f).into_iter().flat_map(u16::to_be_bytes))
         .collect();
     let (rgb, sixteen) = (ColorType::Rgb, BitDepth::Sixteen);
-    pictures::encode(flow.width(), flow.height(), rgb, sixteen, None, &data)
+    png_encoding::encode(flow.width(), flow.height(), rgb, sixteen, None, &data)
 }

@@ -32,12 +32,12 @@ use nemoral_scene::{Ontology, RigidTransform};
 pub(crate) use self::file::{LazPoint, LazWriter, START_BYTES, STEP_M, is_own, place_m};
 pub(crate) use self::trees::TreeNumbers;
 use crate::labels::Labels;
-use crate::{Crs, Error, Format, Sink, Source, Table};
+use crate::{ClassMapping, Crs, Error, Format, Sink, Source};
 
 /// The format.
 #[derive(Debug)]
 pub(crate) struct Laz {
-    pub(crate) ontology: Option<Table>,
+    pub(crate) ontology: Option<ClassMapping>,
 }
 
 impl Laz {
@@ -45,7 +45,7 @@ impl Laz {
     pub(crate) fn labels(&self, own: &Ontology) -> Result<Labels, Error> {
         let table = match &self.ontology {
             Some(table) => table.clone(),
-            None => Table::load("asprs")?,
+            None => ClassMapping::load("asprs")?,
         };
         Labels::of(own, Some(&table))?.in_bytes()
     }

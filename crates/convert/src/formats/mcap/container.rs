@@ -5,7 +5,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::{Error, Stream};
+use crate::{Error, FileStream};
 
 const MAGIC: &[u8] = b"\x89MCAP0\r\n";
 const HEADER: u8 = 0x01;
@@ -39,7 +39,7 @@ pub(super) struct Message {
 
 /// A file that is being written.
 pub(super) struct Container<'a> {
-    out: &'a mut Stream,
+    out: &'a mut FileStream,
     schemas: Vec<(&'static str, String)>,
     channels: Vec<Channel>,
     /// Messages of each channel so far.
@@ -52,7 +52,7 @@ pub(super) struct Container<'a> {
 impl<'a> Container<'a> {
     /// Begins a file of these schemas (name and text) and channels.
     pub(super) fn begin(
-        out: &'a mut Stream,
+        out: &'a mut FileStream,
         schemas: Vec<(&'static str, String)>,
         channels: Vec<Channel>,
     ) -> Result<Self, Error> {
@@ -238,7 +238,7 @@ fn record(out: &mut Vec<u8>, code: u8, content: &[u8]) {
     out.extend_from_slice(content);
 }
 
-fn put_record(out: &mut Stream, code: u8, content: &[u8]) -> Result<(), Error> {
+fn put_record(out: &mut FileStream, code: u8, content: &[u8]) -> Result<(), Error> {
     out.put([code])?;
     out.put((content.len() as u64).to_le_bytes())?;
     out.put(content)

@@ -40,7 +40,7 @@ use nemoral_scene::{Image, Ontology, Twist};
 use crate::formats::{refuse_times_beyond, stereo};
 use crate::geometry::lens;
 use crate::labels::Labels;
-use crate::{Error, Format, FrameRef, Sequence, Sink, Source, Stream, Table};
+use crate::{ClassMapping, Error, FileStream, Format, FrameRef, Sequence, Sink, Source};
 use bag::Durability;
 use cdr::Cdr;
 use cloud::Timing;
@@ -62,7 +62,7 @@ const OF_CAMERA: usize = 5;
 /// The format.
 #[derive(Debug)]
 pub(crate) struct Mcap {
-    pub(crate) ontology: Option<Table>,
+    pub(crate) ontology: Option<ClassMapping>,
 }
 
 impl Mcap {
@@ -136,7 +136,7 @@ fn write_messages(
     source: &Source,
     sequence: &Sequence<'_>,
     labels: &Labels,
-    out: &mut Stream,
+    out: &mut FileStream,
 ) -> Result<(), Error> {
     let frames: Vec<_> = source.frames(sequence.number).collect();
     let times_ns: Vec<u64> = frames.iter().map(time_ns).collect();

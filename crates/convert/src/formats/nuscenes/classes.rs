@@ -5,7 +5,7 @@ use nemoral_scene::{ObjectKind, Ontology};
 
 use super::{VERSION, unsuitable};
 use crate::labels::Labels;
-use crate::{Error, Table};
+use crate::{ClassMapping, Error};
 
 /// A category.
 #[derive(Clone, Debug)]
@@ -27,7 +27,7 @@ pub(super) struct Classes {
 }
 
 impl Classes {
-    pub(super) fn of(own: &Ontology, table: Option<&Table>) -> Result<Self, Error> {
+    pub(super) fn of(own: &Ontology, table: Option<&ClassMapping>) -> Result<Self, Error> {
         let labels = Labels::of(own, table)?;
         if labels.classes.len() > 256 {
             return Err(unsuitable(format!(

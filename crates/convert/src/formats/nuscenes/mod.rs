@@ -33,7 +33,7 @@ use nemoral_scene::Distortion;
 
 use crate::formats::coco::needs_cameras;
 use crate::formats::{refuse_times_beyond, refuse_times_that_do_not_rise};
-use crate::{Error, Files, Format, FrameRef, Sink, Source, Table};
+use crate::{ClassMapping, Error, Format, FrameRef, Sink, Source, StepFiles};
 use classes::Classes;
 use scenes::{Scene, Tokens, scenes};
 
@@ -45,7 +45,7 @@ const LIDAR_TOP: &str = "LIDAR_TOP";
 /// The format.
 #[derive(Debug)]
 pub(crate) struct NuScenes {
-    pub(crate) ontology: Option<Table>,
+    pub(crate) ontology: Option<ClassMapping>,
 }
 
 fn unsuitable(reason: String) -> Error {
@@ -120,7 +120,7 @@ fn pictures(
     source: &Source,
     scene: &Scene<'_>,
     frame: &FrameRef<'_>,
-    files: &mut Files,
+    files: &mut StepFiles,
 ) -> Result<(), Error> {
     for sensor in scene.sensors.iter().filter(|s| s.is_camera()) {
         let picture = source.picture_bytes(frame, sensor.index)?;

@@ -10,7 +10,7 @@ use super::annotations::Annotation;
 use super::classes::kind_name;
 use super::scenes::{self, Scene, Tokens};
 use super::tables::Rows;
-use crate::{Error, Notes, Stream};
+use crate::{Error, FileStream, StepNotes};
 
 /// Where in a scene an object has boxes; frames are their places in it.
 struct Track {
@@ -24,8 +24,8 @@ struct Track {
 pub(super) fn instances(
     scenes: &[Scene<'_>],
     tokens: &Tokens,
-    notes: &Notes,
-    out: &mut Stream,
+    notes: &StepNotes,
+    out: &mut FileStream,
 ) -> Result<(), Error> {
     let mut rows = Rows::begin(out)?;
     for scene in scenes {
@@ -73,8 +73,8 @@ struct Pending {
 pub(super) fn annotations(
     scenes: &[Scene<'_>],
     tokens: &Tokens,
-    notes: &Notes,
-    out: &mut Stream,
+    notes: &StepNotes,
+    out: &mut FileStream,
 ) -> Result<(), Error> {
     let mut rows = Rows::begin(out)?;
     for scene in scenes {

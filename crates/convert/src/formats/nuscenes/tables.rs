@@ -13,7 +13,7 @@ use super::classes::{self, Classes};
 use super::objects::{annotations, instances};
 use super::scenes::{Scene, Tokens};
 use super::sensors::{Kind, Sensor};
-use crate::{Error, FrameRef, Sink, Source, Stream, pictures};
+use crate::{Error, FileStream, FrameRef, Sink, Source, png_encoding};
 
 /// Writes all of them, and the files that go with them.
 pub(super) fn write(
@@ -43,7 +43,7 @@ pub(super) fn write(
             files.put("lidarseg/colormap.json", colours(classes));
         }
         let (grey, eight) = (ColorType::Grayscale, BitDepth::Eight);
-        let black = pictures::encode(1, 1, grey, eight, None, &[0]);
+        let black = png_encoding::encode(1, 1, grey, eight, None, &[0]);
         files.put(map_file(tokens), black);
         Ok(String::new())
     })?;
@@ -73,12 +73,12 @@ pub(super) fn write(
 
 /// Records of a table that is being written, each on a line.
 pub(super) struct Rows<'a> {
-    out: &'a mut Stream,
+    out: &'a mut FileStream,
     is_empty: bool,
 }
 
 impl<'a> Rows<'a> {
-    pub(super) fn begin(out: &'a mut Stream) -> Result<Self, Error> {
+    pub(super) fn begin(out: &'a mut FileStream) -> Result<Self, Error> {
         out.put("[")?;
         let is_empty = true;
         Ok(Self { out, is_empty })
@@ -236,7 +236,7 @@ fn neighbours<T>(list: &[T], at: usize, token: impl Fn(&T) -> String) -> [String
     [before, list.get(at + 1)].map(|record| record.map_or_else(String::new, &token))
 }
 
-fn samples(scenes: &[Scene<'_>], tokens: &Tokens, out: &mut Stream) -> Result<(), Error> {
+fn samples(scenes: &[Scene<'_>], tokens: &Tokens, out: &mut FileStream) -> Result<(), Error> {
     let mut rows = Rows::begin(out)?;
     for scene in scenes {
         for (i, frame) in scene.frames.iter().enumerate() {
@@ -251,7 +251,7 @@ fn samples(scenes: &[Scene<'_>], tokens: &Tokens, out: &mut Stream) -> Result<()
 }
 
 /// One for a frame, as all sensors measure at its time.
-fn ego_poses(scenes: &[Scene<'_>], tokens: &Tokens, out: &mut Stream) -> Result<(), Error> {
+fn ego_poses(scenes: &[Scene<'_>], tokens: &Tokens, out: &mut FileStream) -> Result<(), Error> {
     let mut rows = Rows::begin(out)?;
     for scene in scenes {
         for frame in &scene.frames {
@@ -265,7 +265,7 @@ fn ego_poses(scenes: &[Scene<'_>], tokens: &Tokens, out: &mut Stream) -> Result<
     rows.end()
 }
 
-fn sample_data(scenes: &[Scene<'_>], tokens: &Tokens, out: &mut Stream) -> Result<(), Error> {
+fn sample_data(scenes: &[Scene<'_>], tokens: &Tokens, out: &mut FileStream) -> Result<(), Error> {
     let mut rows = Rows::begin(out)?;
     for scene in scenes {
         for (i, frame) in scene.frames.iter().enumerate() {
@@ -290,7 +290,7 @@ fn sample_data(scenes: &[Scene<'_>], tokens: &Tokens, out: &mut Stream) -> Resul
     rows.end()
 }
 
-fn lidarseg(scenes: &[Scene<'_>], tokens: &Tokens, out: &mut Stream) -> Result<(), Error> {
+fn lidarseg(scenes: &[Scene<'_>], tokens: &Tokens, out: &mut FileStream) -> Result<(), Error> {
     let mut rows = Rows::begin(out)?;
     for scene in scenes {
         let Some(sensor) = scene.top() else {

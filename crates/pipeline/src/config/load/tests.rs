@@ -7,7 +7,7 @@ fn load(preset: &str, file: &str, settings: &[&str]) -> Result<Config, Error> {
     let dir = tempfile::tempdir().expect("a temporary folder");
     let path = dir.path().join("c.toml");
     nemoral_files::write(&path, file.as_bytes()).expect("written");
-    Layers {
+    ConfigLayers {
         preset: (!preset.is_empty()).then(|| preset.to_owned()),
         file: Some(path),
         settings: settings.iter().map(|&s| s.to_owned()).collect(),
@@ -429,13 +429,13 @@ fn wrong_ranges_are_named() {
 }
 
 /// A config that names a table of pulses, in a folder with that table.
-fn with_table(dir: &std::path::Path, place: &str, path: &str) -> Layers {
+fn with_table(dir: &std::path::Path, place: &str, path: &str) -> ConfigLayers {
     let file = dir.join(place);
     let folder = nemoral_files::Folder::new(file.parent().expect("below the folder"));
     folder.create_root().expect("a folder");
     let config = format!("[lidar.table]\npath = \"{path}\"\n");
     nemoral_files::write(&file, config.as_bytes()).expect("written");
-    Layers {
+    ConfigLayers {
         preset: None,
         file: Some(file),
         settings: vec![],
@@ -546,7 +546,7 @@ fn stones_of_given_trails_count_among_the_things_of_a_chunk() {
 const STONE: &str = "v 0 0 0\nv 1 0 0\nv 0 0 -1\nv 0 0.5 0\nf 1 2 4\nf 2 3 4\nf 3 1 4\n";
 
 /// The stone with materials beside it, and a config with these tables of models.
-fn with_stone(tables: &str) -> (tempfile::TempDir, Layers) {
+fn with_stone(tables: &str) -> (tempfile::TempDir, ConfigLayers) {
     let dir = tempfile::tempdir().expect("a temporary folder");
     let write = |name: &str, text: &str| {
         nemoral_files::write(&dir.path().join(name), text.as_bytes()).expect("written");
@@ -560,7 +560,7 @@ fn with_stone(tables: &str) -> (tempfile::TempDir, Layers) {
     write("lost.obj", &format!("mtllib ../secret.mtl\n{STONE}"));
     write("gone.obj", &format!("mtllib gone.mtl\n{STONE}"));
     write("c.toml", tables);
-    let layers = Layers {
+    let layers = ConfigLayers {
         preset: None,
         file: Some(dir.path().join("c.toml")),
         settings: Vec::new(),
@@ -681,7 +681,7 @@ fn a_model_of_a_data_set_is_an_archive() {
     let load = |name: &str| {
         let config = format!("[models.x]\nfile = \"{name}\"\nkind = \"rock\"\n");
         put("config.toml", config.as_bytes());
-        let layers = Layers {
+        let layers = ConfigLayers {
             preset: None,
             file: Some(dir.path().join("config.toml")),
             settings: Vec::new(),

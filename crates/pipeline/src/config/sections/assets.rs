@@ -2,7 +2,7 @@
 
 use super::TEXT;
 use crate::config::InputPath;
-use crate::config::schema::Allowed::{File, Real, Whole};
+use crate::config::schema::AllowedValues::{File, Real, Whole};
 use crate::config::schema::section;
 
 section! {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::config::schema::Allowed::{Real, RealAbove, Whole};
+use crate::config::schema::AllowedValues::{Real, RealAbove, Whole};
 use crate::config::schema::{SectionSpec, section};
 
 section! {

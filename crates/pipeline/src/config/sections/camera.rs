@@ -4,7 +4,7 @@ use super::{
     CameraAberration, CameraLens, CameraOptics, CameraProcessing, CameraSoiling, CameraTone,
     CameraVignetting, CameraWhiteBalance,
 };
-use crate::config::schema::Allowed::{Flag, OneOf, Real, Whole};
+use crate::config::schema::AllowedValues::{Flag, OneOf, Real, Whole};
 use crate::config::schema::{SectionSpec, section};
 use crate::config::{ExposureMode, Look, MeteringMode};
 

@@ -1,6 +1,6 @@
 //! Keys of what sets one camera's pictures apart from another's: colour, lens and processing.
 
-use crate::config::schema::Allowed::{Flag, OneOf, Real, Whole};
+use crate::config::schema::AllowedValues::{Flag, OneOf, Real, Whole};
 use crate::config::schema::section;
 use crate::config::{ToneChoice, VignettingModel, WhiteBalanceMode};
 

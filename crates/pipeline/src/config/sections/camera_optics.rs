@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::config::schema::Allowed::Real;
+use crate::config::schema::AllowedValues::Real;
 use crate::config::schema::{encode_variants, section};
 
 /// The optics of a camera.

@@ -1,6 +1,6 @@
 //! Keys of what lies, grows and climbs between the trees and on them.
 
-use crate::config::schema::Allowed::{Flag, Real};
+use crate::config::schema::AllowedValues::{Flag, Real};
 use crate::config::schema::section;
 
 section! {

@@ -2,7 +2,7 @@
 
 use super::{DeerPath, Firebreak, Footpath, ForestRoad, SkidTrail, TrailKinds, TrailSection};
 use crate::config::choices::TRAIL_SURFACES;
-use crate::config::schema::Allowed::{Flag, OneOf, Real, RealAbove, Whole};
+use crate::config::schema::AllowedValues::{Flag, OneOf, Real, RealAbove, Whole};
 use crate::config::schema::section;
 use crate::config::{TerrainNoise, VARIED_SURFACES};
 

@@ -1,6 +1,6 @@
 //! Keys of the inertial measurement unit.
 
-use crate::config::schema::Allowed::{Flag, Real};
+use crate::config::schema::AllowedValues::{Flag, Real};
 use crate::config::schema::section;
 
 section! {

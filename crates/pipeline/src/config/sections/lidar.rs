@@ -2,7 +2,7 @@
 
 use super::{LidarMotor, LidarPattern};
 use crate::config::choices::{CUSTOM_DEVICE, DEVICES};
-use crate::config::schema::Allowed::{Cuboid, Flag, OneOf, Real, RealAbove, Whole};
+use crate::config::schema::AllowedValues::{Cuboid, Flag, OneOf, Real, RealAbove, Whole};
 use crate::config::schema::{SectionSpec, section};
 use crate::config::{LaconteSensor, RangeNoiseModel, ReturnMode};
 

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::DATA;
-use crate::config::schema::Allowed::{File, OneOf, Real, RealAbove, Whole};
+use crate::config::schema::AllowedValues::{File, OneOf, Real, RealAbove, Whole};
 use crate::config::schema::{encode_variants, section};
 use crate::config::{InputPath, MirrorKind, SpinningHead};
 

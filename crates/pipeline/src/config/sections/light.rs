@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::DATA;
 use crate::config::InputPath;
-use crate::config::schema::Allowed::{File, Flag, Real, Text, Triple, Whole};
+use crate::config::schema::AllowedValues::{File, Flag, Real, Text, Triple, Whole};
 use crate::config::schema::{SectionSpec, encode_variants, section};
 
 section! {

@@ -23,7 +23,7 @@ mod ways;
 use std::collections::BTreeMap;
 
 use crate::config::choices::{FORMATS, OntologyName};
-use crate::config::schema::Allowed::{Flag, OneOf, Real, SomeOf, Text, Whole};
+use crate::config::schema::AllowedValues::{Flag, OneOf, Real, SomeOf, Text, Whole};
 use crate::config::schema::{SectionSpec, section};
 
 use self::balance::TARGETS;

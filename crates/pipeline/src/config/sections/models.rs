@@ -2,7 +2,7 @@
 
 use nemoral_import::MAX_MODEL_BYTES;
 
-use crate::config::schema::Allowed::{Model as ModelFile, OneOf, Real, Text, Whole};
+use crate::config::schema::AllowedValues::{Model as ModelFile, OneOf, Real, Text, Whole};
 use crate::config::schema::{SectionSpec, section};
 use crate::config::{InputPath, ModelKind};
 

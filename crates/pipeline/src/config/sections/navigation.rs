@@ -1,6 +1,6 @@
 //! Keys of the navigation system.
 
-use crate::config::schema::Allowed::{Flag, Real, Triple};
+use crate::config::schema::AllowedValues::{Flag, Real, Triple};
 use crate::config::schema::section;
 
 section! {

@@ -1,6 +1,6 @@
 //! Keys of where rocks, trees, stumps and shrubs stand.
 
-use crate::config::schema::Allowed::{Real, RealAbove, Whole};
+use crate::config::schema::AllowedValues::{Real, RealAbove, Whole};
 use crate::config::schema::section;
 
 section! {

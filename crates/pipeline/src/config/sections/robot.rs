@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::{DATA, PathTrail};
-use crate::config::schema::Allowed::{File, Flag, OneOf, Real, RealAbove, Whole};
+use crate::config::schema::AllowedValues::{File, Flag, OneOf, Real, RealAbove, Whole};
 use crate::config::schema::{encode_variants, section};
 use crate::config::{FlightFollow, InputPath, PathFormat};
 

@@ -2,7 +2,7 @@
 
 use super::{DATA, LINES, STEMS, TEXT};
 use crate::config::InputPath;
-use crate::config::schema::Allowed::{File, Real, Text, Whole};
+use crate::config::schema::AllowedValues::{File, Real, Text, Whole};
 use crate::config::schema::section;
 
 section! {

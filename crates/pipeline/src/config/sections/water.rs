@@ -1,6 +1,6 @@
 //! Keys of streams, ponds and puddles.
 
-use crate::config::schema::Allowed::Real;
+use crate::config::schema::AllowedValues::Real;
 use crate::config::schema::section;
 
 section! {

@@ -1,6 +1,6 @@
 //! The kinds of way that trails are.
 
-use crate::config::schema::Allowed::{OneOf, Real, Text};
+use crate::config::schema::AllowedValues::{OneOf, Real, Text};
 use crate::config::schema::section;
 
 /// The word of `robot.trail.way` for any kind.

@@ -11,9 +11,9 @@ use toml::Value;
 use super::Sequences;
 use crate::Error;
 use crate::config::dotted_keys::{most_bytes, value_at};
-use crate::config::errors::{ConfigError, ConfigErrors, Place};
+use crate::config::errors::{ConfigError, ConfigErrors, ErrorLocation};
+use crate::config::quotations::shown;
 use crate::config::source::Source;
-use crate::config::words::shown;
 
 /// A key by which worlds have something in common if they have the same value of it.
 struct SharingKey {
@@ -66,7 +66,7 @@ impl Sequences {
         let mut identities: BTreeMap<String, String> = BTreeMap::new();
         for (number, &split) in self.splits.iter().enumerate() {
             let found = self.value_of(key.path, number as u32);
-            let Some((value, place)) = found.filter(|(value, _)| !is_none(value)) else {
+            let Some((value, location)) = found.filter(|(value, _)| !is_none(value)) else {
                 continue;
             };
             let identity = identities
@@ -88,7 +88,7 @@ impl Sequences {
                 return Some(ConfigError {
                     path: (*path).to_owned(),
                     message,
-                    place: place(),
+                    location: location(),
                 });
             }
         }
@@ -101,7 +101,7 @@ impl Sequences {
         &'a self,
         path: &'static str,
         sequence: u32,
-    ) -> Option<(Value, impl Fn() -> Option<Place> + 'a)> {
+    ) -> Option<(Value, impl Fn() -> Option<ErrorLocation> + 'a)> {
         let of_source = |(number, source): (usize, &'a Source)| {
             let drawn = (self.variations.iter().rev())
                 .filter(|v| v.source() == number)
@@ -113,11 +113,11 @@ impl Sequences {
         // What a source draws is over what it sets, and a later source is over both.
         let (value, is_drawn, source) =
             self.sources.iter().enumerate().rev().find_map(of_source)?;
-        let place = move || match is_drawn {
-            true => source.place_of_drawn(path),
-            false => source.place_of(path),
+        let location = move || match is_drawn {
+            true => source.location_of_drawn(path),
+            false => source.location_of(path),
         };
-        Some((value, place))
+        Some((value, location))
     }
 }
 

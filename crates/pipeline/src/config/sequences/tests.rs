@@ -1,7 +1,7 @@
 use std::collections::BTreeSet;
 
 use super::*;
-use crate::config::Layers;
+use crate::config::ConfigLayers;
 
 /// The sequences of a file.
 fn of(text: &str) -> Result<Sequences, Error> {
@@ -162,7 +162,7 @@ fn what_different_splits_would_share_is_refused() {
         all(&format!("{one_each}[vary]\nsite.stems.path = {stems:?}")).len(),
         2
     );
-    let layers = Layers {
+    let layers = ConfigLayers {
         preset: None,
         file: None,
         settings: [
@@ -177,7 +177,7 @@ fn what_different_splits_would_share_is_refused() {
     let refused = layers.sequences().expect_err("a fixed seed").to_string();
     assert!(refused.contains("--set assets.seed=4"), "{refused}");
     let over = [layers.settings.clone(), vec!["assets.seed=0".to_owned()]].concat();
-    let over = Layers {
+    let over = ConfigLayers {
         settings: over,
         ..layers
     };
@@ -258,7 +258,7 @@ fn a_sequence_and_the_whole_request_can_be_made_again_from_their_toml() {
         assert_eq!(alone, a.config);
     }
     // An argument names the preset, and a setting overrides a draw.
-    let layers = Layers {
+    let layers = ConfigLayers {
         preset: Some("oak-mixed".to_owned()),
         file: None,
         settings: vec![

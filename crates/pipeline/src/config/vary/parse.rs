@@ -6,9 +6,9 @@ use super::{Draw, Member};
 use crate::config::Preset;
 use crate::config::dotted_keys::{join, section, value_at};
 use crate::config::errors::{ConfigError, ConfigErrors};
-use crate::config::schema::Allowed;
+use crate::config::quotations::{cut, shown};
+use crate::config::schema::AllowedValues;
 use crate::config::source::Source;
-use crate::config::words::{cut, shown};
 
 /// Keys that are the same in all sequences.
 const FIXED: [&str; 3] = ["seed", "sequences", "frames"];
@@ -33,7 +33,7 @@ pub(super) fn table(
         match draw.and_then(|draw| twice(&path, &draw, &draws).map_or(Ok(draw), Err)) {
             Ok(draw) => draws.push((path, draw)),
             Err(message) => errors.add(|| ConfigError {
-                place: source.place_of_drawn(&path),
+                location: source.location_of_drawn(&path),
                 message: format!("{name}.\"{}\"{message}", cut(&path)),
                 path: join(name, &path),
             }),
@@ -73,9 +73,9 @@ fn is_fixed(path: &str) -> bool {
 }
 
 /// What values a key may have; `None` if there is no such key.
-fn allowed(path: &str) -> Option<Allowed> {
+fn allowed(path: &str) -> Option<AllowedValues> {
     if path == "preset" {
-        return Some(Allowed::OneOf(Preset::NAMES));
+        return Some(AllowedValues::OneOf(Preset::NAMES));
     }
     let (table, key) = path.rsplit_once('.').unwrap_or(("", path));
     section(table)?.allowed(key)
@@ -97,7 +97,7 @@ fn draw(path: &str, value: &Value, source: &Source) -> Result<Draw, String> {
     }
     let is_number = matches!(
         allowed,
-        Allowed::Real(..) | Allowed::RealAbove(..) | Allowed::Whole(..)
+        AllowedValues::Real(..) | AllowedValues::RealAbove(..) | AllowedValues::Whole(..)
     );
     if is_number {
         range(value, &allowed)
@@ -107,7 +107,7 @@ fn draw(path: &str, value: &Value, source: &Source) -> Result<Draw, String> {
 }
 
 /// `[least, most]`.
-fn range(value: &Value, allowed: &Allowed) -> Result<Draw, String> {
+fn range(value: &Value, allowed: &AllowedValues) -> Result<Draw, String> {
     let as_number = |v: &Value| match v {
         Value::Integer(i) => Some(*i as f64),
         Value::Float(f) => Some(*f),
@@ -119,7 +119,7 @@ fn range(value: &Value, allowed: &Allowed) -> Result<Draw, String> {
         && let (Some(low), Some(high)) = (as_number(low), as_number(high))
         && low <= high
     {
-        let whole = matches!(allowed, Allowed::Whole(..));
+        let whole = matches!(allowed, AllowedValues::Whole(..));
         return Ok(Draw::Number { low, high, whole });
     }
     Err(format!(
@@ -130,14 +130,14 @@ fn range(value: &Value, allowed: &Allowed) -> Result<Draw, String> {
 }
 
 /// `[a, b, …]` or `{ a = weight, b = weight, … }`.
-fn choice(value: &Value, allowed: &Allowed) -> Result<Draw, String> {
+fn choice(value: &Value, allowed: &AllowedValues) -> Result<Draw, String> {
     let values: Option<Vec<(f64, Value)>> = match value {
         Value::Array(values) => Some(values.iter().map(|v| (1.0, v.clone())).collect()),
         Value::Table(weights) => (weights.iter())
             .map(|(word, weight)| {
                 let word = match (allowed, word.as_str()) {
-                    (Allowed::Flag, "true") => Value::Boolean(true),
-                    (Allowed::Flag, "false") => Value::Boolean(false),
+                    (AllowedValues::Flag, "true") => Value::Boolean(true),
+                    (AllowedValues::Flag, "false") => Value::Boolean(false),
                     (_, word) => Value::from(word),
                 };
                 Some((weight_of(weight)?, word))

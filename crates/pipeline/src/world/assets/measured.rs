@@ -2,7 +2,7 @@
 
 use nemoral_stand::MeasuredSize;
 
-use super::Standing;
+use super::StandingTree;
 use crate::site::{MeasuredStem, MeasuredStems, ModelStem};
 use crate::world::models::WorldModels;
 
@@ -21,7 +21,7 @@ pub(crate) struct MeasuredObject {
 pub(super) fn objects_of(
     measured: &MeasuredStems,
     first: [usize; 2],
-    standing: &[Standing],
+    standing: &[StandingTree],
 ) -> Vec<MeasuredObject> {
     let mut next = first;
     let place = |alive: bool| usize::from(!alive);
@@ -37,7 +37,7 @@ pub(super) fn objects_of(
         let tree = &standing[asset].tree;
         let along = stem.height_m / tree.size.height_m;
         // The shape's stem where the copy's breast height is.
-        let across = stem.dbh_m / tree.stem.breast_diameter_m(along);
+        let across = stem.dbh_m / tree.stem.dbh_m(along);
         MeasuredObject {
             asset,
             size: MeasuredSize {
@@ -57,7 +57,7 @@ pub(super) fn objects_of(
 pub(super) fn copy_of(
     stem: &ModelStem,
     models: &WorldModels,
-    standing: &[Standing],
+    standing: &[StandingTree],
 ) -> Result<MeasuredObject, String> {
     let mut trees = models.trees();
     let (name, asset) = trees.nth(stem.model).ok_or("the model is not there")?;

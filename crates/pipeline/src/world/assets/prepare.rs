@@ -10,10 +10,10 @@ use nemoral_seed::{Domain, Key};
 use rayon::prelude::*;
 
 use super::measured::{copy_of, objects_of};
-use super::{ClimberShapes, LyingSnow, Standing, WorldAssets};
+use super::{ClimberShapes, LyingSnow, StandingTree, WorldAssets};
 use crate::Error;
+use crate::world::library_recipe::LibraryRecipe;
 use crate::world::models::ModelRecipe;
-use crate::world::recipe::Recipe;
 use crate::world::water::WaterMaterials;
 
 const SNOW: Domain = Domain::new("pipeline.snow");
@@ -23,7 +23,7 @@ impl WorldAssets {
     /// ray casting.
     pub(crate) fn new(
         library: Arc<Library>,
-        recipe: &Recipe,
+        recipe: &LibraryRecipe,
         models: &ModelRecipe,
         key: Key,
     ) -> Result<Self, Error> {
@@ -90,7 +90,7 @@ impl WorldAssets {
                 (snags, params.snags_per_species)
             };
             let blas = Arc::new(Blas::build(Arc::clone(&tree.prototype), &library.materials));
-            Standing {
+            StandingTree {
                 tree: tree.clone(),
                 in_full_leaf: in_full_leaf(&blas, bare),
                 blas,
@@ -108,7 +108,7 @@ impl WorldAssets {
         let mut all = grown(&library.trees, of_stand[0]);
         all.extend(grown(&library.snags, of_stand[1]));
         all.extend(grown(&library.saplings, usize::MAX));
-        let mut standing: Vec<Standing> = (all.par_iter().zip(&without_snow))
+        let mut standing: Vec<StandingTree> = (all.par_iter().zip(&without_snow))
             .map(|((tree, is_measured), bare)| standing((tree, *is_measured), bare))
             .collect();
         let first_sapling = library.trees.len() + library.snags.len();

@@ -101,8 +101,9 @@ impl WorldAssets {
         let size = tree.size_of_copy(stretch);
         let [dbh_m, height_m] = measured_m.unwrap_or([size.dbh_m, size.height_m]);
         let growth = across * across * along;
-        let merchantable_m3 =
-            |wood: &WoodVolume| growth * wood.of_at_least_m3(WoodVolume::MERCHANTABLE_M / across);
+        let merchantable_m3 = |wood: &WoodVolume| {
+            growth * wood.volume_above_diameter_m3(WoodVolume::MERCHANTABLE_M / across)
+        };
         Some(TreeRecord {
             object: object.object,
             species: tree.species.clone(),

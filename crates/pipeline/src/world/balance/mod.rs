@@ -12,7 +12,7 @@ mod weights;
 use nemoral_scene::glam::{DVec2, DVec3};
 use nemoral_scene::{ChunkCoord, MaterialLibrary, RigidTransform, Surface};
 use nemoral_seed::{Domain, Key};
-use nemoral_trajectory::{Beside, Heading, Stance};
+use nemoral_trajectory::{PathPose, Pose2d, PoseSampler};
 use rayon::prelude::*;
 
 use self::probe::{PROBE_M, Probe, RAYS, TargetTable};
@@ -60,7 +60,7 @@ pub struct BalanceChoice {
     /// The number of the candidate; `None` if none was fit, and the place is the path's.
     pub candidate: Option<u32>,
     /// Place on the map, metres, and direction.
-    pub heading: Heading,
+    pub pose_2d: Pose2d,
     /// The body's pose at the frame's time.
     pub world_from_body: RigidTransform,
     /// The share of each target, in order of their names.
@@ -70,7 +70,7 @@ pub struct BalanceChoice {
 /// A candidate that a body can stand at.
 struct Candidate {
     number: u32,
-    heading: Heading,
+    pose_2d: Pose2d,
     world_from_body: RigidTransform,
 }
 
@@ -126,7 +126,7 @@ impl BalanceRecipe {
         land: Land<'_>,
         world: Key,
     ) -> Result<BalanceChoice, Error> {
-        let on_path = trajectory.heading(frame, 0.0, land.surroundings)?;
+        let on_path = trajectory.pose_2d(frame, 0.0, land.surroundings)?;
         let looker = self.looker(&assets.library.materials, lidars)?;
         let scene = looker.scene(on_path, land)?;
         let key = world.domain(PLACES).item(frame);
@@ -142,17 +142,17 @@ impl BalanceRecipe {
             let (candidate, shares) = viewed.swap_remove(taken);
             return Ok(BalanceChoice {
                 candidate: Some(candidate.number),
-                heading: candidate.heading,
+                pose_2d: candidate.pose_2d,
                 world_from_body: candidate.world_from_body,
                 shares,
             });
         }
         // No candidate is fit: the frame is the path's own.
-        let world_from_body = trajectory.stand(on_path, land.surroundings)?;
+        let world_from_body = trajectory.pose_on_ground(on_path, land.surroundings)?;
         let shares = looker.shares(&scene, &world_from_body);
         Ok(BalanceChoice {
             candidate: None,
-            heading: on_path,
+            pose_2d: on_path,
             world_from_body,
             shares: shares.unwrap_or_else(|| vec![0.0; goals.len()]),
         })
@@ -160,13 +160,13 @@ impl BalanceRecipe {
 
     fn looker(&self, materials: &MaterialLibrary, lidars: &[LidarRig]) -> Result<Looker, Error> {
         let targets = self.targets();
-        let beside = Beside {
+        let sampler = PoseSampler {
             reach_m: self.balance.reach_m,
             turn_rad: self.balance.turn_deg.to_radians(),
             clearance_m: self.clearance_m,
         };
         let seen_m = PROBE_M.min(self.reach.visible_radius_m);
-        let near = |radius_m: f64| radius_m.min(PROBE_M) + beside.reach_m;
+        let near = |radius_m: f64| radius_m.min(PROBE_M) + sampler.reach_m;
         Ok(Looker {
             probe: Probe::new(&self.sensors, lidars)?,
             table: TargetTable::new(&targets, self.balance.near_m, materials),
@@ -178,7 +178,7 @@ impl BalanceRecipe {
                 litter_radius_m: self.reach.litter_radius_m.map(near),
                 ..self.reach
             },
-            beside,
+            sampler,
             candidates: self.balance.candidates,
         })
     }
@@ -190,13 +190,13 @@ struct Looker {
     table: TargetTable,
     seen_m: f64,
     reach: VisibleReach,
-    beside: Beside,
+    sampler: PoseSampler,
     candidates: u32,
 }
 
 impl Looker {
     /// What rays from around a place on the path may meet.
-    fn scene(&self, (place_m, _): Heading, land: Land<'_>) -> Result<FrameScene, Error> {
+    fn scene(&self, (place_m, _): Pose2d, land: Land<'_>) -> Result<FrameScene, Error> {
         let around = ChunkCoord::containing(place_m, self.reach.chunk_size_m);
         FrameScene::gather(&self.reach, (around, place_m), None, land.geometry, None)
     }
@@ -204,25 +204,25 @@ impl Looker {
     /// The candidates about a place on the path that a body can stand at.
     fn candidates(
         &self,
-        on_path: Heading,
+        on_path: Pose2d,
         trajectory: &RobotTrajectory,
         land: Land<'_>,
         key: Key,
     ) -> Result<Vec<Candidate>, Error> {
-        let near_m = self.beside.obstacles_m();
+        let near_m = self.sampler.obstacles_m();
         let obstacles = trajectory.obstacles(on_path.0, near_m, land.surroundings)?;
         let mut stands = Vec::new();
         for number in 0..self.candidates {
             let key = key.item(u64::from(number));
-            let Some(heading) = self.beside.draw(on_path, &obstacles, key) else {
+            let Some(pose_2d) = self.sampler.draw(on_path, &obstacles, key) else {
                 continue;
             };
-            let world_from_body = trajectory.stand(heading, land.surroundings)?;
+            let world_from_body = trajectory.pose_on_ground(pose_2d, land.surroundings)?;
             let up = world_from_body.transform_vector(DVec3::Z);
             if up.z >= STEEPEST {
                 stands.push(Candidate {
                     number,
-                    heading,
+                    pose_2d,
                     world_from_body,
                 });
             }
@@ -247,9 +247,9 @@ impl Looker {
     }
 }
 
-/// The stance of a body that has driven straight on from a place.
-fn straight_on((place_m, forward): Heading, distance_m: f64) -> Stance {
-    Stance::OnWheels {
+/// The path pose of a body that has driven straight on from a place.
+fn straight_on((place_m, forward): Pose2d, distance_m: f64) -> PathPose {
+    PathPose::OnWheels {
         position_m: place_m + forward * distance_m,
         forward,
     }
@@ -257,50 +257,50 @@ fn straight_on((place_m, forward): Heading, distance_m: f64) -> Stance {
 
 impl RobotTrajectory {
     /// The pose of a body that stands somewhere on its wheels.
-    pub(crate) fn stand(
+    pub(crate) fn pose_on_ground(
         &self,
-        heading: Heading,
+        pose_2d: Pose2d,
         surroundings: Surroundings<'_>,
     ) -> Result<RigidTransform, Error> {
-        self.drive_on(heading, 0.0, surroundings)
+        self.drive_on(pose_2d, 0.0, surroundings)
     }
 
     /// The pose of a body that drives straight on from there, `offset_s` later.
     pub(crate) fn drive_on(
         &self,
-        heading: Heading,
+        pose_2d: Pose2d,
         offset_s: f64,
         surroundings: Surroundings<'_>,
     ) -> Result<RigidTransform, Error> {
-        let stance = straight_on(heading, self.trajectory.pace.speed_m_s * offset_s);
-        let place_m = stance.ground_m().unwrap_or(heading.0);
+        let path_pose = straight_on(pose_2d, self.trajectory.pace.speed_m_s * offset_s);
+        let place_m = path_pose.ground_m().unwrap_or(pose_2d.0);
         let chunk = ChunkCoord::containing(place_m, self.chunk_size_m);
         let ground = surroundings.ground.at(chunk)?;
-        Ok(stance.pose(&self.trajectory.body, &*ground as &dyn Surface))
+        Ok(path_pose.pose(&self.trajectory.body, &*ground as &dyn Surface))
     }
 
     /// Place and direction on the path, `offset_s` after a frame.
-    fn heading(
+    fn pose_2d(
         &self,
         frame: u64,
         offset_s: f64,
         surroundings: Surroundings<'_>,
-    ) -> Result<Heading, Error> {
-        match self.stance(frame, offset_s, surroundings)? {
-            Stance::OnWheels {
+    ) -> Result<Pose2d, Error> {
+        match self.path_pose(frame, offset_s, surroundings)? {
+            PathPose::OnWheels {
                 position_m,
                 forward,
             }
-            | Stance::OnFoot {
+            | PathPose::OnFoot {
                 position_m,
                 forward,
                 ..
             }
-            | Stance::Level {
+            | PathPose::Level {
                 position_m,
                 forward,
             } => Ok((position_m, forward.normalize_or(DVec2::X))),
-            Stance::Free(pose) => {
+            PathPose::Free(pose) => {
                 let forward = pose.transform_vector(DVec3::X);
                 let forward = forward.truncate().normalize_or(DVec2::X);
                 Ok((pose.translation_m.truncate(), forward))

@@ -39,7 +39,7 @@ impl BalanceRecipe {
         let mut shares: Vec<Vec<Vec<f64>>> = Vec::new();
         for place in 0..places {
             let after_s = f64::from(place) * STEP_M / trajectory.trajectory.pace.speed_m_s;
-            let on_path = trajectory.heading(0, after_s, land.surroundings)?;
+            let on_path = trajectory.pose_2d(0, after_s, land.surroundings)?;
             let scene = looker.scene(on_path, land)?;
             for group in (place..groups).step_by(places as usize) {
                 let key = world.domain(PILOT).item(u64::from(group));
