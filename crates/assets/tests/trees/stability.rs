@@ -62,15 +62,15 @@ fn value_stability() {
 
 const INDIVIDUALS: &str = "0.138010800348 0.475840711052";
 const FINGERPRINTS: [&str; 9] = [
-    "bed71d8174f660e4",
+    "188bee3c8333039a",
     "9f1f6a886617615c",
     "0d8018a15199e9be",
-    "7205c5a7440a107b",
-    "1dcf7961d0b3cca5",
+    "c9ba36c7dd88cce6",
+    "0a76b9d635058f7b",
     "79ccf7587bc4f82c",
     "43fa6b898b23166d",
     "04e62ca3895572b5",
-    "95fa4d4905eac073",
+    "632ab9fc8e8b30b3",
 ];
 const SIZE: &str = "18.755967525 4.727007432 233.612933315";
 const DBH: &str = "0.128658733404";

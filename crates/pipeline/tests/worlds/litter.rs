@@ -404,6 +404,6 @@ fn value_stability() {
     );
     let place = DVec2::new(26.282_571_997_974_13, 3.319_940_887_018_889);
     assert_eq!(patch.at.position_m, place);
-    assert_eq!(patch.depth, 0.241_905_654_805_203_18);
+    assert_eq!(patch.depth, 0.241_909_924_929_421_9);
     assert_eq!(patch.plane.height_m, 15.447_425_842_285_156);
 }
