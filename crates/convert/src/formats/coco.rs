@@ -406,9 +406,9 @@ mod tests {
     #[test]
     fn the_greatest_class_is_a_category_of_its_own() {
         let table = "name = \"x\"\nsource = \"s\"\nrest = \"a\"\n[[class]]\nid = 65535\n\
-                     name = \"a\"\ncolour = [0, 0, 0]\nfrom = []\n";
+                     name = \"a\"\ncolour = [0, 0, 0]\nfrom = [\"Trunks\"]\n";
         let table = ClassMapping::parse("x", table).expect("valid");
-        let labels = Labels::of(&Ontology::semantics(), Some(&table)).expect("it fits");
+        let labels = Labels::of(&Ontology::paper(), Some(&table)).expect("it fits");
         let things = BTreeSet::new();
         assert_eq!(classes_json(&labels, &things)[0]["id"], 65_536);
         let segment = Segment {

@@ -171,7 +171,7 @@ impl Precipitation {
                 let corner = cube.as_dvec3() + to_scene;
                 let at = corner + DVec3::from_array([0; 3].map(|_| rng.unit_f64()));
                 let diameter_m = bin.diameter_m(rng.unit_f64());
-                bin.streak(view, at, fall, diameter_m, reach_m)
+                bin.streak(view, at, fall, diameter_m, (reach_m, widest_rad))
             })
         });
         streaks.collect()
@@ -225,7 +225,7 @@ mod tests {
     #[test]
     fn particles_cover_their_share_of_the_picture() {
         // A near flake covers as much as a thousandth of a picture, and there are few.
-        const MOMENTS: u32 = 100;
+        const MOMENTS: u32 = 500;
         let pinhole = view(DVec3::new(20.0, 30.0, 1.5));
         let (k1, k2, k3, k4) = (0.0, 0.0, 0.0, 0.0);
         let lens = Distortion::Fisheye { k1, k2, k3, k4 };

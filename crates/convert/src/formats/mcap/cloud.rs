@@ -125,8 +125,8 @@ fn count(points: usize, name: &str, [sequence, frame]: [u64; 2]) -> Result<u32, 
         _ => Err(Error::Unsuitable {
             format: "mcap",
             reason: format!(
-                "LiDAR '{name}' has {points} points in frame {frame} of sequence {sequence:02}: must \
-                 be at most {most}, as messages are at most 4 GiB"
+                "LiDAR '{name}' has {points} points in frame {frame} of sequence {sequence:02}: \
+                 must be at most {most}, as messages are at most 4 GiB"
             ),
         }),
     }

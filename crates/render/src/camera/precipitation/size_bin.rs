@@ -13,6 +13,8 @@ pub(super) const NEAREST_M: f64 = 0.2;
 const APERTURE_M: f64 = 0.002;
 /// The exposure of a picture of an instant, seconds.
 const INSTANT_S: f64 = 0.005;
+/// The greatest angle from the axis of a narrow lens at which particles are drawn.
+const GRAZING_RAD: f64 = 1.5;
 
 /// Particles that fall equally fast.
 pub(super) struct SizeBin {
@@ -46,25 +48,35 @@ impl SizeBin {
         -libm::log(least + share * (most - least)) / slope
     }
 
-    /// The streak of a particle that is at a place in the scene at the picture's time.
+    /// The streak of a particle that is at a place in the scene at the picture's time; none if it
+    /// is too near, farther than the reach, or too far beside the picture, all of which is within
+    /// an angle of the axis.
     pub(super) fn streak(
         &self,
         view: &View,
         at: DVec3,
         fall: DVec3,
         diameter_m: f64,
-        reach_m: f64,
+        (reach_m, widest_rad): (f64, f64),
     ) -> Option<Streak> {
         let k = &view.intrinsics;
         let in_camera = view.scene_from_camera.inverse().transform_point(at);
-        if !(NEAREST_M..reach_m).contains(&in_camera.length()) {
+        let distance_m = in_camera.length();
+        if !(NEAREST_M..reach_m).contains(&distance_m) {
             return None;
         }
-        let middle_px = k.project(in_camera)?;
         let exposure_s = match view.shutter.exposure_s {
             0.0 => INSTANT_S,
             exposure_s => exposure_s,
         };
+        // What is beside the picture and does not come into it. Beside a pinhole the plane of the
+        // picture is without end, and so is what is close to the plane of the pinhole.
+        let around_m = diameter_m + APERTURE_M + fall.length() * exposure_s;
+        let farthest_rad = (widest_rad + around_m / distance_m).min(widest_rad.max(GRAZING_RAD));
+        if libm::acos((in_camera.z / distance_m).clamp(-1.0, 1.0)) > farthest_rad {
+            return None;
+        }
+        let middle_px = k.project(in_camera)?;
         let row_s = view.shutter.row_time_s(middle_px.y, k.height);
         let pixel_at = |offset_s: f64| {
             let then = at - fall * (row_s + offset_s);
