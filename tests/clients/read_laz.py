@@ -49,7 +49,11 @@ def main(dataset, out):
             body_from_lidar = mount(lidar["body_from_lidar"])
             off = compare(las, scan, sequence, frame["time_s"], i, body @ body_from_lidar)
             worst = max(worst, off)
-            left = np.stack([scan[a].astype(float) for a in "xyz"], 1) @ body_from_lidar[1, :3]
+            # The level direction to the left of where the body heads, in the LiDAR's axes.
+            ahead = body[:2, 0] / np.hypot(*body[:2, 0])
+            level_left = np.array([-ahead[1], ahead[0], 0.0])
+            to_left = level_left @ (body @ body_from_lidar)[:3, :3]
+            left = np.stack([scan[a].astype(float) for a in "xyz"], 1) @ to_left
             angle = np.asarray(las.scan_angle)
             clear = (abs(left) > 1e-3) & (angle != 0)
             assert ((angle < 0) == (left > 0))[clear].all()
