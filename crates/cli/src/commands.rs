@@ -10,6 +10,7 @@ use nemoral_convert::{
     laz_note,
 };
 use nemoral_dataset::{CloudFormat, CloudParams, CloudPoses, MergeParams, OpenMode};
+use nemoral_export::check_apart;
 use nemoral_pipeline::config::{
     Preset, SequenceConfig, Sequences, SiteFiles, annotated_toml, json_schema, reference_page,
 };
@@ -337,6 +338,8 @@ fn run_generate(
 fn run_preview(a: &Preview, program: Option<&Path>) -> Result<bool, Failure> {
     check_png_name(&a.out)?;
     let SequenceConfig { config, inputs, .. } = load(&a.world)?.get(a.sequence)?;
+    let asked = a.world.config.iter().map(|path| &**path);
+    check_apart(&a.out, &asked.chain(inputs.paths()).collect::<Vec<_>>())?;
     let (backend, of_backend) = Backend::for_config(a.backend.into(), &config)?;
     let (cache, no_cache) = cache(&a.cache_args, program);
     let threads = threads(&a.world)?;

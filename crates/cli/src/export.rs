@@ -36,12 +36,13 @@ pub(crate) fn run_tree(a: &Tree) -> Result<bool, Failure> {
 
 /// Exports a part of a forest.
 pub(crate) fn run(a: &Export, program: Option<&Path>) -> Result<bool, Failure> {
+    let config: Vec<&Path> = a.of.world.config.iter().map(|path| &**path).collect();
     match a.to {
-        ExportFormat::Glb => check_name(&a.out, "glb")?,
-        ExportFormat::Heightmap => {
-            let config: Vec<&Path> = a.of.world.config.iter().map(|path| &**path).collect();
-            check_height_map(&a.out, &config)?;
+        ExportFormat::Glb => {
+            check_name(&a.out, "glb")?;
+            check_apart(&a.out, &config)?;
         }
+        ExportFormat::Heightmap => check_height_map(&a.out, &config)?,
         ExportFormat::Usd | ExportFormat::Sdf => check_folder(&a.out)?,
     }
     if a.spacing.is_some() && a.to != ExportFormat::Heightmap {

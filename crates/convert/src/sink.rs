@@ -155,9 +155,8 @@ impl FileStream {
     /// # Errors
     /// [`Error::Files`].
     pub fn put(&mut self, bytes: impl AsRef<[u8]>) -> Result<(), Error> {
-        let path = self.path.clone();
         let written = self.write_all(bytes.as_ref());
-        Ok(written.map_err(nemoral_files::Error::io(&path))?)
+        Ok(written.map_err(nemoral_files::Error::io(&self.path))?)
     }
 }
 

@@ -80,14 +80,14 @@ impl Source {
         Self { monitor, ..self }
     }
 
-    /// Tells whoever watches that the frames before this one are done.
+    /// Tells the monitor that the frames before this one are done.
     fn reach(&self, frame: &FrameRef<'_>) -> Result<(), Error> {
         let place = (frame.sequence, frame.index);
         let frames = self.dataset.frames();
         self.tell(frames.partition_point(|f| (f.sequence, f.index) < place))
     }
 
-    /// Tells whoever watches that all frames are done.
+    /// Tells the monitor that all frames are done.
     pub(crate) fn finish(&self) -> Result<(), Error> {
         self.tell(self.frame_count())
     }
@@ -259,13 +259,11 @@ impl Source {
     /// # Errors
     /// [`Error::Dataset`], naming the file.
     pub fn depth_m(&self, frame: &FrameRef<'_>, camera: usize) -> Result<Image<f32>, Error> {
-        /// The greatest depth of a 16-bit PNG, which stands for anything beyond, too.
-        const FAR_M: f32 = 65535.0 / 256.0;
         self.reach(frame)?;
         let depth_m = self.dataset.depth_m(frame.record, camera)?;
-        Ok(match self.depth_format(frame.sequence) {
-            DepthFormat::Png16 => depth_m.map(|&z| if z < FAR_M { z } else { f32::INFINITY }),
-            _ => depth_m,
+        Ok(match self.depth_format(frame.sequence).farthest_m() {
+            Some(most_m) => depth_m.map(|&z| if z < most_m { z } else { f32::INFINITY }),
+            None => depth_m,
         })
     }
 

@@ -28,6 +28,18 @@ pub enum DepthFormat {
     Npy,
 }
 
+impl DepthFormat {
+    /// The greatest depth of a file, metres, which stands for anything beyond, too; `None` if files
+    /// hold any depth.
+    #[must_use]
+    pub const fn farthest_m(self) -> Option<f32> {
+        match self {
+            Self::Png16 => Some(65_535.0 / 256.0),
+            Self::Npy => None,
+        }
+    }
+}
+
 /// A camera of the data set. The first one writes `image_2`, `semantic`, `instance`, `depth` and
 /// `normals`, further ones the same folders inside a folder of their name, except that the pictures
 /// of a further one called `right` are in `image_3`, as those of KITTI's right camera.

@@ -1,4 +1,5 @@
-//! Values of any form in a header, such as a config, which take no more memory than their text.
+//! Values of any form in a header, such as a config. Those that are read take no more memory than
+//! their text.
 
 use std::borrow::Cow;
 
@@ -84,7 +85,7 @@ impl Serialize for Json {
 impl<'de> Deserialize<'de> for Json {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let text = Box::<RawValue>::deserialize(deserializer)?;
-        // How far lines are indented is nobody's fault.
+        // Blanks do not count, as a manifest indents its lines.
         let bytes = text.get().bytes().filter(|b| !b.is_ascii_whitespace());
         let bytes = bytes.count() as u64;
         if bytes > CONFIG_BYTES {

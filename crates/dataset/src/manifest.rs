@@ -155,8 +155,11 @@ impl Manifest {
     /// contains its own checksum.
     pub(crate) fn to_json(&self) -> String {
         let head = Self {
+            format_version: self.format_version,
+            header: self.header.clone(),
+            tracks: self.tracks.clone(),
+            files: self.files.clone(),
             frames: Vec::new(),
-            ..self.clone()
         };
         let head = serde_json::to_string_pretty(&head).expect("a manifest has string keys");
         let checksum = format!("{{\n  \"checksum\": \"{}\",", seal::blank());

@@ -79,13 +79,16 @@ fn number(role: &str, text: &str, is_allowed: fn(f64) -> bool) -> Result<f64, Im
 }
 
 /// Whether a band's unit is one that heights are written in and that is not the metre: feet of any
-/// kind, centimetres or decimetres. Units have no fixed names, so that others count as metres.
+/// kind, decimetres, centimetres or millimetres. Units have no fixed names, so that others count as
+/// metres.
 fn is_not_metre(unit: &str) -> bool {
     let unit = unit.to_ascii_lowercase();
     let mut words = unit.split(|c: char| !c.is_ascii_alphanumeric());
     words.any(|word| {
-        let is_feet = ["ft", "foot", "feet"].iter().any(|of| word.starts_with(of));
-        is_feet || ["cm", "dm"].contains(&word)
+        let starts = [
+            "ft", "foot", "feet", "usft", "decimet", "centimet", "millimet",
+        ];
+        starts.iter().any(|start| word.starts_with(start)) || ["dm", "cm", "mm"].contains(&word)
     })
 }
 
@@ -176,7 +179,10 @@ mod tests {
             "ftUS",
             "Feet",
             "us_survey_foot",
+            "USft",
             "cm",
+            "Centimetres",
+            "millimeter",
         ] {
             let error = BandScale::of(&item("unittype", unit)).expect_err(unit);
             assert!(error.to_string().contains("to metres"), "{error}");

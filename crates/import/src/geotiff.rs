@@ -154,7 +154,8 @@ fn place(
     }
     let spacing_m = scale[0];
     HeightMap::check_spacing(spacing_m)?;
-    if (scale[1] - spacing_m).abs() > 1e-6 * spacing_m {
+    let are_squares = (scale[1] - spacing_m).abs() <= 1e-6 * spacing_m;
+    if !are_squares {
         let message = format!(
             "has pixels of {} × {} m: must be squares",
             scale[0], scale[1]

@@ -196,6 +196,9 @@ fn what_a_geotiff_lacks_is_named() {
     assert!(of(&|t| t.tie.truncate(5)).contains("no tag ModelTiepoint"));
     assert!(of(&|t| t.scale[1] = 0.6).contains("must be squares"));
     assert!(of(&|t| t.scale.fill(1e-5)).contains("degrees are not allowed"));
+    for height_m in [0.6, -0.5, f64::NAN] {
+        assert!(of(&|t| t.scale[1] = height_m).contains("must be squares"));
+    }
     assert!(of(&|t| t.keys[7] = 2).contains("is in degrees"));
     assert!(of(&|t| t.keys[8..].copy_from_slice(&[3076, 0, 1, 9002])).contains("not in metres"));
     assert!(of(&|t| t.no_data = Some("none")).contains("GDAL_NODATA = none"));

@@ -303,12 +303,12 @@ fn record(
                 let item = if writer.has_frame(number, frame, &key) {
                     Err(frame)
                 } else {
+                    let coming = frames.peek().copied();
                     let is_drawn_ahead = |next: &u64| {
                         params.backend.draws_ahead()
                             && !writer.has_frame(number, *next, &frame_key(forest, *next))
                     };
-                    let coming = frames.peek().copied().filter(is_drawn_ahead);
-                    if let Some(next) = coming {
+                    if let Some(next) = coming.filter(is_drawn_ahead) {
                         // The GPU draws the next frame while this frame's pictures are read back
                         // and its scans are taken. An error there is ignored, as it occurs again
                         // when that frame is made.
@@ -356,6 +356,7 @@ fn make(
     let annotations = runner.get(forest.annotations, frame)?;
     let scans = runner.get(forest.scans, frame)?;
     timings.sensors += sensed.elapsed();
+    // Flow has asked for the scene of the next frame, and a GPU may draw it already.
     manager.evict(
         runner.store(),
         pose.world_from_body().translation_m.truncate(),

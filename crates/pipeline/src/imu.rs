@@ -162,7 +162,7 @@ impl Recorder {
         &self,
         each: impl FnMut(&ImuMotion, &ImuSample) -> Result<(), Error>,
     ) -> Result<MeasuredMotion, Error> {
-        let note = self.prove_drive()?;
+        let note = self.preflight_drive()?;
         let config = &self.sequence().config;
         let leave = |place_m| self.free_around(place_m);
         let measured = measure(config, self.forest(), &self.runner(), each, leave)?;
@@ -196,7 +196,7 @@ impl Recorder {
     }
 
     /// Refuses robots that do not drive, and says what a user should know about a drive.
-    fn prove_drive(&self) -> Result<Option<String>, Error> {
+    fn preflight_drive(&self) -> Result<Option<String>, Error> {
         let config = &self.sequence().config;
         if let Some((path, why)) = config.motion_is_unknown() {
             return Err(Error::request(format!(
@@ -214,7 +214,7 @@ impl Recorder {
     /// As [`Recorder::measure_motion`], if the folder is not empty, and if a file cannot be
     /// written.
     pub fn write_imu(&self, folder: &Path) -> Result<MeasuredMotion, Error> {
-        self.prove_drive()?;
+        self.preflight_drive()?;
         nemoral_export::check_folder(folder).map_err(|e| Error::request(e.to_string()))?;
         let imu = &self.sequence().config.imu;
         let folder = Folder::new(folder);

@@ -74,7 +74,7 @@ pub type WorldEdge<T> = nemoral_plan::GlobalEdge<T>;
 pub type AnyChunkEdge<T> = nemoral_plan::DynamicEdge<ChunkCoord, T>;
 
 /// The edge to a frame node, at frames that the stage names while it runs.
-pub type AnyFrame<T> = nemoral_plan::DynamicEdge<u64, T>;
+pub type AnyFrameEdge<T> = nemoral_plan::DynamicEdge<u64, T>;
 
 /// A chunk node that can be asked for at any chunk.
 pub type Demand<'a, T> = nemoral_plan::Demand<'a, ForestTypes, ChunkCoord, T>;

@@ -220,7 +220,8 @@ impl Recorder {
             annotations: runner.get(self.forest.annotations, frame)?,
             scans: runner.get(self.forest.scans, frame)?,
         };
-        self.leave(&recorded.pose);
+        // Flow has asked for the scene of the next frame.
+        self.leave(&recorded.pose, &[frame + 1]);
         Ok(recorded)
     }
 
@@ -280,7 +281,7 @@ impl Recorder {
             None,
         )?;
         let before_m = *lock(&self.body_m);
-        self.leave(&pose);
+        self.leave(&pose, &[]);
         if let Some(before_m) = before_m {
             let chunks = &config.chunks;
             let spare_m = chunks.delete_radius_m - chunks.visible_radius_m;
@@ -447,11 +448,11 @@ impl Recorder {
         Ok((!differ).then_some(frame))
     }
 
-    /// Drops what is out of reach of a body.
-    fn leave(&self, pose: &FramePose) {
+    /// Drops what is out of reach of a body, and all frames but those that are coming.
+    fn leave(&self, pose: &FramePose, coming: &[u64]) {
         let position_m = pose.world_from_body().translation_m.truncate();
         *lock(&self.body_m) = Some(position_m);
-        self.manager.evict(&self.store, position_m, &[]);
+        self.manager.evict(&self.store, position_m, coming);
     }
 
     /// Drops what is out of reach of a place, wherever the body recorded last.

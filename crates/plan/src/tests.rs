@@ -269,7 +269,7 @@ fn what_another_thread_computes_is_waited_for_at_last() {
 }
 
 #[test]
-fn wants_of_several_nodes_are_computed_together() {
+fn demands_of_several_nodes_are_computed_together() {
     let (plan, height, smooth) = plan(1.0, 2.0);
     for threads in [1, 3, 50, usize::MAX] {
         let store = Store::unlimited();

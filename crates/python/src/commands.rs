@@ -19,7 +19,7 @@ use serde_json::json;
 use crate::config;
 use crate::failure::Failure;
 use crate::work::{self, Event, Tell};
-use crate::worlds::{Keeping, backend_of};
+use crate::worlds::{CacheLocation, backend_of};
 
 /// Runs the program with these arguments, the first of which is its name; the result is its exit
 /// code. `program` is the file of this module.
@@ -100,7 +100,7 @@ pub(crate) fn generate(
     let request = config::Request::new(preset, file, settings)?;
     let mode = open_mode(mode).map_err(|e| e.raise(py))?;
     let backend = backend.to_owned();
-    let keeping = Keeping { cache, program };
+    let location = CacheLocation { cache, program };
     let threads = crate::pool::threads(py)?;
     work::run_stoppable(py, progress, move |tell, stop| {
         let sequences = request.sequences()?;
@@ -126,7 +126,7 @@ pub(crate) fn generate(
             mode,
             is_shard: shard.is_some(),
             threads,
-            cache: keeping.cache(),
+            cache: location.cache(),
         };
         let reporter = Reporter(Arc::clone(tell));
         let manifest = nemoral_pipeline::generate(&params, &reporter, stop)?;

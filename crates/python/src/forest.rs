@@ -14,7 +14,7 @@ use crate::failure::Failure;
 use crate::frame::Frame;
 use crate::places::{mean_within, place, pose_of};
 use crate::record_columns::{object_columns, tree_columns};
-use crate::worlds::{Keeping, World, Worlds, backend_of};
+use crate::worlds::{CacheLocation, World, Worlds, backend_of};
 use crate::{arrays, config, imu, survey, work};
 
 /// The sequences of a request, recorded in memory.
@@ -35,14 +35,14 @@ impl Forest {
     ) -> PyResult<Self> {
         let request = config::Request::new(preset, file, settings)?;
         let backend = backend.to_owned();
-        let keeping = Keeping { cache, program };
+        let location = CacheLocation { cache, program };
         let worlds = work::run(py, move || {
             let sequences = request.sequences()?;
             let config = sequences.get(0)?.config;
             Ok(Worlds {
                 ontology: Arc::new(config.output.ontology.table()),
                 backend: backend_of(&backend, &config)?,
-                cache: keeping.cache(),
+                cache: location.cache(),
                 grown: Mutex::default(),
                 sequences,
             })

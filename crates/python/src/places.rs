@@ -24,6 +24,7 @@ pub(crate) fn place(name: &str, x_m: f64, y_m: f64) -> Result<DVec2, Failure> {
     Err(Failure::argument(name, format!("({x_m}, {y_m})"), allowed))
 }
 
+/// A pose by the 16 numbers of its matrix, at a place that is not beyond the world.
 pub(crate) fn pose_of(numbers: &[f64; 16]) -> Result<RigidTransform, Failure> {
     let pose = arrays::transform("pose", numbers)?;
     place("pose", pose.translation_m.x, pose.translation_m.y)?;

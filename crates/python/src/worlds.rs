@@ -32,13 +32,13 @@ pub(crate) fn backend_of(name: &str, config: &Config) -> Result<Backend, Failure
 /// Where grown plants are kept between runs: a folder; the user's own if it is empty; nowhere if
 /// there is none.
 #[derive(Clone, Debug)]
-pub(crate) struct Keeping {
+pub(crate) struct CacheLocation {
     pub(crate) cache: Option<PathBuf>,
     /// The file of this module, by whose content values are told from those of other versions.
     pub(crate) program: PathBuf,
 }
 
-impl Keeping {
+impl CacheLocation {
     /// The cache. Without one, plants are grown again; so it is no error if it cannot be used.
     pub(crate) fn cache(&self) -> Option<Arc<Cache>> {
         let mut folder = self.cache.clone()?;

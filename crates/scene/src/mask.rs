@@ -11,7 +11,7 @@ use std::fmt;
 /// Row 0 is at v = 0. A texel is `min(floor(u · width), width − 1)`; u and v outside 0..1 clamp.
 #[derive(Clone, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "serde", serde(try_from = "kept::StoredMask"))]
+#[cfg_attr(feature = "serde", serde(try_from = "stored::StoredMask"))]
 pub struct AlphaMask {
     width: u16,
     height: u16,
@@ -162,7 +162,7 @@ impl fmt::Debug for AlphaMask {
 }
 
 #[cfg(feature = "serde")]
-mod kept {
+mod stored {
     use super::{AlphaMask, MaskError};
 
     /// A mask as it is read from a file, before its size is checked.
@@ -176,13 +176,13 @@ mod kept {
     impl TryFrom<StoredMask> for AlphaMask {
         type Error = MaskError;
 
-        fn try_from(kept: StoredMask) -> Result<Self, MaskError> {
-            let (width, height) = (usize::from(kept.width), usize::from(kept.height));
-            let fits = width > 0 && height > 0 && kept.words.len() == width.div_ceil(32) * height;
+        fn try_from(stored: StoredMask) -> Result<Self, MaskError> {
+            let (width, height) = (usize::from(stored.width), usize::from(stored.height));
+            let fits = width > 0 && height > 0 && stored.words.len() == width.div_ceil(32) * height;
             fits.then_some(Self {
-                width: kept.width,
-                height: kept.height,
-                words: kept.words,
+                width: stored.width,
+                height: stored.height,
+                words: stored.words,
             })
             .ok_or(MaskError { width, height })
         }

@@ -10,7 +10,7 @@ use crate::ChunkCoord;
 /// order by (x, y, item).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "serde", serde(try_from = "kept::StoredId"))]
+#[cfg_attr(feature = "serde", serde(try_from = "stored::StoredId"))]
 pub struct ObjectId(u64);
 
 const BIAS: i32 = 1 << 21;
@@ -105,7 +105,7 @@ impl ObjectId {
 }
 
 #[cfg(feature = "serde")]
-mod kept {
+mod stored {
     use super::ObjectId;
 
     /// An id as it is read, before its bits are checked.

@@ -16,7 +16,7 @@ use crate::CodeTable;
 #[cfg_attr(
     feature = "serde",
     derive(serde::Deserialize),
-    serde(try_from = "kept::ReadTexture")
+    serde(try_from = "stored::ReadTexture")
 )]
 pub struct Texture {
     /// Level 0 first, each half the size of the one before, down to 1 × 1.
@@ -222,7 +222,7 @@ impl fmt::Debug for Texture {
 }
 
 #[cfg(feature = "serde")]
-mod kept {
+mod stored {
     use serde::{Serialize, Serializer};
     use serde_bytes::{ByteBuf, Bytes};
 
@@ -241,22 +241,22 @@ mod kept {
     impl Serialize for Texture {
         fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
             let bytes = self.levels.iter().map(|l| l.texels.as_flattened());
-            let kept = StoredTexture {
+            let stored = StoredTexture {
                 width: self.levels[0].width,
                 height: self.levels[0].height,
                 levels: bytes.map(Bytes::new).collect(),
             };
-            kept.serialize(serializer)
+            stored.serialize(serializer)
         }
     }
 
     impl TryFrom<ReadTexture> for Texture {
         type Error = TextureError;
 
-        fn try_from(kept: ReadTexture) -> Result<Self, TextureError> {
-            let (mut width, mut height) = (kept.width, kept.height);
+        fn try_from(stored: ReadTexture) -> Result<Self, TextureError> {
+            let (mut width, mut height) = (stored.width, stored.height);
             let mut levels = Vec::new();
-            for bytes in &kept.levels {
+            for bytes in &stored.levels {
                 let (texels, rest) = bytes.as_chunks::<4>();
                 let side = |n: u32| n.is_power_of_two() && n <= 8192;
                 let fits = side(width) && side(height) && rest.is_empty();
@@ -272,13 +272,13 @@ mod kept {
                 (width, height) = ((width / 2).max(1), (height / 2).max(1));
             }
             let ends = levels.last().is_some_and(|l| l.width == 1 && l.height == 1);
-            if ends && levels.len() == kept.levels.len() {
+            if ends && levels.len() == stored.levels.len() {
                 return Ok(Self { levels });
             }
             Err(TextureError {
-                width: kept.width as usize,
-                height: kept.height as usize,
-                texels: kept.levels.first().map_or(0, |bytes| bytes.len() / 4),
+                width: stored.width as usize,
+                height: stored.height as usize,
+                texels: stored.levels.first().map_or(0, |bytes| bytes.len() / 4),
             })
         }
     }

@@ -24,13 +24,13 @@ const CRITICAL_SLOPE: f64 = 1.25;
 /// The deepest soil that roots tell from deeper, metres.
 const DEEPEST_M: f64 = 1.6;
 
-/// The side of the equator, which says where the sun stands at noon.
+/// The side of the equator on which a place is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Hemisphere {
-    /// It stands in the south.
+    /// The sun stands in the south at noon.
     #[default]
     Northern,
-    /// It stands in the north.
+    /// The sun stands in the north at noon.
     Southern,
 }
 
@@ -45,8 +45,8 @@ impl Hemisphere {
         }
     }
 
-    /// Where the slopes fall to that the sun warms most, those that it shines on in the afternoon;
-    /// √2 long.
+    /// The direction on the map in which those slopes fall that the sun warms most, as it shines on
+    /// them in the afternoon; √2 long.
     const fn warmest(self) -> DVec2 {
         match self {
             Self::Northern => DVec2::NEG_ONE,

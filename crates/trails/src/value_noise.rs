@@ -35,8 +35,8 @@ impl ValueNoise1d {
     }
 }
 
-/// Keyed noise of the plane in -1..=1, a metre across: the teeth with which the materials of trails
-/// end, where they change and where kinds of way meet.
+/// Keyed noise of the plane in -1..=1, with a random value at each corner of square cells: the
+/// teeth with which the materials of trails end, where they change and where kinds of way meet.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ValueNoise2d(Key);
 
@@ -51,7 +51,11 @@ impl ValueNoise2d {
         let t = place - cell;
         let (x, y) = (smoothstep(t.x), smoothstep(t.y));
         let [a, b, c, d] = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(i, j)| {
-            let corner = [cell.x as i32 + i, cell.y as i32 + j];
+            // Beyond the cells that have numbers, any corner does.
+            let corner = [
+                (cell.x as i32).wrapping_add(i),
+                (cell.y as i32).wrapping_add(j),
+            ];
             self.0.chunk(corner).rng().range_f64(-1.0, 1.0)
         });
         let (low, high) = (a + x * (b - a), c + x * (d - c));

@@ -1,7 +1,7 @@
 //! This crate computes where a carrier of sensors goes: a pose of its body for any time, in any
 //! order.
 //!
-//! A [`Trajectory`] is a [`Path`] that a [`Body`] follows at a [`SpeedProfile`]:
+//! A [`Trajectory`] is a [`Path`] that a [`Body`] follows with a [`SpeedProfile`]:
 //! - [`Path::ThereAndBack`]: along a line, a trail for example, to its end and back, and so on.
 //! - [`Path::Wander`]: a smooth curve about a straight line, which keeps clear of obstacles.
 //!   The line may also be a loop of [`Lanes`] over an area, as one walks a plot.

@@ -115,13 +115,13 @@ mod tests {
             .collect();
         assert_eq!(drawn.len() as u64, n);
         let share = |inside: &dyn Fn(&Pose2d) -> bool| {
-            drawn.iter().filter(|h| inside(h)).count() as f64 / n as f64
+            drawn.iter().filter(|pose| inside(pose)).count() as f64 / n as f64
         };
         // Half of a disk's area is within 0.7071 of its radius; 4 standard deviations are 0.014.
-        let inner = share(&|h| h.0.distance(PATH.0) < 10.0 * 0.5_f64.sqrt());
+        let inner = share(&|(p, _)| p.distance(PATH.0) < 10.0 * 0.5_f64.sqrt());
         assert!((inner - 0.5).abs() < 0.0142, "{inner}");
-        let ahead = share(&|h| h.1.x > 0.0);
-        let east = share(&|h| h.0.x > PATH.0.x);
+        let ahead = share(&|(_, forward)| forward.x > 0.0);
+        let east = share(&|(p, _)| p.x > PATH.0.x);
         assert!((ahead - 0.5).abs() < 0.0142 && (east - 0.5).abs() < 0.0142);
     }
 

@@ -165,7 +165,7 @@ fn curve_through(times_s: &[f64], poses: &[[f64; 7]]) -> NaturalSpline<7> {
     NaturalSpline::through(all_s, all)
 }
 
-/// A pose at a share of the straight way from one to the next, whose quaternions are less than a
+/// A pose at a share of the straight way from one to the next, whose quaternions are at most a
 /// right angle apart.
 fn between(from: &[f64; 7], to: &[f64; 7], share: f64) -> [f64; 7] {
     let blend = |n: usize| from[n] + share * (to[n] - from[n]);

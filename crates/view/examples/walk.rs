@@ -27,11 +27,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     })?;
     let began = Instant::now();
     let start = loop {
-        let state = forest.state();
-        if let Some(error) = state.error {
+        let status = forest.status();
+        if let Some(error) = status.error {
             return Err(error.into());
         }
-        if let Some(start) = state.start {
+        if let Some(start) = status.start {
             break start;
         }
         std::thread::sleep(Duration::from_millis(20));

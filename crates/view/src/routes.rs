@@ -53,8 +53,8 @@ impl Routes {
     }
 
     fn state(&self) -> Response {
-        let state = serde_json::to_vec(&self.forest.state()).expect("a state is plain data");
-        Response::ok("application/json", state)
+        let status = serde_json::to_vec(&self.forest.status()).expect("a status is plain data");
+        Response::ok("application/json", status)
     }
 
     fn picture(&self, request: &Request) -> Result<Response, Error> {

@@ -49,7 +49,7 @@ fn until<T>(what: &str, mut found: impl FnMut() -> Option<T>) -> T {
 
 /// A request from the start of the path.
 fn request(forest: &LiveForest) -> ViewRequest {
-    let (x, y, heading_deg) = until("the start", || forest.state().start);
+    let (x, y, heading_deg) = until("the start", || forest.status().start);
     ViewRequest {
         viewpoint: Viewpoint {
             position_m: DVec2::new(x, y),
@@ -168,7 +168,7 @@ fn what_is_impossible_is_said_and_changes_nothing() {
     let forest = forest(&[]);
     let request = request(&forest);
     let first = whole(&forest, &request);
-    let values = forest.state().values;
+    let values = forest.status().values;
     let error = forest
         .change(&set("overcast", 2.0))
         .expect_err("more than all");
@@ -180,14 +180,14 @@ fn what_is_impossible_is_said_and_changes_nothing() {
     forest
         .change(&crowded)
         .expect("each value alone is allowed");
-    let error = until("an error", || forest.state().error);
+    let error = until("an error", || forest.status().error);
     assert!(error.contains("placement"), "{error}");
-    assert_eq!(forest.state().values, values);
+    assert_eq!(forest.status().values, values);
     assert!(whole(&forest, &request).rendered.image == first.rendered.image);
     // The next change is not taken for the one that failed.
     forest.change(&set("trees", 200.0)).expect("it is allowed");
     assert!(whole(&forest, &request).revision > first.revision);
-    assert_eq!(forest.state().error, None);
+    assert_eq!(forest.status().error, None);
 }
 
 #[test]

@@ -51,7 +51,7 @@ impl ChunkWater {
     ) -> Self {
         let corner_m = origin_m - margin_m;
         let cells = ((chunk_size_m + 2.0 * margin_m) / CELL_M).ceil() as i64;
-        let mut near = Self {
+        let mut water = Self {
             origin_m,
             chunk_size_m,
             corner_m,
@@ -62,7 +62,7 @@ impl ChunkWater {
             ponds: Vec::new(),
         };
         let far_m = corner_m + cells as f64 * CELL_M;
-        near.ponds = ponds
+        water.ponds = ponds
             .filter(|pond| {
                 let (low, high) = (
                     pond.middle_m - pond.reach_m(),
@@ -71,25 +71,25 @@ impl ChunkWater {
                 low.cmple(far_m).all() && high.cmpge(corner_m).all()
             })
             .collect();
-        near.reaches = reaches;
-        for reach in &near.reaches {
+        water.reaches = reaches;
+        for reach in &water.reaches {
             for pair in reach.sections.windows(2) {
                 let segment = Segment {
                     ends: [pair[0], pair[1]],
                 };
-                if let Some(cells) = near.cells_of(&segment) {
-                    if near.of_cell.is_empty() {
-                        near.of_cell = vec![Vec::new(); (near.cells * near.cells) as usize];
+                if let Some(cells) = water.cells_of(&segment) {
+                    if water.of_cell.is_empty() {
+                        water.of_cell = vec![Vec::new(); (water.cells * water.cells) as usize];
                     }
-                    let number = near.segments.len() as u32;
-                    near.segments.push(segment);
+                    let number = water.segments.len() as u32;
+                    water.segments.push(segment);
                     for cell in cells {
-                        near.of_cell[cell].push(number);
+                        water.of_cell[cell].push(number);
                     }
                 }
             }
         }
-        near
+        water
     }
 
     /// The cells that a segment reaches; `None` if there are none.
@@ -212,11 +212,7 @@ impl ChunkWater {
     /// The sections of streams whose water is the chunk's: middle, direction downstream, half the
     /// width of the water, its level and its depth, metres.
     pub fn sections(&self) -> impl Iterator<Item = &[CrossSection]> {
-        let own = self
-            .reaches
-            .iter()
-            .filter(|reach| self.is_own(reach.sections[0].middle_m));
-        own.map(|reach| &reach.sections[..])
+        self.own_reaches().map(|reach| &reach.sections[..])
     }
 
     /// Whether the ground at a place bends as beds and banks do, so that it has to be meshed
@@ -234,6 +230,18 @@ impl ChunkWater {
         local.min_element() >= 0.0 && local.max_element() < self.chunk_size_m
     }
 
+    /// The reaches whose water is the chunk's: those that begin in it.
+    fn own_reaches(&self) -> impl Iterator<Item = &StreamReach> {
+        self.reaches
+            .iter()
+            .filter(|reach| self.is_own(reach.sections[0].middle_m))
+    }
+
+    /// The ponds whose middle is in the chunk.
+    fn own_ponds(&self) -> impl Iterator<Item = &Arc<Pond>> {
+        self.ponds.iter().filter(|pond| self.is_own(pond.middle_m))
+    }
+
     /// The surfaces of the chunk's waters: those of streams from their springs or joints in it, and
     /// of ponds whose middle is in it. They end below the ground of their banks, which is `ground`
     /// with the beds in it. `material` gives the material of each kind. Positions are chunk-local
@@ -246,15 +254,11 @@ impl ChunkWater {
             ground,
             material,
         };
-        for reach in &self.reaches {
-            if self.is_own(reach.sections[0].middle_m) {
-                sheets.reach(reach);
-            }
+        for reach in self.own_reaches() {
+            sheets.reach(reach);
         }
-        for pond in &self.ponds {
-            if self.is_own(pond.middle_m) {
-                sheets.pond(pond);
-            }
+        for pond in self.own_ponds() {
+            sheets.pond(pond);
         }
         sheets.mesh
     }
@@ -277,16 +281,11 @@ impl ChunkWater {
             let sections = reach.sections.iter().map(around);
             sections.fold(nothing, |(low, high), (a, b)| (low.min(a), high.max(b)))
         };
-        let own_reaches = self
-            .reaches
-            .iter()
-            .filter(|reach| self.is_own(reach.sections[0].middle_m));
-        let own_ponds = self.ponds.iter().filter(|pond| self.is_own(pond.middle_m));
         let of_pond = |pond: &Arc<Pond>| {
             let reach_m = 1.1 * pond.widest_m();
             (pond.middle_m - reach_m, pond.middle_m + reach_m)
         };
-        own_reaches.map(of_reach).any(meets) || own_ponds.map(of_pond).any(meets)
+        self.own_reaches().map(of_reach).any(meets) || self.own_ponds().map(of_pond).any(meets)
     }
 }
 

@@ -25,8 +25,8 @@ const WATER: Domain = Domain::new("water");
 /// No reach between two nodes is longer than this, metres.
 const LONGEST_REACH_M: f64 = 48.0;
 
-/// The surfaces of a chunk's waters reach no farther than this beyond its borders, metres: as far
-/// as a reach, and half of its width, or as the largest pond.
+/// The surfaces of a chunk's waters end at most this far beyond its borders, metres: as far as a
+/// reach of a stream, and half of its width, or as the largest pond.
 pub const SHEETS_REACH_M: f64 = LONGEST_REACH_M + 16.0;
 
 /// The greatest margin around a chunk, metres.

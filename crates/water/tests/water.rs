@@ -89,8 +89,8 @@ fn levels_and_beds_fall_all_along_and_stay_below_the_banks() {
     let (mut rows, mut wide, mut deepest) = (0, 0.0_f64, 0.0_f64);
     for chunk in chunks() {
         let near = water.near(chunk, 40.0);
-        for run in near.sections() {
-            for pair in run.windows(2) {
+        for reach in near.sections() {
+            for pair in reach.windows(2) {
                 let [a, b] = [pair[0], pair[1]];
                 assert!(
                     b.level_m <= a.level_m + 1e-12,
@@ -101,7 +101,7 @@ fn levels_and_beds_fall_all_along_and_stay_below_the_banks() {
                 assert!(b.level_m - b.depth_m <= a.level_m - a.depth_m + 1e-12);
                 assert!(a.middle_m.distance(b.middle_m) < 1.2);
             }
-            for s in run {
+            for s in reach {
                 rows += 1;
                 wide = wide.max(2.0 * s.half_m);
                 let bed = carved(&near, s.middle_m).height_m;
@@ -155,7 +155,7 @@ fn sheets_end_in_the_ground() {
                 shown += usize::from(ground < middle.z);
                 continue;
             }
-            // Where runs meet, they end in the water of the next.
+            // Where reaches meet, they end in the water of the next.
             let is_covered = || {
                 let beside = |s: &&CrossSection| s.middle_m.distance(p) < s.half_m + 0.8;
                 let levels = around.iter().filter(beside).map(|s| s.level_m);
@@ -215,8 +215,8 @@ fn the_ground_has_no_steps() {
     let mut walked = 0;
     for chunk in chunks().step_by(2) {
         let near = water.near(chunk, 5.0);
-        for run in near.sections() {
-            for s in run.iter().step_by(3) {
+        for reach in near.sections() {
+            for s in reach.iter().step_by(3) {
                 let left = s.along.perp();
                 for i in -300..300 {
                     let p = s.middle_m + left * (0.03 * f64::from(i));
@@ -295,8 +295,8 @@ fn streams_join_and_end_in_ponds() {
     for chunk in chunks() {
         let near = water.near(chunk, 0.0);
         ponds += near.ponds().count();
-        for run in near.sections() {
-            let end = run[run.len() - 1];
+        for reach in near.sections() {
+            let end = reach[reach.len() - 1];
             let pond = near.ponds().find(|p| p.edge_m(end.middle_m) < -0.5);
             if let Some(pond) = pond {
                 assert_eq!(end.level_m, pond.level_m());
@@ -315,14 +315,17 @@ fn water_falls_nowhere_at_once() {
         let water = water(seed);
         for chunk in chunks() {
             let near = water.near(chunk, 40.0);
-            let runs: Vec<&[CrossSection]> = near.sections().collect();
-            for run in &runs {
-                for pair in run.windows(2) {
+            let reaches: Vec<&[CrossSection]> = near.sections().collect();
+            for reach in &reaches {
+                for pair in reach.windows(2) {
                     let step_m = pair[0].middle_m.distance(pair[1].middle_m);
                     steepest = steepest.max((pair[0].level_m - pair[1].level_m) / step_m.max(0.05));
                 }
-                let end = run[run.len() - 1];
-                for next in runs.iter().filter(|next| next[0].middle_m == end.middle_m) {
+                let end = reach[reach.len() - 1];
+                for next in reaches
+                    .iter()
+                    .filter(|next| next[0].middle_m == end.middle_m)
+                {
                     joints += 1;
                     apart_m = apart_m.max((end.level_m - next[0].level_m).abs());
                 }

@@ -191,7 +191,6 @@ fn flow_agreement(world: &World, camera: usize, frame: u64) -> FlowAgreement {
         count.changed += usize::from(is_shown != shows(&before, &next_among_before));
         count.wrong += usize::from(is_shown != flow.seen);
     }
-    println!("flow: {count:?}");
     count
 }
 

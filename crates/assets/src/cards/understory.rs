@@ -99,8 +99,9 @@ pub(crate) fn gorse(rng: &mut impl Rng, flowers: bool) -> CardDrawing {
     drawing
 }
 
-/// The shoots of heather, and its bells.
+/// The colour of heather's shoots.
 pub(crate) const HEATHER_SHOOT: Vec3 = Vec3::new(0.068, 0.092, 0.040);
+/// The colour of its bells.
 pub(crate) const HEATHER_BELL: Vec3 = Vec3::new(0.25, 0.11, 0.165);
 
 /// A bundle of heather: upright shoots with scale leaves, some with bells.

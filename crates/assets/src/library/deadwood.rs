@@ -120,6 +120,7 @@ impl PlantGrower<'_> {
         self.lying(BRASH, "brash", |_, of, key| brash(of, &mut key.rng()))
     }
 
+    /// Patches of thin deadwood, if deadwood was asked for.
     fn lying(
         &self,
         domain: Domain,

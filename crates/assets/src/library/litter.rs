@@ -62,7 +62,7 @@ impl PlantGrower<'_> {
         let (Some(params), Some(fruit)) = (&self.params.litter, self.materials.fruit) else {
             return Vec::new();
         };
-        let of_species = self.species.iter().zip(&self.materials.shed);
+        let of_species = self.species.iter().zip(&self.materials.litter);
         let stand: Vec<SpeciesLitter<'_>> = of_species
             .map(|(species, materials)| SpeciesLitter {
                 look: species.litter_look(),

@@ -250,14 +250,14 @@ impl Library {
             let plants = self.plants[kind].par_iter_mut();
             match kind.under_snow() {
                 Covered => plants.for_each(|plant| cap(&mut plant.prototype)),
-                Folded => plants.for_each(&fold),
+                Folded => plants.for_each(fold),
                 Unchanged => {}
             }
         }
         for community in PlantCommunity::ALL.into_iter().filter(|of| of.is_grass()) {
             let tiles = &mut self.communities[community.index()];
             let tiles = tiles.wide.par_iter_mut().chain(&mut tiles.narrow);
-            tiles.for_each(&fold);
+            tiles.for_each(fold);
         }
         let deadwood = &mut self.deadwood;
         let logs = deadwood.logs.par_iter_mut().chain(&mut deadwood.thrown);

@@ -23,8 +23,9 @@ const SURFACE_ROOTS: Domain = Domain::new("assets.surface_roots");
 const STONE_BEDS: Domain = Domain::new("assets.stone_beds");
 const BANKS: Domain = Domain::new("assets.banks");
 
-/// Stumps of a stand, and the fewest of each of its species.
+/// The fewest stumps of a stand.
 const STUMP_COUNT: u32 = 9;
+/// The fewest stumps of each of its species.
 const STUMPS_OF_SPECIES: u32 = 3;
 /// The diameter of a stump's cut over the tree's at breast height (our choice).
 const CUT_OVER_DBH: [f64; 2] = [1.15, 1.3];
@@ -34,14 +35,15 @@ const ROCK_COUNT: u32 = 12;
 const WATER_LINE: f32 = 0.4;
 
 impl PlantGrower<'_> {
-    /// Stumps of trees as thick as those that stand: as many of each species, one species after
-    /// the other, and of each thin ones first. They stand for equal parts of its diameters.
+    /// Stumps of trees as thick as those that stand: equally many of each species, species by
+    /// species, thin ones first. Those of a species are of equal parts of its distribution of
+    /// diameters.
     pub(super) fn stumps(&self) -> Vec<PlantAsset> {
         let (stand, of) = (&self.params.species, &self.params.stand);
-        let species = stand.len() as u32;
-        let each = STUMP_COUNT.div_ceil(species).max(STUMPS_OF_SPECIES);
+        let count = stand.len() as u32;
+        let each = STUMP_COUNT.div_ceil(count).max(STUMPS_OF_SPECIES);
         let limits_m = [of.dbh_min_m, of.dbh_max_m];
-        self.collect(STUMPS, species * each, &|i, key| {
+        self.collect(STUMPS, count * each, &|i, key| {
             let mut rng = key.rng();
             let (index, number) = ((i / each) as usize, [i % each, each]);
             let StandSpecies {
@@ -67,7 +69,7 @@ impl PlantGrower<'_> {
         })
     }
 
-    /// Rocks, smallest first, of another material up to [`WATER_LINE`].
+    /// Rocks, smallest first; of the material `wet` up to [`WATER_LINE`], if there is one.
     pub(super) fn rocks(&self, wet: Option<MaterialId>) -> Vec<PlantAsset> {
         self.collect(ROCKS, ROCK_COUNT, &|i, key| {
             let mut rng = key.rng();

@@ -181,11 +181,11 @@ impl TreeGrower<'_> {
         name: String,
         key: Key,
     ) -> Result<TreeAsset, ParamError> {
-        let timing = match species.size_class(size.dbh_m) {
+        let group = match species.size_class(size.dbh_m) {
             SizeClass::Sapling => LeafingGroup::Young,
             _ => LeafingGroup::of_tree(key),
         };
-        let materials = self.materials.tree(index, timing);
+        let materials = self.materials.tree(index, group);
         let tree = grow(species, size, &materials, growth, key)?;
         let prototype = Prototype::new(name, tree.mesh, tree.cards, &self.materials.library)
             .expect("trees are made of finite points and of this library's materials");

@@ -25,7 +25,7 @@ pub(super) struct CardKind {
     support: Option<Semantic>,
     optics: LeafOptics,
     /// Evergreen without one.
-    year: Option<PlantPhenology>,
+    phenology: Option<PlantPhenology>,
     draw: fn(&mut PhiloxRng, u32) -> CardDrawing,
 }
 
@@ -44,7 +44,7 @@ impl CardKind {
             semantic,
             support: None,
             optics,
-            year: None,
+            phenology: None,
             draw,
         }
     }
@@ -56,8 +56,8 @@ impl CardKind {
     }
 
     /// What turns and dies in the course of a year.
-    pub(super) const fn through(mut self, year: PlantPhenology) -> Self {
-        self.year = Some(year);
+    pub(super) const fn through(mut self, phenology: PlantPhenology) -> Self {
+        self.phenology = Some(phenology);
         self
     }
 
@@ -74,20 +74,20 @@ impl CardKind {
         season: Option<&Season>,
     ) -> KindImages {
         let mean = self.optics.albedo * LEAVES_IN_SHADE;
-        let now =
-            (self.year.zip(season)).and_then(|(year, season)| Some((year, year.phase(season)?)));
+        let now = (self.phenology.zip(season))
+            .and_then(|(phenology, season)| Some((phenology, phenology.phase(season)?)));
         let image = |variant: u32| {
             let key = key.domain(Domain::new(self.name)).item(u64::from(variant));
             let drawing = draw(&mut key.rng(), variant);
-            let Some((year, phase)) = now else {
+            let Some((phenology, phase)) = now else {
                 return drawing.slices(self.slices, TWIG_TEXELS, mean);
             };
-            let now = year.drawing(&drawing, phase, &self.optics, key.domain(SEASON));
+            let now = phenology.drawing(&drawing, phase, &self.optics, key.domain(SEASON));
             now.slices_within(&drawing, self.slices, TWIG_TEXELS, mean)
         };
         KindImages {
-            optics: now.map_or(self.optics, |(year, phase)| {
-                year.optics(phase, &self.optics)
+            optics: now.map_or(self.optics, |(phenology, phase)| {
+                phenology.optics(phase, &self.optics)
             }),
             variants: (0..self.variants).into_par_iter().map(image).collect(),
         }
@@ -230,8 +230,8 @@ pub(super) const FALLEN_LEAF: CardKind = CardKind::new(
     |r, _| understory::fallen_leaf(r, &FallenLeaf::of_undergrowth()),
 );
 
-/// The images of [`FALLEN_LEAF`] of a stand's own leaves: of each species as many as it has a share
-/// in the stand.
+/// The images of [`FALLEN_LEAF`] of a stand's own leaves: of each species as many as its share in
+/// the stand says.
 pub(super) fn fallen_leaf_images(fallen: &FallenFoliage, key: Key) -> KindImages {
     let draw = |rng: &mut PhiloxRng, variant: u32| {
         let rank = (f64::from(variant) + 0.5) / f64::from(FALLEN_LEAF.variants);

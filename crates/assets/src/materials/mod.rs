@@ -120,7 +120,7 @@ pub(crate) struct WorldMaterials {
     pub(crate) bank_soil: Option<MaterialId>,
     pub(crate) cone: MaterialId,
     /// The materials of what each species sheds; empty if that was not asked for.
-    pub(crate) shed: Vec<LitterMaterials>,
+    pub(crate) litter: Vec<LitterMaterials>,
     /// Cones, nuts and capsules, if they were asked for.
     pub(crate) fruit: Option<MaterialId>,
     /// Rock and stone in streams; `None` where they are not wanted.
@@ -283,7 +283,7 @@ impl WorldMaterials {
             }));
         }
         if litter {
-            all.shed(species, season.as_ref(), cards);
+            all.add_litter(species, season.as_ref(), cards);
         }
         if surface_roots {
             let root = |tree: &TreeMaterials| solid::surface_root(all.library.get(tree.stem));
@@ -305,7 +305,7 @@ impl WorldMaterials {
         all
     }
 
-    /// What the trees of a species that are this late are made of.
+    /// What the trees of a species in this group are made of.
     pub(crate) fn tree(&self, species: usize, group: LeafingGroup) -> TreeMaterials {
         let (leaves, foliage) = &self.leaves[species];
         TreeMaterials {
@@ -356,13 +356,13 @@ impl WorldMaterials {
     }
 
     /// Adds what each species sheds, after all other materials.
-    fn shed(&mut self, species: &[Species], season: Option<&Season>, cards: Key) {
+    fn add_litter(&mut self, species: &[Species], season: Option<&Season>, cards: Key) {
         let images: Vec<_> = (species.par_iter())
             .map(|s| litter::images(s, season, cards))
             .collect();
         for ((species, tree), images) in species.iter().zip(&self.trees).zip(images) {
             let of = LitterMaterials::register(&mut self.library, species, tree, images);
-            self.shed.push(of);
+            self.litter.push(of);
         }
         let cone = self.library.get(self.cone).clone();
         self.fruit = Some(self.library.add(Material {
@@ -526,7 +526,7 @@ impl WorldMaterials {
             surface_root: None,
             bank_soil: None,
             cone,
-            shed: Vec::new(),
+            litter: Vec::new(),
             fruit: None,
             gorse,
             heather,

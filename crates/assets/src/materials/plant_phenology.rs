@@ -18,7 +18,7 @@ pub(crate) struct PlantPhenophase {
     dead: f32,
     there: f32,
     flowers: f32,
-    /// Whether flowers that are not open have withered, and do not come yet.
+    /// Whether flowers that are not open have withered; otherwise they are still to come.
     is_faded: bool,
 }
 
@@ -258,7 +258,7 @@ pub(super) const HEATHER: PlantPhenology = in_flower(&[
     (366.0, 0.0),
 ]);
 
-/// The years of all plants that die down or lose leaves.
+/// The phenology of all plants that die down or lose leaves.
 const ALL: [PlantPhenology; 10] = [
     BRACKEN, MALE_FERN, ROSETTE, TALL_HERB, TREFOIL, GRASS, REED, BRAMBLE, BILBERRY, LIANA,
 ];
@@ -413,7 +413,7 @@ impl PlantPhenology {
 /// are in flower then as they are without a season, so that all days of high summer share what is
 /// grown.
 pub(super) fn is_high_summer(season: &Season) -> bool {
-    ALL.iter().all(|year| year.phase(season).is_none()) && frond_height(Some(season)) == 1.0
+    ALL.iter().all(|plant| plant.phase(season).is_none()) && frond_height(Some(season)) == 1.0
 }
 
 #[cfg(test)]
@@ -429,13 +429,13 @@ mod tests {
 
     #[test]
     fn high_summer_is_green_everywhere_and_years_close() {
-        for (i, year) in ALL.iter().enumerate() {
+        for (i, plant) in ALL.iter().enumerate() {
             for (day, latitude) in [(182.0, 40.0), (200.0, 60.0), (15.0, -45.0)] {
-                assert_eq!(year.phase(&at(day, latitude)), None, "{i} {day}");
+                assert_eq!(plant.phase(&at(day, latitude)), None, "{i} {day}");
             }
-            let ends = [year.days[0], year.days[year.days.len() - 1]];
+            let ends = [plant.days[0], plant.days[plant.days.len() - 1]];
             assert_eq!([ends[0].0, ends[1].0], [0.0, 366.0], "{i}");
-            assert!(year.days.windows(2).all(|d| d[0].0 < d[1].0), "{i}");
+            assert!(plant.days.windows(2).all(|d| d[0].0 < d[1].0), "{i}");
             let [a, b] = ends.map(|(_, dead, there)| (dead, there));
             assert!(a == b || a.1 == 0.0, "{i}: the new year");
         }
@@ -476,16 +476,16 @@ mod tests {
 
     #[test]
     fn gorse_flowers_in_spring_and_heather_in_august() {
-        for year in [GORSE, HEATHER] {
-            let ends = [year.flowers[0], year.flowers[year.flowers.len() - 1]];
+        for plant in [GORSE, HEATHER] {
+            let ends = [plant.flowers[0], plant.flowers[plant.flowers.len() - 1]];
             assert_eq!(ends, [(0.0, 0.0), (366.0, 0.0)]);
-            assert!(year.flowers.windows(2).all(|d| d[0].0 < d[1].0));
+            assert!(plant.flowers.windows(2).all(|d| d[0].0 < d[1].0));
         }
         let key = nemoral_seed::Key::world(4);
-        let on_day = |year: &PlantPhenology, drawing: &CardDrawing, day| {
-            year.phase(&at(day, 50.0)).map_or_else(
+        let on_day = |plant: &PlantPhenology, drawing: &CardDrawing, day| {
+            plant.phase(&at(day, 50.0)).map_or_else(
                 || drawing.clone(),
-                |phase| year.drawing(drawing, phase, &optics::EVERGREEN, key),
+                |phase| plant.drawing(drawing, phase, &optics::EVERGREEN, key),
             )
         };
         let gorse = crate::cards::understory::gorse(&mut key.rng(), true);

@@ -60,10 +60,12 @@ pub(crate) fn stump(
         let face = (q.dot(fell) / radius_m - 0.55).clamp(0.0, 0.08) / 0.08;
         height_m + askew.dot(q) - step * face
     };
-    let lowest_m = (0..SIDES)
-        .map(|k| TAU * k as f32 / SIDES as f32)
-        .map(|azimuth| rim(around(azimuth), radius(azimuth, height_m), &top).z)
-        .fold(height_m, f32::min);
+    // The edge of the cut, where the wall ends: all levels of the wall are below its lowest corner.
+    let edge: Vec<Vec3> = (0..SIDES)
+        .map(|k| k as f32 / SIDES as f32 * TAU)
+        .map(|azimuth| rim(around(azimuth), radius(azimuth, height_m), &top))
+        .collect();
+    let lowest_m = edge.iter().fold(height_m, |low, p| low.min(p.z));
     let root_m = ROOT_M + ROOT_PER_RADIUS * radius_m;
     let levels = [-root_m, -0.10, 0.0, 0.05, 0.11, 0.20, 0.32, 0.45];
     let levels: Vec<f32> = levels
@@ -81,7 +83,7 @@ pub(crate) fn stump(
             let out = around(u * TAU);
             let position = match levels.get(row as usize) {
                 Some(&z) => out * radius(u * TAU, z) + Vec3::Z * z,
-                None => rim(out, radius(u * TAU, height_m), &top),
+                None => edge[(k % SIDES) as usize],
             };
             let v = 0.5 * position.z;
             shape.push(

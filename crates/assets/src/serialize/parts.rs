@@ -20,7 +20,7 @@ pub(super) struct StoredMaterial<'a> {
     name: Cow<'a, str>,
     semantic: u8,
     support: Option<u8>,
-    /// Index into `textures`.
+    /// Index into the stored library's textures.
     albedo: usize,
     transmittance: [f32; 3],
     roughness: f32,

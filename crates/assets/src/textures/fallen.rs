@@ -30,6 +30,7 @@ pub(super) fn anywhere(rng: &mut impl Rng, size_m: f32) -> Vec2 {
 struct FallenNeedle {
     /// Least and greatest length, metres.
     length_m: [f32; 2],
+    /// Mean width, metres.
     width_m: f32,
 }
 
@@ -39,7 +40,7 @@ pub(crate) struct FallenLeaf {
     pub(crate) outline: Arc<Outline>,
     /// Least and greatest length, metres.
     pub(crate) length_m: [f32; 2],
-    /// Least and greatest width over length, before it dried.
+    /// Least and greatest width over length, before they dried.
     pub(crate) width_ratio: [f32; 2],
 }
 
@@ -81,7 +82,7 @@ impl<T> Shares<T> {
         &self.kinds[rng.weighted(&self.weights).unwrap_or(0)]
     }
 
-    /// The kind up to which this share (0..=1) of all there is lies, kind by kind.
+    /// The kind at this rank (0..=1) of all there is, where it lies in a row, kind by kind.
     fn at_rank(&self, rank: f64) -> &T {
         let mut left = rank * self.weights.iter().sum::<f64>();
         let found = self.weights.iter().position(|weight| {
@@ -181,14 +182,15 @@ impl FallenFoliage {
         leaves * self.broadleaved.max(0.1)
     }
 
-    /// How many more of the needles cover the ground than of the long needles of maritime pine.
+    /// How many times as many of the needles cover the ground as of the long ones of maritime pine.
     pub(super) fn needle_density(&self) -> f32 {
         const LONG_M: f32 = 0.12;
         let mean_m = (self.needles).mean(|of| 0.5 * (of.length_m[0] + of.length_m[1]));
         (LONG_M / mean_m).clamp(1.0, 6.0)
     }
 
-    /// How many more of the leaves cover the ground than of leaves between a beech's and an oak's.
+    /// How many times as many of the leaves cover the ground as of leaves between a beech's and an
+    /// oak's.
     pub(super) fn leaf_density(&self) -> f32 {
         const MIDDLING_M2: f32 = 0.004;
         (MIDDLING_M2 / self.leaves.mean(FallenLeaf::box_m2)).clamp(0.6, 3.0)

@@ -52,8 +52,8 @@ impl StemProfile {
         below[1] + (next[1] - below[1]) * (height_m - below[0]) / rise_m
     }
 
-    /// The diameter at breast height, 1.3 m above the ground, of a copy that is so many times as
-    /// high as the shape and as wide, metres; 0 if the copy is no higher than that.
+    /// The diameter at breast height, 1.3 m above the ground, of a copy that is `along` times as
+    /// high as the shape and as wide as it, metres; 0 if the copy is no higher than that.
     #[must_use]
     pub fn dbh_m(&self, along: f64) -> f64 {
         self.diameter_m(BREAST_M / along)

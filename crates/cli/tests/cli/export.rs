@@ -150,18 +150,31 @@ fn wrong_requests_say_what_is_allowed() {
     }
     fs::remove_file(&png).expect("removed");
     fs::remove_file(&*config).expect("removed");
+    // So does the config, whatever it is called.
+    let config = folder.join("config.glb");
+    fs::write(&config, "preset = \"demo\"\n").expect("written");
+    let out = config.to_string_lossy();
+    let done = run(&["export", &out, "--to", "glb", "--out", &out]);
+    assert_eq!(done.code, Some(2), "{}", done.stderr);
+    let said = "config.glb: the scene is made from this file";
+    assert!(done.stderr.contains(said), "{}", done.stderr);
+    fs::remove_file(&config).expect("removed");
     // What the ground is made from stays.
     let stems = folder.join("stems.png");
     let table = "x_m,y_m,species,dbh_cm\n3,2,beech,31\n";
     fs::write(&stems, table).expect("written");
     let out = stems.to_string_lossy();
     let setting = format!("site.stems.path={out}");
-    let site = ["--set", &*setting, "--to", "heightmap", "--out", &*out];
-    let done = run(&[&of("0,0,9,9")[..], &site].concat());
-    assert_eq!(done.code, Some(2), "{}", done.stderr);
-    let said = "stems.png: the scene is made from this file";
-    assert!(done.stderr.contains(said), "{}", done.stderr);
-    assert_eq!(fs::read(&stems).expect("a table"), table.as_bytes());
+    let site = ["--set", &*setting, "--out", &*out];
+    let map = [&of("0,0,9,9")[..], &site, &["--to", "heightmap"]].concat();
+    let preview = [&["preview", "--preset", "demo"][..], &site].concat();
+    for arguments in [map, preview] {
+        let done = run(&arguments);
+        assert_eq!(done.code, Some(2), "{}", done.stderr);
+        let said = "stems.png: the scene is made from this file";
+        assert!(done.stderr.contains(said), "{}", done.stderr);
+        assert_eq!(fs::read(&stems).expect("a table"), table.as_bytes());
+    }
     fs::remove_file(&stems).expect("removed");
     let png = png.to_string_lossy();
     let map = ["--to", "heightmap", "--out", &*png, "--spacing"];

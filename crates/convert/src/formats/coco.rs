@@ -117,16 +117,16 @@ fn write_lists(
     keys: &[String],
 ) -> Result<(), Error> {
     // One frame's notes are in memory at a time, so they are read again for each list.
-    let info = info(source);
     let notes = sink.notes();
+    let head = format!(
+        "{{\"info\":{},\n\"licenses\":{},\n",
+        info(source),
+        licences(source)
+    );
     let pictures = || keys.iter().map(|key| notes.json::<Vec<Picture>>(key));
     let (instances, panoptics) = (format!("instances{suffix}"), format!("panoptic{suffix}"));
     sink.stream(&instances, &format!("{instances}.json"), |out| {
-        out.put(format!(
-            "{{\"info\":{},\n\"licenses\":{},\n",
-            info,
-            licences(source)
-        ))?;
+        out.put(&head)?;
         out.put(format!("\"categories\":{},\n", kinds_json()))?;
         write_images(out, pictures())?;
         let (mut image, mut id) = (0, 0);
@@ -144,11 +144,7 @@ fn write_lists(
         out.put("}\n")
     })?;
     sink.stream(&panoptics, &format!("{panoptics}.json"), |out| {
-        out.put(format!(
-            "{{\"info\":{},\n\"licenses\":{},\n",
-            info,
-            licences(source)
-        ))?;
+        out.put(&head)?;
         out.put(format!(
             "\"categories\":{},\n",
             classes_json(labels, things)
@@ -401,7 +397,6 @@ mod tests {
     use nemoral_scene::Ontology;
 
     use super::*;
-    use crate::ClassMapping;
 
     #[test]
     fn the_greatest_class_is_a_category_of_its_own() {

@@ -51,7 +51,7 @@ impl Format for Kitti {
             "P1 and P3 project points into its pictures as they are, but are no projections of a \
              rectified camera, from whose fourth number programs for stereo take the baseline",
         );
-        notes.extend(bent_note(manifest));
+        notes.extend(distortion_note(manifest));
         notes
     }
 
@@ -152,19 +152,20 @@ fn pairs(sequence: &Sequence<'_>) -> Vec<(usize, &'static str, &'static str)> {
 }
 
 /// A note if pictures that KITTI has a place for are not those of a pinhole at one instant.
-fn bent_note(manifest: &Manifest) -> Option<String> {
-    let bent = |camera: &&CameraSpec| {
-        camera.intrinsics.distortion != Distortion::None || camera.shutter.readout_s > 0.0
+fn distortion_note(manifest: &Manifest) -> Option<String> {
+    let is_distorted = |camera: &&CameraSpec| {
+        camera.intrinsics.distortion != Distortion::None || camera.shutter.readout_s != 0.0
     };
     let sequences = manifest.header.sequences.iter();
-    let all: Vec<(u32, &CameraSpec)> = sequences
+    let distorted: Vec<(u32, &CameraSpec)> = sequences
         .flat_map(|s| {
             let right = stereo::right(&s.cameras).map(|i| &s.cameras[i]);
             let pair = s.cameras.first().into_iter().chain(right);
-            pair.filter(bent).map(move |camera| (s.number, camera))
+            pair.filter(is_distorted)
+                .map(move |camera| (s.number, camera))
         })
         .collect();
-    let ((sequence, camera), others) = all.split_first()?;
+    let ((sequence, camera), others) = distorted.split_first()?;
     let others = match others.len() {
         0 => String::new(),
         n => format!(" (and {n} more)"),
@@ -174,7 +175,7 @@ fn bent_note(manifest: &Manifest) -> Option<String> {
         what.push("a lens");
         so.push("undistort them by D2 and D3, or F2 and F3, of calib.txt");
     }
-    if camera.shutter.readout_s > 0.0 {
+    if camera.shutter.readout_s != 0.0 {
         what.push("a rolling shutter");
         so.push("their rows have poses of their own");
     }

@@ -1,4 +1,4 @@
-//! Whoever watches a conversion is told about each frame, and may end it.
+//! A progress monitor is told about each frame of a conversion, and may end it.
 
 use std::ops::ControlFlow;
 use std::sync::{Arc, Mutex};

@@ -71,7 +71,7 @@ impl Dataset {
         let frame = frame.ok_or_else(|| Error::invalid("frame", i, allowed()))?;
         let sequence = self.sequence_of(frame);
         let cameras = (0..sequence.cameras.len()).map(|c| self.read_camera(frame, c));
-        let lidars = (0..sequence.lidars.len()).map(|l| self.read_lidar(frame, l));
+        let lidars = (0..sequence.lidars.len()).map(|l| self.scan(frame, l));
         Ok(Frame {
             cameras: cameras.collect::<Result<_, _>>()?,
             lidars: lidars.collect::<Result<_, _>>()?,
@@ -207,59 +207,6 @@ impl Dataset {
     /// # Panics
     /// If the data set has fewer LiDARs.
     pub fn scan(&self, frame: &FrameRecord, lidar: usize) -> Result<LidarFrame, Error> {
-        self.read_lidar(frame, lidar)
-    }
-
-    /// The class ids of a camera, and its depth in metres, without the other images.
-    ///
-    /// # Errors
-    /// [`Error::Io`] and [`Error::Malformed`], naming the file.
-    pub(crate) fn read_semantic_and_depth(
-        &self,
-        frame: &FrameRecord,
-        camera: usize,
-    ) -> Result<(Image<u8>, Image<f32>), Error> {
-        use CameraFile::{Depth, Semantic};
-        let decode_depth = match self.sequence_of(frame).depth_format {
-            DepthFormat::Png16 => images::decode_depth,
-            DepthFormat::Npy => npy::decode,
-        };
-        Ok((
-            self.image(frame, camera, Semantic, images::decode_semantic)?,
-            self.image(frame, camera, Depth, decode_depth)?,
-        ))
-    }
-
-    fn read_camera(&self, frame: &FrameRecord, camera: usize) -> Result<CameraFrame, Error> {
-        let spec = &self.sequence_of(frame).cameras[camera];
-        use CameraFile as F;
-        let (semantic, depth_m) = self.read_semantic_and_depth(frame, camera)?;
-        Ok(CameraFrame {
-            name: spec.name.clone(),
-            rgb: self.image(frame, camera, F::Rgb, images::decode_rgb)?,
-            semantic,
-            instance: self.image(frame, camera, F::Instance, images::decode_instance)?,
-            depth_m,
-            normal: self.image(frame, camera, F::Normals, images::decode_normals)?,
-            sky: (spec.annotations.sky)
-                .then(|| self.image(frame, camera, F::Sky, images::decode_mask))
-                .transpose()?,
-            flow: (spec.annotations.flow)
-                .then(|| self.image(frame, camera, F::Flow, images::decode_flow))
-                .transpose()?,
-            trunks: (spec.annotations.trunks)
-                .then(|| self.image(frame, camera, F::Trunks, images::decode_instance))
-                .transpose()?,
-            boxes: (spec.annotations.boxes)
-                .then(|| self.camera_file(frame, camera, F::Boxes, annotations::decode_boxes))
-                .transpose()?,
-            radiance: (spec.annotations.radiance)
-                .then(|| self.image(frame, camera, F::Radiance, exr::decode))
-                .transpose()?,
-        })
-    }
-
-    fn read_lidar(&self, frame: &FrameRecord, lidar: usize) -> Result<LidarFrame, Error> {
         let sequence = self.sequence_of(frame);
         let f = layout::lidar_folders(sequence, lidar);
         Ok(LidarFrame {
@@ -271,6 +218,46 @@ impl Dataset {
             } else {
                 Vec::new()
             },
+        })
+    }
+
+    /// The class ids of a camera, and its depth in metres, without the other images.
+    ///
+    /// # Errors
+    /// [`Error::Io`] and [`Error::Malformed`], naming the file.
+    pub(crate) fn read_semantic_and_depth(
+        &self,
+        frame: &FrameRecord,
+        camera: usize,
+    ) -> Result<(Image<u8>, Image<f32>), Error> {
+        Ok((self.classes(frame, camera)?, self.depth_m(frame, camera)?))
+    }
+
+    fn read_camera(&self, frame: &FrameRecord, camera: usize) -> Result<CameraFrame, Error> {
+        let spec = &self.sequence_of(frame).cameras[camera];
+        let (semantic, depth_m) = self.read_semantic_and_depth(frame, camera)?;
+        Ok(CameraFrame {
+            name: spec.name.clone(),
+            rgb: self.picture(frame, camera)?,
+            semantic,
+            instance: self.instances(frame, camera)?,
+            depth_m,
+            normal: self.normals(frame, camera)?,
+            sky: (spec.annotations.sky)
+                .then(|| self.image(frame, camera, CameraFile::Sky, images::decode_mask))
+                .transpose()?,
+            flow: (spec.annotations.flow)
+                .then(|| self.flow(frame, camera))
+                .transpose()?,
+            trunks: (spec.annotations.trunks)
+                .then(|| self.trunks(frame, camera))
+                .transpose()?,
+            boxes: (spec.annotations.boxes)
+                .then(|| self.boxes(frame, camera))
+                .transpose()?,
+            radiance: (spec.annotations.radiance)
+                .then(|| self.radiance(frame, camera))
+                .transpose()?,
         })
     }
 

@@ -1,4 +1,4 @@
-//! Whoever watches work on a data set is told about each frame, and may end it.
+//! A progress monitor is told about each frame of work on a data set, and may end the work.
 
 use std::ops::ControlFlow;
 use std::path::Path;

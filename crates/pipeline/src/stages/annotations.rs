@@ -7,7 +7,9 @@ use nemoral_stand::SceneObjects;
 
 use crate::Error;
 use crate::config::OntologyName;
-use crate::plan::{AnyChunkEdge, AnyFrame, ForestTypes, Hasher, Node, Stage, Values, WorldEdge};
+use crate::plan::{
+    AnyChunkEdge, AnyFrameEdge, ForestTypes, Hasher, Node, Stage, Values, WorldEdge,
+};
 use crate::pool::in_pool;
 use crate::recording::annotations::{AnnotationRecipe, NextFrame};
 use crate::recording::pose::FramePose;
@@ -78,8 +80,8 @@ impl Stage<ForestTypes> for UncoveredGeometryStage {
     }
 }
 
-/// Makes the annotations that the cameras were asked for. Flow asks for the next frame's pose and
-/// for what its cameras see, which that frame needs, too; nothing else does.
+/// Makes the annotations that the cameras were asked for. Flow alone asks for the next frame: for
+/// its pose and for what its cameras see, which that frame needs itself.
 #[derive(Clone, Debug)]
 pub struct AnnotationStage(pub(crate) AnnotationRecipe);
 
@@ -88,8 +90,8 @@ impl Stage<ForestTypes> for AnnotationStage {
     type Inputs = (
         WorldEdge<Vec<CameraRig>>,
         WorldEdge<RobotTrajectory>,
-        AnyFrame<FramePose>,
-        AnyFrame<FrameScene>,
+        AnyFrameEdge<FramePose>,
+        AnyFrameEdge<FrameScene>,
         Node<u64, Vec<CameraImages>>,
         AnyChunkEdge<UncoveredGeometry>,
     );

@@ -7,7 +7,7 @@ use nemoral_stand::{GroundOcclusion, occluders_of_objects, occluders_of_plants};
 
 use crate::Error;
 use crate::plan::{ForestTypes, Hasher, Node, Stage, Values, WorldEdge};
-use crate::world::assets::{LyingSnow, WorldAssets};
+use crate::world::assets::WorldAssets;
 use crate::world::chunk_geometry::{ObjectGeometry, UndergrowthGeometry};
 use crate::world::chunk_ground::ChunkGround;
 use crate::world::snow::SnowCover;
@@ -44,12 +44,7 @@ impl Stage<ForestTypes> for GroundOcclusionStage {
     ) -> Result<Option<GroundOcclusion>, Error> {
         let origin_m = at.origin_m(self.chunk_size_m);
         let snow = assets.snow.as_ref();
-        let snow = snow.map(|of: &LyingSnow| SnowCover {
-            ground: &ground,
-            below: &*ground,
-            depth_m: of.depth_m,
-            under_crowns: of.under_crowns,
-        });
+        let snow = snow.map(|snow| SnowCover::new(snow, &ground, &*ground));
         let buried_m = |plant: &Instance| {
             let place_m = origin_m + plant.position_m.truncate().as_dvec2();
             snow.as_ref().map_or(0.0, |snow| snow.depth_m(place_m)) as f32

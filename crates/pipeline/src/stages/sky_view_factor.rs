@@ -11,7 +11,7 @@ use crate::Error;
 use crate::plan::{AnyChunkEdge, Demand, ForestTypes, Hasher, Node, Stage, Values, WorldEdge};
 use crate::pool::in_pool;
 use crate::recording::scene::chunk_offset_m;
-use crate::world::assets::{LyingSnow, WorldAssets};
+use crate::world::assets::WorldAssets;
 use crate::world::chunk_geometry::ObjectGeometry;
 use crate::world::chunk_ground::ChunkGround;
 use crate::world::snow::SnowCover;
@@ -120,17 +120,8 @@ impl Stage<ForestTypes> for SkyViewStage {
         let crowns = crowns(at, self.chunk_size_m, &objects, |objects| &objects.group)?;
         let area = area(at, self.chunk_size_m, &assets);
         Ok(in_pool(|| match &assets.snow {
-            Some(LyingSnow {
-                depth_m,
-                under_crowns,
-                ..
-            }) => {
-                let snow = SnowCover {
-                    ground: &ground,
-                    below: &*ground,
-                    depth_m: *depth_m,
-                    under_crowns: *under_crowns,
-                };
+            Some(snow) => {
+                let snow = SnowCover::new(snow, &ground, &*ground);
                 SkyViewFactor::measure(&area, &snow, &crowns)
             }
             None if assets.differs_from_summer() => {

@@ -73,20 +73,11 @@ impl GroundMeshRecipe {
         };
         let mesh = match snow {
             None => self.mesher.mesh(at, &memoized, &memoized, &material),
-            Some(LyingSnow {
-                materials,
-                depth_m,
-                under_crowns,
-            }) => {
-                let snow = SnowCover {
-                    ground,
-                    below: &memoized,
-                    depth_m: *depth_m,
-                    under_crowns: *under_crowns,
-                };
+            Some(lying) => {
+                let snow = SnowCover::new(lying, ground, &memoized);
                 let material = |p: DVec2, inside: bool| match material(p, inside) {
                     below if !snow.hides(p) => below,
-                    below => materials.over(below),
+                    below => lying.materials.over(below),
                 };
                 self.mesher.mesh(at, &snow, &memoized, &material)
             }

@@ -341,22 +341,22 @@ impl LibraryRecipe {
         Ok(sum / total)
     }
 
-    /// The share of the snow of the open that reaches the ground under the stand's crowns:
+    /// The share of the snow of the open that reaches the ground under the crowns of a stand:
     /// 1 − 0.65 C for crowns that cover the share C of the ground (Varhola et al. 2010, "Forest
     /// canopy effects on snow accumulation and ablation"). They cover it at random, so that
     /// C = 1 − e^(−s), where s is the area of all crowns over the ground's. A bare crown counts as
     /// a third, as its wood holds about a third of the snow that a leafy one holds (our choice).
-    pub(crate) fn snow_under_crowns(&self) -> Result<f64, Error> {
+    pub(crate) fn snow_under_crowns(&self, params: &AssetParams) -> f64 {
         const HELD: f64 = 0.65;
         const WOOD: f64 = 1.0 / 3.0;
-        let crowns = self.params(&self.species()?).species.into_iter().map(|of| {
+        let crowns = params.species.iter().map(|of| {
             let width_m = of.species.mean_crown_width_m(of.dbh_mean_m);
             let (_, leafy) = of.species.shoot_in(self.season.as_ref());
             let holds = WOOD + (1.0 - WOOD) * leafy;
             holds * std::f64::consts::FRAC_PI_4 * width_m * width_m * of.trees_per_ha / 10_000.0
         });
         let sum: f64 = crowns.sum();
-        Ok(1.0 - HELD * (1.0 - libm::exp(-sum)))
+        1.0 - HELD * (1.0 - libm::exp(-sum))
     }
 
     /// Mean diameter of the stand's trees at breast height, metres.
@@ -437,7 +437,8 @@ mod tests {
         let mut config = found.expect("a preset").config();
         config.season.day_of_year = day_of_year;
         let recipe = LibraryRecipe::new(&config, &InputFiles::default());
-        recipe.snow_under_crowns().expect("known species")
+        let species = recipe.species().expect("known species");
+        recipe.snow_under_crowns(&recipe.params(&species))
     }
 
     #[test]

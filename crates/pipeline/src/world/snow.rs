@@ -3,6 +3,7 @@
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{Surface, SurfaceSample};
 
+use super::assets::LyingSnow;
 use super::chunk_ground::ChunkGround;
 
 /// The depth of trodden snow over that beside the trail (our choice).
@@ -18,16 +19,26 @@ const STEP_M: f64 = 0.02;
 
 /// Snow over the ground of a chunk.
 pub(crate) struct SnowCover<'a, S> {
-    pub(crate) ground: &'a ChunkGround,
+    ground: &'a ChunkGround,
     /// The ground below it.
-    pub(crate) below: &'a S,
+    below: &'a S,
     /// Its depth on level ground in the open, metres.
-    pub(crate) depth_m: f64,
+    depth_m: f64,
     /// The share of that depth that lies under crowns.
-    pub(crate) under_crowns: f64,
+    under_crowns: f64,
 }
 
-impl<S: Surface> SnowCover<'_, S> {
+impl<'a, S: Surface> SnowCover<'a, S> {
+    /// The snow of a world on the ground of a chunk, whose surface is `below`.
+    pub(crate) fn new(snow: &LyingSnow, ground: &'a ChunkGround, below: &'a S) -> Self {
+        Self {
+            ground,
+            below,
+            depth_m: snow.depth_m,
+            under_crowns: snow.under_crowns,
+        }
+    }
+
     /// The depth of snow at a place, metres. It is none at the edge of water, less on trails, under
     /// crowns and on slopes, and uneven as wind leaves it.
     pub(crate) fn depth_m(&self, p: DVec2) -> f64 {

@@ -10,7 +10,7 @@ use nemoral_trajectory::{Obstacle, Obstacles, PathPose, Polyline, Trajectory};
 use nemoral_water::ChunkWater;
 
 use super::chunk_ground::ChunkGround;
-use super::windthrow::LOG_REACH_M;
+pub use super::windthrow::LOG_REACH_M;
 use crate::Error;
 use crate::plan::Demand;
 

@@ -8,7 +8,7 @@ use nemoral_stand::{FallenStem, StemKind, StemScale};
 use crate::config::LONGEST_LOG_M;
 
 /// No log, thrown or fallen, reaches farther from its middle, metres.
-pub(crate) const LOG_REACH_M: f64 = LONGEST_LOG_M / 2.0;
+pub const LOG_REACH_M: f64 = LONGEST_LOG_M / 2.0;
 /// Length over diameter of a thrown stem without its crown.
 const SLENDERNESS: f64 = 36.0;
 /// Radius of a root plate over the diameter of its stem: plates are some six diameters wide.

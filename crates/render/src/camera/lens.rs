@@ -138,7 +138,8 @@ impl Lens {
         self.check_within(distances.into_iter().fold(1.0, f64::max))
     }
 
-    fn check_within(&self, half_diagonals: f64) -> Result<(), ParamError> {
+    /// The same up to a distance from the principal point, in half diagonals.
+    fn check_within(&self, farthest: f64) -> Result<(), ParamError> {
         for (field, value, most, allowed) in [
             ("lens.veiling_glare", self.veiling_glare, 0.5, "0..=0.5"),
             ("lens.halo", self.halo, 0.5, "0..=0.5"),
@@ -146,7 +147,7 @@ impl Lens {
         ] {
             check(field, value.into(), 0.0, most, allowed)?;
         }
-        self.vignetting.check(half_diagonals)?;
+        self.vignetting.check(farthest)?;
         self.aberration.check()
     }
 
@@ -180,6 +181,7 @@ impl Lens {
 }
 
 /// A picture whose pixels are blocks.
+#[derive(Clone)]
 pub(super) struct BlockImage {
     width: usize,
     light: Vec<Vec3>,
@@ -274,15 +276,6 @@ impl BlockImage {
             self.light[y + left].lerp(self.light[y + right], u)
         };
         row(top).lerp(row(bottom), v)
-    }
-}
-
-impl Clone for BlockImage {
-    fn clone(&self) -> Self {
-        Self {
-            width: self.width,
-            light: self.light.clone(),
-        }
     }
 }
 

@@ -7,7 +7,7 @@ use nemoral_scene::Ray;
 
 use crate::camera::white_balance::colour_of;
 use crate::error::{ParamError, check};
-use crate::light::shading::{Reflected, ShadowRayOrigin, Surface, SurfaceView, leaving, reflected};
+use crate::light::shading::{RayOrigin, Reflected, Surface, SurfaceView, ray_from_hit, reflected};
 use crate::sky::atmosphere::henyey_greenstein;
 use crate::sky::haze::Haze;
 
@@ -161,15 +161,10 @@ impl LampInAir {
 
     /// The ray from what is seen to a point of the lamp's disc, whose place in the unit disc is
     /// `on_disc`.
-    pub(crate) fn shadow(
-        &self,
-        seen: &SurfaceView<'_>,
-        from: ShadowRayOrigin,
-        on_disc: Vec2,
-    ) -> Ray {
+    pub(crate) fn shadow(&self, seen: &SurfaceView<'_>, origin: RayOrigin, on_disc: Vec2) -> Ray {
         let (direction, distance_m) = self.towards(seen, on_disc);
         // The lamp's own housing is in no scene.
-        leaving(seen, from, direction, distance_m - NEAREST_M)
+        ray_from_hit(seen, origin, direction, distance_m - NEAREST_M)
     }
 
     fn towards(&self, seen: &SurfaceView<'_>, on_disc: Vec2) -> (Vec3, f32) {
@@ -181,21 +176,21 @@ impl LampInAir {
         (way / distance_m, distance_m)
     }
 
-    /// What a surface sends towards the viewer of the lamp's light if nothing is before it, and how
-    /// a ray to the lamp leaves; `None` if it shines on no side that matters.
+    /// What a surface sends towards the viewer of the lamp's light if nothing is before it, and
+    /// where a ray to the lamp leaves the surface; `None` if it shines on no side that matters.
     pub(crate) fn on(
         &self,
         surface: &Surface,
         seen: &SurfaceView<'_>,
         on_disc: Vec2,
-    ) -> Option<(Reflected, ShadowRayOrigin)> {
+    ) -> Option<(Reflected, RayOrigin)> {
         let point = seen.ray.at(seen.hit.surface.distance_m);
         let (_, irradiance) = self.irradiance(point);
         if irradiance == Vec3::ZERO {
             return None;
         }
-        let (radiance, from) = reflected(surface, seen, self.towards(seen, on_disc).0)?;
-        Some((radiance * irradiance, from))
+        let (radiance, origin) = reflected(surface, seen, self.towards(seen, on_disc).0)?;
+        Some((radiance * irradiance, origin))
     }
 
     /// The light of the lamp that the air along a part of a ray from the camera scatters to it; the

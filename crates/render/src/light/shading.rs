@@ -32,16 +32,16 @@ pub(crate) struct Surface {
     smooth: bool,
 }
 
-/// Where a shadow ray leaves a surface.
+/// Where a ray to light leaves a surface.
 #[derive(Clone, Copy)]
-pub(crate) struct ShadowRayOrigin {
+pub(crate) struct RayOrigin {
     /// The normal of the flat surface on the ray's side.
     side: Vec3,
     /// From the flat surface to where the ray begins, besides what rounding needs, metres.
     lift_m: Vec3,
 }
 
-impl ShadowRayOrigin {
+impl RayOrigin {
     /// From a side of the flat surface.
     pub(crate) fn from_side(side: Vec3) -> Self {
         Self {
@@ -169,16 +169,16 @@ pub(crate) fn shade(scene: &SceneView<'_>, lighting: &Lighting, seen: &SurfaceVi
         sky_view_factor,
     };
     if irradiance != Vec3::ZERO
-        && let Some((radiance, from)) = reflected(&shaded.surface, seen, seen.light.sun)
+        && let Some((radiance, origin)) = reflected(&shaded.surface, seen, seen.light.sun)
     {
         shaded.direct = radiance * irradiance;
-        shaded.shadow = Some(leaving(seen, from, seen.light.sun, f32::INFINITY));
+        shaded.shadow = Some(ray_from_hit(seen, origin, seen.light.sun, f32::INFINITY));
     }
     shaded
 }
 
 /// The radiance towards the viewer for a unit of irradiance from a direction on a plane that faces
-/// it, and how a ray leaves to there from the side that it falls on; `None` if that side neither
+/// it, and where a ray to there leaves the side that it falls on; `None` if that side neither
 /// reflects nor transmits it to the viewer.
 ///
 /// Where light grazes a smooth surface, some of its triangles face away from it. They would be dark
@@ -188,28 +188,28 @@ pub(crate) fn reflected(
     surface: &Surface,
     seen: &SurfaceView<'_>,
     from: Vec3,
-) -> Option<(Reflected, ShadowRayOrigin)> {
+) -> Option<(Reflected, RayOrigin)> {
     let flat = seen.hit.surface.geometric_normal * seen.facing();
     let cos = surface.normal.dot(from);
     let facing = flat.dot(from);
     let lit_front = cos > 0.0 && (facing > 0.0 || surface.smooth);
     let lit_back = cos < 0.0 && surface.transmittance != Vec3::ZERO;
-    let leaving = if lit_front && facing <= 0.0 {
-        ShadowRayOrigin {
+    let origin = if lit_front && facing <= 0.0 {
+        RayOrigin {
             side: flat,
             lift_m: surface.normal * (-facing * LIFT_M),
         }
     } else {
-        ShadowRayOrigin::from_side(flat * if facing > 0.0 { 1.0 } else { -1.0 })
+        RayOrigin::from_side(flat * if facing > 0.0 { 1.0 } else { -1.0 })
     };
     let radiance = || direct(surface, cos, from, seen.ray.direction);
-    (lit_front || lit_back).then(|| (radiance(), leaving))
+    (lit_front || lit_back).then(|| (radiance(), origin))
 }
 
 /// The ray from a hit in a direction.
-pub(crate) fn leaving(
+pub(crate) fn ray_from_hit(
     seen: &SurfaceView<'_>,
-    from: ShadowRayOrigin,
+    origin: RayOrigin,
     direction: Vec3,
     t_max_m: f32,
 ) -> Ray {
@@ -217,7 +217,7 @@ pub(crate) fn leaving(
     // The origin is off the surface by more than the rounding of distance and coordinates.
     let offset = 1e-4 * (1.0 + seen.hit.surface.distance_m) + 2e-6 * point.abs().max_element();
     Ray {
-        origin: point + from.side * offset + from.lift_m,
+        origin: point + origin.side * offset + origin.lift_m,
         direction,
         t_min_m: offset,
         t_max_m,
@@ -256,8 +256,8 @@ impl Surface {
         let under = flat.dot(direction).min(0.0);
         let direction = (direction - flat * (2.0 * under)).normalize_or(flat);
         let (_, entering) = self.interface(seen.ray.direction);
-        let from = ShadowRayOrigin::from_side(flat);
-        Some((leaving(seen, from, direction, reach_m), weight * entering))
+        let ray = ray_from_hit(seen, RayOrigin::from_side(flat), direction, reach_m);
+        Some((ray, weight * entering))
     }
 
     /// For light from all around: the share that is reflected specularly to a viewer along `view`,

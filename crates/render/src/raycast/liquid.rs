@@ -5,7 +5,7 @@ use nemoral_scene::{Hit, Liquid, Ray};
 
 use super::context::{Lamplight, PictureContext, RayRadiance};
 use crate::light::ripples::rippled;
-use crate::light::shading::{ShadowRayOrigin, SurfaceView, shade};
+use crate::light::shading::{RayOrigin, SurfaceView, shade};
 
 /// The share of the light from a bed that leaves a still surface, over that which would come from
 /// it in air: it is spread when it is refracted, and partly mirrored down again (Mobley 1999,
@@ -133,8 +133,8 @@ impl PictureContext<'_> {
     /// below it.
     fn reaching(&self, of_bed: Vec<Lamplight>, view: &SurfaceView<'_>, flat: Vec3) -> Vec3 {
         let reaches = |light: &Lamplight| {
-            let from = ShadowRayOrigin::from_side(flat);
-            let shadow = self.lamps[light.lamp].shadow(view, from, view.light.on_disc);
+            let origin = RayOrigin::from_side(flat);
+            let shadow = self.lamps[light.lamp].shadow(view, origin, view.light.on_disc);
             shadow.direction.dot(flat) > 0.0 && !self.scene.caster.is_occluded(&shadow)
         };
         let lights = of_bed.into_iter().filter(reaches);

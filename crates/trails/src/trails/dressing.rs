@@ -11,9 +11,9 @@ type Dress<'a> = dyn Fn(&TrailPath, ChunkCoord, &mut dyn FnMut(TrailDressing)) +
 
 impl Trails {
     /// What lies and grows on trails and at their edges, whose position is in a chunk: grass in a
-    /// keyed order, then stones, verges, roots and beds, culverts, and steps, by trail. At most the
-    /// greatest `grass_max_per_chunk` of tufts grow on the trails, however many meet there;
-    /// where they meet, the verge of one does not grow on another.
+    /// keyed order, then stones, verges, roots and beds, culverts, steps, and strips, by trail. At
+    /// most the greatest `grass_max_per_chunk` of tufts grow on the trails, however many meet
+    /// there; where they meet, the verge of one does not grow on another.
     #[must_use]
     pub fn dressing(&self, coord: ChunkCoord) -> Vec<TrailDressing> {
         let size = self.chunk_size_m;

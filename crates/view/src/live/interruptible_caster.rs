@@ -9,7 +9,7 @@ use nemoral_scene::{Hit, Ray, RayCaster, SurfaceHit};
 /// is not wanted any more takes no more time, whatever renderer casts the rays; in a program that
 /// cannot unwind it meets nothing from then on.
 #[derive(Clone, Copy)]
-pub(super) struct Interruptible<'a> {
+pub(super) struct InterruptibleCaster<'a> {
     pub(super) caster: &'a dyn RayCaster,
     pub(super) stop: &'a AtomicBool,
 }
@@ -27,7 +27,7 @@ pub(super) fn unless_given_up<T>(run: impl FnOnce() -> T) -> Option<T> {
     }
 }
 
-impl Interruptible<'_> {
+impl InterruptibleCaster<'_> {
     fn is_stopped(&self) -> bool {
         let stopped = self.stop.load(Ordering::Relaxed);
         if stopped && cfg!(panic = "unwind") {
@@ -37,7 +37,7 @@ impl Interruptible<'_> {
     }
 }
 
-impl RayCaster for Interruptible<'_> {
+impl RayCaster for InterruptibleCaster<'_> {
     fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
         if self.is_stopped() {
             return None;

@@ -24,7 +24,7 @@ pub use rendering::{RenderedImage, ViewImage};
 use crate::controls::{CONTROLS, Control, Values, changed, stands, values};
 use crate::view_request::{ImageKind, ViewRequest, drive_from, this_view};
 use crate::{Error, controls};
-use interruptible_caster::Interruptible;
+use interruptible_caster::InterruptibleCaster;
 use world::WorldSnapshot;
 
 /// How the forest is made.
@@ -201,7 +201,7 @@ impl LiveForest {
 
     /// What can be changed, what grows, and what went wrong.
     #[must_use]
-    pub fn state(&self) -> ForestStatus {
+    pub fn status(&self) -> ForestStatus {
         let state = lock(&self.shared.state);
         let ontology = world::ontology(&state.wanted);
         let classes = ontology.classes().iter();
@@ -281,7 +281,9 @@ impl LiveForest {
             return Ok(None);
         };
         let mut viewpoint = request.viewpoint;
-        viewpoint.position_m = shown.world.clear_of_stems(shared, viewpoint.position_m)?;
+        viewpoint.position_m = shown
+            .world
+            .clear_of_obstacles(shared, viewpoint.position_m)?;
         let newest = {
             let mut state = lock(&shared.state);
             state.place_m = Some(viewpoint.position_m);
@@ -289,7 +291,7 @@ impl LiveForest {
             state.revision
         };
         shared.changed.notify_all();
-        let caster = Interruptible {
+        let caster = InterruptibleCaster {
             caster: &*shown.scene.caster,
             stop: given_up,
         };

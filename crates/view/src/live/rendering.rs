@@ -39,7 +39,7 @@ pub struct RenderedImage {
 pub struct ViewImage {
     /// The image.
     pub rendered: RenderedImage,
-    /// Where it was taken: as asked for, but clear of stems.
+    /// Where it was taken: as asked for, but clear of stems, logs and rocks.
     pub viewpoint: Viewpoint,
     /// The number of the change that it shows.
     pub revision: u64,

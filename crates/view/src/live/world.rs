@@ -7,7 +7,7 @@ use nemoral_pipeline::plan::Runner;
 use nemoral_pipeline::recording::scene::FrameScene;
 use nemoral_pipeline::world::cameras::CameraRig;
 use nemoral_pipeline::world::lidars::LidarRig;
-use nemoral_pipeline::world::trajectory::obstacles;
+use nemoral_pipeline::world::trajectory::{LOG_REACH_M, obstacles};
 use nemoral_pipeline::{Backend, ForestPlan, InputFiles};
 use nemoral_scene::glam::{DVec2, DVec3};
 use nemoral_scene::{ChunkCoord, MaterialLibrary, Ontology};
@@ -16,10 +16,11 @@ use super::Shared;
 use super::shadow_cache::ShadowCache;
 use crate::Error;
 
-/// Distance that is kept from stems and rocks, metres.
+/// Distance that is kept from stems, logs and rocks, metres.
 const CLEARANCE_M: f64 = 0.3;
-/// How far what is in the way reaches into neighbouring chunks, metres: half of the longest log.
-const REACH_M: f64 = 10.0;
+/// How far what is in the way reaches into neighbouring chunks, metres: half of the longest log,
+/// and a metre for half of its width and the clearance.
+const REACH_M: f64 = LOG_REACH_M + 1.0;
 /// The names of the cameras of drafts, in the order of [`World::cameras`] after the first.
 const DRAFTS: [&str; 2] = ["drafts", "drafts by halves"];
 
@@ -135,15 +136,15 @@ impl World {
         keys(self) == keys(other) && self.config.chunks == other.config.chunks
     }
 
-    /// The nearest place that is not within a stem, a log or a rock, or about it.
-    pub(super) fn clear_of_stems(
+    /// A place nearby that is clear of stems, logs and rocks: this one, if it is.
+    pub(super) fn clear_of_obstacles(
         &self,
         shared: &Shared,
         mut place_m: DVec2,
     ) -> Result<DVec2, Error> {
         let size_m = self.config.chunks.size_m;
         let objects = self.runner(shared, 1).demand(self.forest.objects);
-        // Two stems may stand close to each other.
+        // What one obstacle turns away may meet another.
         for _ in 0..3 {
             let mut moved = false;
             for chunk in ChunkCoord::within(place_m, REACH_M, size_m) {

@@ -79,7 +79,7 @@ impl Format for Kitti2015 {
         }
         for sequence in sequences {
             if let Some(camera) = sequence.cameras.first() {
-                rig::refuse_bent(sequence.number, camera)?;
+                rig::refuse_distorted(sequence.number, camera)?;
             }
         }
         // A data set that is still to be made has no frames yet.

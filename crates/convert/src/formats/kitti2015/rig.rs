@@ -63,7 +63,7 @@ impl Rig {
 }
 
 /// Refuses a first camera whose pictures the benchmark has no place for.
-pub(super) fn refuse_bent(sequence: u32, camera: &CameraSpec) -> Result<(), Error> {
+pub(super) fn refuse_distorted(sequence: u32, camera: &CameraSpec) -> Result<(), Error> {
     let name = &camera.name;
     if camera.intrinsics.distortion != Distortion::None {
         return Err(unsuitable(format!(

@@ -68,12 +68,12 @@ impl Format for NuScenes {
                 )));
             }
             let mut cameras = sequence.cameras.iter();
-            if let Some(bent) = cameras.find(|c| c.intrinsics.distortion != Distortion::None) {
+            if let Some(camera) = cameras.find(|c| c.intrinsics.distortion != Distortion::None) {
                 return Err(unsuitable(format!(
                     "camera '{}' of sequence {number:02} has a lens, whose coefficients have no \
                      place in nuScenes' tables, so that boxes would lie beside their objects; make \
                      the data set without brown_conrady and fisheye",
-                    bent.name
+                    camera.name
                 )));
             }
             sensors::of(number, &sequence.cameras, &sequence.lidars)?;

@@ -92,7 +92,7 @@ impl View<'_> {
         let z = *depth.at(column, row);
         let then = self.motion.after(shutter.row_time_s(at.y + 0.5, k.height));
         let point_z = then.inverse().transform_point(in_camera).z;
-        let saturated = self.format == DepthFormat::Png16 && z >= 65535.0 / 256.0;
+        let saturated = self.format.farthest_m().is_some_and(|most| z >= most);
         (z > 0.0 && !saturated).then(|| Pixel {
             index: row * depth.width() + column,
             around,

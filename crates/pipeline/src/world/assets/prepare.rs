@@ -40,22 +40,21 @@ impl WorldAssets {
             .map(|tree| Arc::clone(&tree.prototype))
             .collect();
         let [depth_m, on_crowns] = recipe.snow();
-        let under_crowns = recipe.snow_under_crowns()?;
+        let species = recipe.species()?;
+        let params = recipe.params(&species);
         let snow = (depth_m > 0.0).then(|| {
-            let params = SnowParams {
+            let snow_params = SnowParams {
                 depth_m,
                 on_crowns,
                 beds,
                 textures: recipe.has_textures(),
             };
             LyingSnow {
-                materials: Arc::make_mut(&mut library).add_snow(&params, key.domain(SNOW)),
+                materials: Arc::make_mut(&mut library).add_snow(&snow_params, key.domain(SNOW)),
                 depth_m,
-                under_crowns,
+                under_crowns: recipe.snow_under_crowns(&params),
             }
         });
-        let species = recipe.species()?;
-        let params = recipe.params(&species);
         let snags = recipe.snag_share();
         let mut stems = recipe.measured(&species, key)?;
         let field_ids = std::mem::take(&mut stems.ids);

@@ -13,7 +13,9 @@ pub(super) const NEAREST_M: f64 = 0.2;
 const APERTURE_M: f64 = 0.002;
 /// The exposure of a picture of an instant, seconds.
 const INSTANT_S: f64 = 0.005;
-/// The greatest angle from the axis of a narrow lens at which particles are drawn.
+/// The greatest angle from the axis at which particles beside a narrower picture are drawn: a
+/// streak is everywhere as wide as in its middle, and through a pinhole that grows without bound
+/// towards a right angle.
 const GRAZING_RAD: f64 = 1.5;
 
 /// Particles that fall equally fast.
@@ -49,8 +51,8 @@ impl SizeBin {
     }
 
     /// The streak of a particle that is at a place in the scene at the picture's time; none if it
-    /// is too near, farther than the reach, or too far beside the picture, all of which is within
-    /// an angle of the axis.
+    /// is too near, farther away than `reach_m`, or too far beside the picture, all of which is
+    /// within `widest_rad` of the axis.
     pub(super) fn streak(
         &self,
         view: &View,
@@ -69,8 +71,8 @@ impl SizeBin {
             0.0 => INSTANT_S,
             exposure_s => exposure_s,
         };
-        // What is beside the picture and does not come into it. Beside a pinhole the plane of the
-        // picture is without end, and so is what is close to the plane of the pinhole.
+        // Neither its way, nor its width, nor its blur reaches into the picture from farther beside
+        // it.
         let around_m = diameter_m + APERTURE_M + fall.length() * exposure_s;
         let farthest_rad = (widest_rad + around_m / distance_m).min(widest_rad.max(GRAZING_RAD));
         if libm::acos((in_camera.z / distance_m).clamp(-1.0, 1.0)) > farthest_rad {
