@@ -9,7 +9,7 @@
     reason = "tests, examples and benchmarks use files directly"
 )]
 
-#[path = "../tests/common/mod.rs"]
+#[path = "../tests/lidar/common.rs"]
 mod common;
 
 use std::collections::BTreeSet;

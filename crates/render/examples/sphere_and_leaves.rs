@@ -1,7 +1,7 @@
 //! A glade of exact shapes under many skies, as a contact sheet:
 //! `cargo run --release -p nemoral-render --example sphere_and_leaves -- FOLDER`
 
-#[path = "../tests/analytic/mod.rs"]
+#[path = "../tests/render/analytic.rs"]
 mod analytic;
 
 use std::path::PathBuf;

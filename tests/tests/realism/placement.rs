@@ -69,7 +69,7 @@ static STANDS: LazyLock<Vec<Stand>> = LazyLock::new(|| {
 });
 
 /// Whether an object stands, so that a circle around its foot has its room. What lies is longer:
-/// `pipeline/tests/deadwood.rs` tests where it may be.
+/// `pipeline/tests/worlds/deadwood.rs` tests where it may be.
 fn stands(thing: &SceneObject) -> bool {
     !matches!(thing.kind, ObjectKind::Log | ObjectKind::RootPlate)
 }

@@ -102,8 +102,8 @@ fn head(stands: &[Stand]) -> String {
          we have read no publication. Measures out of their ranges are marked ✗ with the range, \
          and listed first. The estimators are in `tools/realism/src`; only the targets (the \
          relations, the distribution of diameters) come from the generator's own code, and \
-         `crates/assets/tests/measured.rs` and `trees.rs` compare these with the meshes and with \
-         an independent implementation of the published formulas. The tests in \
+         `crates/assets/tests/assets/measured.rs` and `trees.rs` compare these with the meshes and \
+         with an independent implementation of the published formulas. The tests in \
          `tests/tests/realism` and `tests/tests/physics/dbh.rs` break causes on purpose and show \
          that each measure leaves the same range (`tools/realism/src/ranges.rs`).\n\n\
          For each stand these are all trees on {metres:.0} m x {metres:.0} m, five pictures of 640 \

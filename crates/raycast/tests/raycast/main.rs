@@ -1,0 +1,7 @@
+//! Tests of casters, in one program.
+
+mod common;
+mod fuzzed_scenes;
+mod parry_agreement;
+mod properties;
+mod watertight;

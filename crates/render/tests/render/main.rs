@@ -1,0 +1,9 @@
+//! Tests of the camera, in one program.
+
+mod analytic;
+mod lamps;
+mod motion;
+mod optics;
+mod path_tracing;
+mod properties;
+mod water;

@@ -1,0 +1,5 @@
+//! Tests of terrain, in one program.
+
+mod mesh;
+mod relief;
+mod terrain;

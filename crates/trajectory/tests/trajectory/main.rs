@@ -1,0 +1,4 @@
+//! Tests of trajectories, in one program.
+
+mod flight_lines;
+mod navigation;
