@@ -16,6 +16,8 @@ pub(crate) enum Mark {
     Stalked(Stroke, Leaf),
     /// A needle, a blade, a twig or a stalk.
     Stroke(Stroke),
+    /// A flower as narrow as a stroke: a bell of heather.
+    Bell(Stroke),
 }
 
 /// A drawing of a twig that enters at (0, 0) and grows towards +y, back to front.
@@ -47,12 +49,16 @@ impl CardDrawing {
         self.marks.push(Mark::Stroke(stroke));
     }
 
+    pub(crate) fn bell(&mut self, bell: Stroke) {
+        self.marks.push(Mark::Bell(bell));
+    }
+
     /// Multiplies all colours.
     pub(crate) fn tint(&mut self, by: Vec3) {
         for mark in &mut self.marks {
             match mark {
                 Mark::Leaf(leaf) => leaf.colour *= by,
-                Mark::Stroke(stroke) => stroke.tint(by),
+                Mark::Stroke(stroke) | Mark::Bell(stroke) => stroke.tint(by),
                 Mark::Stalked(stalk, leaf) => {
                     stalk.tint(by);
                     leaf.colour *= by;
@@ -138,7 +144,7 @@ impl CardDrawing {
         for mark in &self.marks {
             let (low, high) = match mark {
                 Mark::Leaf(l) => l.bounds(),
-                Mark::Stroke(s) => s.bounds(),
+                Mark::Stroke(s) | Mark::Bell(s) => s.bounds(),
                 Mark::Stalked(s, l) => {
                     let ((low, high), (low_of_leaf, high_of_leaf)) = (s.bounds(), l.bounds());
                     (low.min(low_of_leaf), high.max(high_of_leaf))
@@ -174,7 +180,7 @@ impl CardDrawing {
         for mark in &self.marks {
             match mark {
                 Mark::Leaf(of) => leaf(&mut canvas, of),
-                Mark::Stroke(stroke) => canvas.stroke(stroke),
+                Mark::Stroke(stroke) | Mark::Bell(stroke) => canvas.stroke(stroke),
                 Mark::Stalked(stalk, of) => {
                     canvas.stroke(stalk);
                     leaf(&mut canvas, of);

@@ -133,23 +133,15 @@ pub(crate) fn heather(rng: &mut impl Rng, flowers: bool) -> CardDrawing {
             let side = if k % 2 == 0 { 1.0 } else { -1.0 };
             let out = heading(angle + side * rng.range_f32(0.4, 0.9));
             let from = shoot.at(t);
-            let bell = flowers && t > 0.55 && rng.chance(0.42);
-            let colour = if bell {
-                HEATHER_BELL * shade * rng.range_f32(0.7, 1.2)
+            if flowers && t > 0.55 && rng.chance(0.42) {
+                let colour = HEATHER_BELL * shade * rng.range_f32(0.7, 1.2);
+                let tip = from + 0.006 * out;
+                drawing.bell(Stroke::straight(from, tip, [0.004, 0.003], colour));
             } else {
-                colour * rng.range_f32(0.75, 1.2)
-            };
-            let length = if bell { 0.006 } else { 0.0085 };
-            drawing.stroke(Stroke::straight(
-                from,
-                from + length * out,
-                if bell {
-                    [0.004, 0.003]
-                } else {
-                    [0.0025, 0.0012]
-                },
-                colour,
-            ));
+                let colour = colour * rng.range_f32(0.75, 1.2);
+                let tip = from + 0.0085 * out;
+                drawing.stroke(Stroke::straight(from, tip, [0.0025, 0.0012], colour));
+            }
         }
     }
     drawing

@@ -8,6 +8,7 @@ use super::optics::{self, LeafOptics};
 use crate::cards::card_raster::{CardDrawing, Mark};
 use crate::cards::sward::STRAW;
 use crate::cards::understory::{HEATHER_BELL, HEATHER_SHOOT};
+use crate::textures::canvas::Stroke;
 use crate::textures::tile::luminance;
 use crate::tree::Season;
 
@@ -284,11 +285,6 @@ fn is_green(colour: Vec3) -> bool {
     colour.y > 1.05 * colour.x && colour.y > 1.3 * colour.z
 }
 
-/// Whether a colour is that of a bell of heather.
-fn is_bell(colour: Vec3) -> bool {
-    colour.z > colour.y
-}
-
 /// The day of the year that is at 50 degrees north what this day is at its latitude.
 fn day_at_50(season: &Season) -> f64 {
     let day = season.northern_day();
@@ -334,8 +330,8 @@ impl PlantPhenology {
 
     /// A drawing of leaves with these optics in its phase. Each leaf has a draw of its own from
     /// the key, so that leaves go one after the other. Flowers are marks that are not green; they
-    /// go with what dies, and petals that are not open are not there. Bells of heather are strokes,
-    /// more blue than green, which are part of their shoot before and after.
+    /// go with what dies, and petals that are not open are not there. Bells of heather are part of
+    /// their shoot before and after.
     pub(super) fn drawing(
         &self,
         drawing: &CardDrawing,
@@ -364,16 +360,18 @@ impl PlantPhenology {
                     (is_there && !(is_flower && (is_dead || !is_open))).then_some(mark)
                 }
                 Mark::Stroke(stroke) => {
-                    if !is_open && is_bell(stroke.colour[1]) {
-                        let closed = if phase.is_faded { RUST } else { HEATHER_SHOOT };
-                        let shade = |c| luminance(c) / luminance(HEATHER_BELL);
-                        stroke.colour = stroke.colour.map(|c| closed * shade(c));
-                    }
                     let dies = is_dead && self.strokes != Strokes::Twigs;
                     if dies && is_green(stroke.colour[1]) {
                         stroke.colour = stroke.colour.map(withered);
                     }
                     (is_there || self.strokes != Strokes::Blades).then_some(mark)
+                }
+                Mark::Bell(_) if is_open => Some(mark),
+                Mark::Bell(bell) => {
+                    let closed = if phase.is_faded { RUST } else { HEATHER_SHOOT };
+                    let shade = |c| luminance(c) / luminance(HEATHER_BELL);
+                    let colour = bell.colour.map(|c| closed * shade(c));
+                    Some(Mark::Stroke(Stroke { colour, ..*bell }))
                 }
             }
         };
@@ -460,7 +458,7 @@ mod tests {
         for mark in &withered.marks {
             let c = match mark {
                 Mark::Leaf(leaf) | Mark::Stalked(_, leaf) => leaf.colour,
-                Mark::Stroke(stroke) => stroke.colour[1],
+                Mark::Stroke(stroke) | Mark::Bell(stroke) => stroke.colour[1],
             };
             assert!(c.x > c.y && c.y > c.z && c.x < 0.3, "{c}");
         }
@@ -502,14 +500,11 @@ mod tests {
         // Bells, rust, and all marks.
         let found = |day| {
             let now = on_day(&HEATHER, &heather, day);
-            let colours = now.marks.iter().filter_map(|mark| match mark {
-                Mark::Stroke(stroke) => Some(stroke.colour[1]),
-                _ => None,
-            });
-            let colours: Vec<Vec3> = colours.collect();
-            let rust = colours.iter().filter(|c| c.x > c.y && c.y > c.z).count();
-            let bells = colours.iter().filter(|c| is_bell(**c)).count();
-            [bells, rust, now.marks.len()]
+            let is_rust = |c: Vec3| c.x > c.y && c.y > c.z;
+            let rust = (now.marks.iter())
+                .filter(|m| matches!(m, Mark::Stroke(stroke) if is_rust(stroke.colour[1])));
+            let bells = now.marks.iter().filter(|m| matches!(m, Mark::Bell(_)));
+            [bells.count(), rust.count(), now.marks.len()]
         };
         let [bells, wood, marks] = found(240.0);
         assert!(bells > 100, "{bells}");
