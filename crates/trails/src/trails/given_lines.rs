@@ -7,7 +7,7 @@ use nemoral_scene::ChunkCoord;
 
 use crate::earthwork::Earthworks;
 use crate::layout::Course;
-use crate::user_lines::{course, free_ends};
+use crate::line_course::{course, free_ends};
 use crate::{ParamError, Trails};
 
 /// The greatest coordinate of a given line, metres.

@@ -1,4 +1,4 @@
-//! Trails along given lines.
+//! The courses of trails along given lines.
 
 use std::collections::BTreeMap;
 
