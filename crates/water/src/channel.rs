@@ -51,8 +51,8 @@ impl CrossSection {
         self.bed_half_m().max(self.half_m + RIM_WIDTH_M) + BANK_M
     }
 
-    /// Half the width of its sheet, whose borders are in the banks, metres.
-    pub(crate) fn sheet_half_m(&self) -> f64 {
+    /// Half the width of its surface, whose borders are in the banks, metres.
+    pub(crate) fn surface_half_m(&self) -> f64 {
         self.half_m + (0.3 * self.half_m).max(0.2)
     }
 }

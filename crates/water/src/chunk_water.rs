@@ -1,4 +1,4 @@
-//! The water near a chunk: how it shapes the ground, where it is, and its sheets.
+//! The water near a chunk: how it shapes the ground, where it is, and its surfaces.
 
 use std::sync::Arc;
 
@@ -9,7 +9,7 @@ use crate::channel::{CrossSection, Segment};
 use crate::network::StreamReach;
 use crate::pond::Pond;
 use crate::puddle::Puddle;
-use crate::surface_mesh::{Sheets, WaterKind};
+use crate::surface_mesh::{SurfaceMesh, WaterKind};
 
 /// Side of the cells by which segments are found, metres.
 const CELL_M: f64 = 2.0;
@@ -247,34 +247,38 @@ impl ChunkWater {
     /// with the beds in it. `material` gives the material of each kind. Positions are chunk-local
     /// (z above the world's zero), uv are world metres modulo 1024. Triangles are counter-clockwise
     /// seen from above.
-    pub fn sheets(&self, ground: &dyn Surface, material: &dyn Fn(WaterKind) -> MaterialId) -> Mesh {
-        let mut sheets = Sheets {
+    pub fn surface_mesh(
+        &self,
+        ground: &dyn Surface,
+        material: &dyn Fn(WaterKind) -> MaterialId,
+    ) -> Mesh {
+        let mut surfaces = SurfaceMesh {
             origin_m: self.origin_m,
             mesh: Mesh::default(),
             ground,
             material,
         };
         for reach in self.own_reaches() {
-            sheets.reach(reach);
+            surfaces.reach(reach);
         }
         for pond in self.own_ponds() {
-            sheets.pond(pond);
+            surfaces.pond(pond);
         }
-        sheets.mesh
+        surfaces.mesh
     }
 
-    /// Whether the surfaces of the chunk's waters, as [`sheets`](Self::sheets) makes them, may
-    /// reach into a rectangle. None does that is farther than
-    /// [`SHEETS_REACH_M`](crate::SHEETS_REACH_M) from the chunk.
+    /// Whether the surfaces of the chunk's waters, as [`surface_mesh`](Self::surface_mesh) makes
+    /// them, may reach into a rectangle. None does that is farther than
+    /// [`SURFACE_REACH_M`](crate::SURFACE_REACH_M) from the chunk.
     #[must_use]
-    pub fn sheets_reach(&self, low_m: DVec2, high_m: DVec2) -> bool {
+    pub fn surface_reaches(&self, low_m: DVec2, high_m: DVec2) -> bool {
         let meets =
             |(low, high): (DVec2, DVec2)| low.cmple(high_m).all() && high.cmpge(low_m).all();
         let of_reach = |reach: &StreamReach| {
             let around = |section: &CrossSection| {
                 // Rows end up to a tenth farther in the banks, and the first one is moved up from
                 // a spring by half its width.
-                let reach_m = 1.5 * section.sheet_half_m();
+                let reach_m = 1.5 * section.surface_half_m();
                 (section.middle_m - reach_m, section.middle_m + reach_m)
             };
             let nothing = (DVec2::INFINITY, DVec2::NEG_INFINITY);
@@ -290,15 +294,15 @@ impl ChunkWater {
 }
 
 /// Adds the surfaces of those puddles whose middle is in a square to a mesh, as
-/// [`ChunkWater::sheets`] does; positions are relative to the square's first corner.
-pub fn puddle_sheets(
+/// [`ChunkWater::surface_mesh`] does; positions are relative to the square's first corner.
+pub fn puddle_surfaces(
     puddles: &[Puddle],
     (low_m, high_m): (DVec2, DVec2),
     ground: &dyn Surface,
     material: &dyn Fn(WaterKind) -> MaterialId,
     mesh: &mut Mesh,
 ) {
-    let mut sheets = Sheets {
+    let mut surfaces = SurfaceMesh {
         origin_m: low_m,
         mesh: std::mem::take(mesh),
         ground,
@@ -307,8 +311,8 @@ pub fn puddle_sheets(
     for puddle in puddles {
         let middle = puddle.middle_m();
         if middle.cmpge(low_m).all() && middle.cmplt(high_m).all() {
-            sheets.puddle(puddle);
+            surfaces.puddle(puddle);
         }
     }
-    *mesh = sheets.mesh;
+    *mesh = surfaces.mesh;
 }

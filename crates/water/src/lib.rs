@@ -63,11 +63,11 @@ pub const REACH_M: f64 = 360.0;
 struct Readme;
 
 pub use channel::CrossSection;
-pub use chunk_water::{ChunkWater, puddle_sheets};
+pub use chunk_water::{ChunkWater, puddle_surfaces};
 pub use nemoral_scene::ParamError;
 pub use params::WaterParams;
 pub use pond::Pond;
 pub use puddle::{Puddle, PuddleSite};
 pub use surface_mesh::WaterKind;
-pub use water::{SHEETS_REACH_M, Water};
+pub use water::{SURFACE_REACH_M, Water};
 pub use ways::{GroundWithWays, GroundWithoutWays};

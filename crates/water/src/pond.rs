@@ -173,22 +173,22 @@ impl Pond {
         Some((cut + level, fill + level))
     }
 
-    /// The border of its sheet, inside of the bank, and rings within, from the middle out.
+    /// The border of its surface, inside of the bank, and rings within, from the middle out.
     pub(crate) fn rings(&self) -> (Vec<f64>, u32) {
         let count = (TAU * self.radius_m / 0.6).ceil().clamp(24.0, 128.0);
         let rings = (self.radius_m / 1.5).ceil().max(2.0) as u32;
-        let of = |i: u32| SHEET * f64::from(i) / f64::from(rings);
+        let of = |i: u32| SURFACE * f64::from(i) / f64::from(rings);
         ((1..=rings).map(of).collect(), count as u32)
     }
 
-    /// The places on a ring of the sheet.
-    pub(crate) fn sheet_ring(&self, radii: f64, count: u32) -> Vec<DVec2> {
+    /// The places on a ring of the surface.
+    pub(crate) fn surface_ring(&self, radii: f64, count: u32) -> Vec<DVec2> {
         self.ring(radii, count).collect()
     }
 }
 
-/// How far the sheet reaches, in radii: into the bank, below the rim.
-const SHEET: f64 = 1.07;
+/// How far the surface reaches, in radii: into the bank, below the rim.
+const SURFACE: f64 = 1.07;
 
 /// A function of x, by its value and derivative, that rises without bound towards `reach`, but is
 /// as it was for x below 0.

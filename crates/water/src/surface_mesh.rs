@@ -10,14 +10,14 @@ use crate::puddle::Puddle;
 /// Texture coordinates repeat after this, metres, so that they stay exact in f32.
 const UV_PERIOD_M: f64 = 1024.0;
 
-/// Where the vertices of a stream's sheet are across, from one end to the other.
+/// Where the vertices of a stream's surface are across, from one end to the other.
 const ACROSS: [f64; 5] = [-1.0, -0.5, 0.0, 0.5, 1.0];
 
-/// A stream's sheet ends this far inside of a pond, metres, some millimetres below its water.
+/// A stream's surface ends this far inside of a pond, metres, some millimetres below its water.
 const INTO_POND_M: f64 = 0.8;
 const UNDER_POND_M: f64 = 0.01;
 
-/// The borders of sheets are at least so far below the ground, metres.
+/// The borders of surfaces are at least so far below the ground, metres.
 const BURIED_M: f64 = 0.04;
 
 /// A kind of water.
@@ -31,8 +31,8 @@ pub enum WaterKind {
     Puddle,
 }
 
-/// Collects the sheets of a chunk in one mesh.
-pub(crate) struct Sheets<'a> {
+/// Collects the surfaces of a chunk's waters in one mesh.
+pub(crate) struct SurfaceMesh<'a> {
     pub(crate) origin_m: DVec2,
     pub(crate) mesh: Mesh,
     /// The ground with its beds.
@@ -40,7 +40,7 @@ pub(crate) struct Sheets<'a> {
     pub(crate) material: &'a dyn Fn(WaterKind) -> MaterialId,
 }
 
-impl Sheets<'_> {
+impl SurfaceMesh<'_> {
     fn vertex(&mut self, place: DVec2, level_m: f64, normal: DVec3) -> u32 {
         let local = place - self.origin_m;
         let wrapped = DVec2::new(
@@ -69,18 +69,18 @@ impl Sheets<'_> {
         }
     }
 
-    /// The height of a sheet's border, which is nowhere above the ground: beside a lower stream,
+    /// The height of a surface's border, which is nowhere above the ground: beside a lower stream,
     /// the water falls to that.
     fn buried_m(&self, place: DVec2, level_m: f64) -> f64 {
         level_m.min(self.ground.height_m(place) - BURIED_M)
     }
 
-    /// The sheet of a reach: rows across, whose ends are in the banks.
+    /// The surface of a reach: rows across, whose ends are in the banks.
     pub(crate) fn reach(&mut self, reach: &StreamReach) {
         let mut rows = reach.sections.clone();
         if reach.is_spring {
             let mut first = rows[0];
-            first.middle_m -= first.along * first.sheet_half_m();
+            first.middle_m -= first.along * first.surface_half_m();
             rows.insert(0, first);
         }
         let mut before: Option<[u32; 5]> = None;
@@ -95,7 +95,7 @@ impl Sheets<'_> {
             let edge_m = reach.pond.as_ref().map(|pond| pond.edge_m(row.middle_m));
             let under = edge_m.is_some_and(|edge| edge < -0.1);
             let level_m = row.level_m - if under { UNDER_POND_M } else { 0.0 };
-            let left = row.along.perp() * row.sheet_half_m();
+            let left = row.along.perp() * row.surface_half_m();
             let [right_end, left_end] =
                 [-left, left].map(|out| self.border(row.middle_m, out, level_m));
             let row = ACROSS.map(|o| {
@@ -119,15 +119,15 @@ impl Sheets<'_> {
         }
     }
 
-    /// The sheet of a pond: rings, of which the last is in the bank.
+    /// The surface of a pond: rings, of which the last is in the bank.
     pub(crate) fn pond(&mut self, pond: &Pond) {
         let (radii, count) = pond.rings();
-        let rings = radii.iter().map(|&r| pond.sheet_ring(r, count));
+        let rings = radii.iter().map(|&r| pond.surface_ring(r, count));
         let rings: Vec<Vec<DVec2>> = rings.collect();
         self.fan(pond.middle_m(), &rings, pond.level_m(), WaterKind::Pond);
     }
 
-    /// The sheet of a puddle.
+    /// The surface of a puddle.
     pub(crate) fn puddle(&mut self, puddle: &Puddle) {
         let rings = [0.5, 0.85, 1.02].map(|r| puddle.ring(r, 32).collect());
         self.fan(
@@ -138,7 +138,7 @@ impl Sheets<'_> {
         );
     }
 
-    /// A level sheet of rings of equal numbers of places, counter-clockwise, from the middle out.
+    /// A level surface of rings of equal numbers of places, counter-clockwise, from the middle out.
     pub(crate) fn fan(
         &mut self,
         middle_m: DVec2,

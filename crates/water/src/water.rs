@@ -27,7 +27,7 @@ const LONGEST_REACH_M: f64 = 48.0;
 
 /// The surfaces of a chunk's waters end at most this far beyond its borders, metres: as far as a
 /// reach of a stream, and half of its width, or as the largest pond.
-pub const SHEETS_REACH_M: f64 = LONGEST_REACH_M + 16.0;
+pub const SURFACE_REACH_M: f64 = LONGEST_REACH_M + 16.0;
 
 /// The greatest margin around a chunk, metres.
 const WIDEST_M: f64 = 1000.0;
@@ -89,8 +89,8 @@ impl Water {
         &self.params
     }
 
-    /// The water for points at most `margin_m` from a chunk, 0..=1000, and the sheets that are the
-    /// chunk's. Other margins count as the nearest of these.
+    /// The water for points at most `margin_m` from a chunk, 0..=1000, and the surfaces that are
+    /// the chunk's. Other margins count as the nearest of these.
     #[must_use]
     pub fn near(&self, coord: ChunkCoord, margin_m: f64) -> Arc<ChunkWater> {
         let margin_m = if margin_m > 0.0 {

@@ -8,7 +8,7 @@ use nemoral_scene::glam::{DVec2, Vec3};
 use nemoral_scene::{ChunkCoord, FlatSurface, MaterialId, Surface, SurfaceSample};
 use nemoral_seed::Key;
 use nemoral_water::{
-    ChunkWater, CrossSection, GroundWithWays, GroundWithoutWays, SHEETS_REACH_M, Water, WaterKind,
+    ChunkWater, CrossSection, GroundWithWays, GroundWithoutWays, SURFACE_REACH_M, Water, WaterKind,
     WaterParams,
 };
 
@@ -115,7 +115,7 @@ fn levels_and_beds_fall_all_along_and_stay_below_the_banks() {
 }
 
 #[test]
-fn sheets_end_in_the_ground() {
+fn surfaces_end_in_the_ground() {
     let water = water(3);
     let (mut ends, mut shown, mut above) = (0, 0, 0);
     for chunk in chunks() {
@@ -132,7 +132,7 @@ fn sheets_end_in_the_ground() {
             })
             .collect();
         let origin = chunk.origin_m(CHUNK_M);
-        let mesh = near.sheets(&Carved(&near), &|kind| MaterialId(kind as u16));
+        let mesh = near.surface_mesh(&Carved(&near), &|kind| MaterialId(kind as u16));
         assert_eq!(mesh.positions.len(), mesh.normals.len());
         // The border: edges that one triangle has alone.
         let mut edges = std::collections::BTreeMap::new();
@@ -173,7 +173,7 @@ fn sheets_end_in_the_ground() {
             let height = middle.z - ground;
             assert!(
                 height < 0.06,
-                "at {p} a sheet ends {height:.3} m above the ground"
+                "at {p} a surface ends {height:.3} m above the ground"
             );
         }
     }
@@ -235,27 +235,27 @@ fn the_ground_has_no_steps() {
 }
 
 #[test]
-fn it_is_known_how_far_sheets_reach() {
+fn it_is_known_how_far_surfaces_reach() {
     let water = water(3);
     let (mut inside, mut outside) = (0, 0);
     for chunk in chunks() {
         let near = water.near(chunk, 12.0);
-        let mesh = near.sheets(&Carved(&near), &|kind| MaterialId(kind as u16));
+        let mesh = near.surface_mesh(&Carved(&near), &|kind| MaterialId(kind as u16));
         let low = chunk.origin_m(CHUNK_M);
         let high = low + CHUNK_M;
         for position in &mesh.positions {
             let p = low + position.truncate().as_dvec2();
-            assert!(near.sheets_reach(p, p), "{p} from {low}");
+            assert!(near.surface_reaches(p, p), "{p} from {low}");
             let beyond = (low - p).max(p - high).max_element();
-            assert!(beyond < SHEETS_REACH_M, "{beyond} m beyond {low}");
+            assert!(beyond < SURFACE_REACH_M, "{beyond} m beyond {low}");
             *(if beyond > 0.0 {
                 &mut outside
             } else {
                 &mut inside
             }) += 1;
         }
-        assert!(!near.sheets_reach(high + SHEETS_REACH_M, high + 1000.0));
-        assert!(!near.sheets_reach(low - 1000.0, low - SHEETS_REACH_M));
+        assert!(!near.surface_reaches(high + SURFACE_REACH_M, high + 1000.0));
+        assert!(!near.surface_reaches(low - 1000.0, low - SURFACE_REACH_M));
     }
     assert!(inside > 1000 && outside > 100, "{inside} {outside}");
 }
@@ -269,8 +269,8 @@ fn neighbours_agree_to_the_bit_in_any_order() {
     for (chunk, first) in all.iter().zip(&forwards).rev() {
         let second = other.near(*chunk, 8.0);
         let material = |kind| MaterialId(kind as u16);
-        let sheets = |near: &ChunkWater| near.sheets(&Carved(near), &material);
-        assert_eq!(sheets(first), sheets(&second));
+        let surfaces = |near: &ChunkWater| near.surface_mesh(&Carved(near), &material);
+        assert_eq!(surfaces(first), surfaces(&second));
         for (neighbour, third) in all.iter().zip(&forwards) {
             if (neighbour.x - chunk.x, neighbour.y - chunk.y) != (1, 0) {
                 continue;
@@ -400,7 +400,11 @@ fn no_water_is_no_change() {
     for chunk in chunks() {
         let near = water.near(chunk, 10.0);
         assert!(near.is_empty());
-        assert!(near.sheets(&Hills, &|_| MaterialId(0)).triangles.is_empty());
+        assert!(
+            near.surface_mesh(&Hills, &|_| MaterialId(0))
+                .triangles
+                .is_empty()
+        );
         let p = chunk.centre_m(CHUNK_M);
         assert_eq!(carved(&near, p), Hills.sample(p));
         assert_eq!(near.edge_m(p), f64::INFINITY);

@@ -28,7 +28,7 @@ fn a_plain_with_ponds() {
     let middle = pond.middle_m();
     let bed = near.carve(middle, plain.sample(middle));
     assert!(bed.height_m < pond.level_m() && pond.level_m() < 3.0);
-    let mesh = near.sheets(&plain, &|_| MaterialId(0));
+    let mesh = near.surface_mesh(&plain, &|_| MaterialId(0));
     assert_eq!(mesh.positions.len(), mesh.uvs.len());
 }
 

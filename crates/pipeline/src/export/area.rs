@@ -5,12 +5,12 @@ use std::sync::Arc;
 use nemoral_export::{ExportScene, clipped, is_ground};
 use nemoral_scene::glam::{DVec2, Vec3};
 use nemoral_scene::{ChunkCoord, Instance, MaterialLibrary, Prototype};
-use nemoral_water::SHEETS_REACH_M;
+use nemoral_water::SURFACE_REACH_M;
 
 use crate::chunks::chunks_of;
 use crate::config::extent_m;
 use crate::plan::Runner;
-use crate::world::water::{is_water, sheets_instance};
+use crate::world::water::{is_water, water_instance};
 use crate::{Error, Recorder};
 
 /// How far from the world's origin a region may be, metres.
@@ -153,8 +153,8 @@ impl Recorder {
         };
         let ground_model = runner.get(self.forest().ground_model, ())?;
         let size_m = self.sequence().config.chunks.size_m;
-        let first = ChunkCoord::containing(low_m - SHEETS_REACH_M, size_m);
-        let last = ChunkCoord::containing(high_m + SHEETS_REACH_M, size_m);
+        let first = ChunkCoord::containing(low_m - SURFACE_REACH_M, size_m);
+        let last = ChunkCoord::containing(high_m + SURFACE_REACH_M, size_m);
         let mut waters = Vec::new();
         for x in first.x..=last.x {
             for y in first.y..=last.y {
@@ -162,8 +162,8 @@ impl Recorder {
                 let is_neighbour = !touched.contains(&chunk);
                 if is_neighbour && ground_model.waters_reach(chunk, (low_m, high_m)) {
                     let ground = runner.get(self.forest().ground, chunk)?;
-                    let sheets = sheets_instance(&ground, materials, &assets.library)?;
-                    waters.extend(sheets.map(|sheets| (chunk.origin_m(size_m), sheets)));
+                    let water = water_instance(&ground, materials, &assets.library)?;
+                    waters.extend(water.map(|water| (chunk.origin_m(size_m), water)));
                 }
             }
         }

@@ -10,7 +10,7 @@ use crate::world::assets::WorldAssets;
 use crate::world::chunk_geometry::ObjectGeometry;
 use crate::world::chunk_ground::ChunkGround;
 use crate::world::ground_mesh::GroundMeshRecipe;
-use crate::world::water::sheets;
+use crate::world::water::water_surfaces;
 use crate::{Error, InputFiles};
 
 /// Meshes the ground of a chunk and places its objects on it.
@@ -41,13 +41,13 @@ impl Stage<ForestTypes> for ObjectGeometryStage {
         world: Key,
         (assets, ground, objects): Values<'_, Self>,
     ) -> Result<ObjectGeometry, Error> {
-        let sheets = match &assets.water {
-            Some(materials) => sheets(&ground, materials, &assets.library)?,
+        let waters = match &assets.water {
+            Some(materials) => water_surfaces(&ground, materials, &assets.library)?,
             None => None,
         };
         let floor = |snow| -> Result<Vec<_>, Error> {
             let ground = in_pool(|| self.ground.make((at, world), &assets, &ground, snow))?;
-            Ok(std::iter::once(ground).chain(sheets.clone()).collect())
+            Ok(std::iter::once(ground).chain(waters.clone()).collect())
         };
         let in_summer = if assets.differs_from_summer() {
             let placed = |object| assets.instance_in_full_leaf(object, at, self.chunk_size_m);

@@ -8,7 +8,7 @@ use nemoral_scene::{MaterialId, Mesh, Surface, SurfaceSample};
 use nemoral_stand::{GroundConditions, SiteHistory, VegetationHistory};
 use nemoral_terrain::ZoneSample;
 use nemoral_trails::{TrailGround, TrailPlace, TrailSurfaceKind, TrailZone};
-use nemoral_water::{ChunkWater, Puddle, WaterKind, puddle_sheets};
+use nemoral_water::{ChunkWater, Puddle, WaterKind, puddle_surfaces};
 
 use super::conditions::Conditions;
 use super::ground::TerrainField;
@@ -187,10 +187,10 @@ impl ChunkGround {
     }
 
     /// The surfaces of the chunk's waters.
-    pub(crate) fn sheets(&self, material: &dyn Fn(WaterKind) -> MaterialId) -> Mesh {
+    pub(crate) fn water_mesh(&self, material: &dyn Fn(WaterKind) -> MaterialId) -> Mesh {
         let water = self.water.as_ref();
-        let mut mesh = water.map_or_else(Mesh::default, |water| water.sheets(self, material));
-        puddle_sheets(&self.puddles, self.square, self, material, &mut mesh);
+        let mut mesh = water.map_or_else(Mesh::default, |water| water.surface_mesh(self, material));
+        puddle_surfaces(&self.puddles, self.square, self, material, &mut mesh);
         mesh
     }
 

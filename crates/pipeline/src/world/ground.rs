@@ -275,7 +275,7 @@ impl GroundModel {
         let origin_m = chunk.origin_m(self.chunk_size_m);
         let (first_m, last_m) = (origin_m - PUDDLE_REACH_M, origin_m + self.chunk_size_m);
         let is_beside = first_m.cmple(high_m).all() && (last_m + PUDDLE_REACH_M).cmpge(low_m).all();
-        let of_water = |near: Arc<ChunkWater>| near.sheets_reach(low_m, high_m);
+        let of_water = |near: Arc<ChunkWater>| near.surface_reaches(low_m, high_m);
         (self.puddles.is_some() && is_beside) || self.water_near(chunk).is_some_and(of_water)
     }
 

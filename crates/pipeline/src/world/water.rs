@@ -1,4 +1,4 @@
-//! The materials of waters and their beds, and the sheets of a chunk.
+//! The materials of waters and their beds, and the water surfaces of a chunk.
 
 use std::sync::Arc;
 
@@ -132,27 +132,28 @@ fn water(kind: WaterKind) -> Material {
     }
 }
 
-/// The sheets of a chunk's waters, placed in it; `None` if there are none.
-pub(crate) fn sheets(
+/// The surfaces of a chunk's waters, placed in it; `None` if there are none.
+pub(crate) fn water_surfaces(
     ground: &ChunkGround,
     materials: &WaterMaterials,
     library: &Library,
 ) -> Result<Option<(InstancePlace, Arc<Blas>)>, Error> {
-    let placed = sheets_instance(ground, materials, library)?;
-    Ok(placed.map(|sheets| {
-        let place = sheets.place();
-        let blas = Blas::build(sheets.prototype, &library.materials);
+    let placed = water_instance(ground, materials, library)?;
+    Ok(placed.map(|surfaces| {
+        let place = surfaces.place();
+        let blas = Blas::build(surfaces.prototype, &library.materials);
         (place, Arc::new(blas))
     }))
 }
 
-/// The sheets of a chunk's waters, placed in it, without what rays need; `None` if there are none.
-pub(crate) fn sheets_instance(
+/// The surfaces of a chunk's waters, placed in it, without what rays need; `None` if there are
+/// none.
+pub(crate) fn water_instance(
     ground: &ChunkGround,
     materials: &WaterMaterials,
     library: &Library,
 ) -> Result<Option<Instance>, Error> {
-    let mesh = ground.sheets(&|kind| materials.of(kind));
+    let mesh = ground.water_mesh(&|kind| materials.of(kind));
     if mesh.triangles.is_empty() {
         return Ok(None);
     }
@@ -162,7 +163,7 @@ pub(crate) fn sheets_instance(
     Ok(Some(Instance::new(Arc::new(prototype), place)))
 }
 
-/// Whether a shape is sheets of water, whose origin says nothing about where they are.
+/// Whether a shape is surfaces of water, whose origin says nothing about where they are.
 pub(crate) fn is_water(shape: &Prototype, materials: &MaterialLibrary) -> bool {
     let first = shape.mesh().triangles.first();
     first.is_some_and(|t| materials.get(t.material).liquid.is_some())

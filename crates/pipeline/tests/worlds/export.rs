@@ -187,16 +187,16 @@ fn water_is_cut_at_the_borders_of_a_region_whatever_chunk_has_it() {
     ]);
     let size_m = 50.0;
     let runner = recorder.runner();
-    let mut sheets = Vec::new();
+    let mut surfaces = Vec::new();
     for chunk in ChunkCoord::new(0, 1).square(3) {
         let ground = runner.get(recorder.forest().ground, chunk).expect("ground");
         if let Some(water) = ground.water() {
-            sheets.push((chunk, water.sheets(&*ground, &|_| MaterialId(0))));
+            surfaces.push((chunk, water.surface_mesh(&*ground, &|_| MaterialId(0))));
         }
     }
     // The water in a rectangle, of those chunks that are asked for.
     let water_m2 = |low_m: DVec2, high_m: DVec2, is_asked: &dyn Fn(ChunkCoord) -> bool| {
-        let asked = sheets.iter().filter(|(chunk, _)| is_asked(*chunk));
+        let asked = surfaces.iter().filter(|(chunk, _)| is_asked(*chunk));
         let areas = asked.map(|(chunk, mesh)| {
             let [low, high] = [low_m, high_m].map(|m| (m - chunk.origin_m(size_m)).as_vec2());
             level_area_m2(&clipped(mesh, low, high))

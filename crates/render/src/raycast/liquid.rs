@@ -14,7 +14,7 @@ const LEAVES: f32 = 0.54;
 /// A bed deeper than this along the ray is not seen, metres.
 const DEEPEST_M: f32 = 5.0;
 /// Surfaces of liquids that one looks through to find the bed.
-const SHEETS: usize = 3;
+const SURFACES: usize = 3;
 /// The least cosine at which ripples are seen: steeper ones are hidden by those before them.
 const LEAST_COS: f32 = 0.02;
 
@@ -151,7 +151,7 @@ impl PictureContext<'_> {
         liquid: &Liquid,
     ) -> Option<(Vec3, Vec3, Vec3, Vec<Lamplight>)> {
         let mut ray = *down;
-        for _ in 0..SHEETS {
+        for _ in 0..SURFACES {
             let hit = self.scene.caster.closest_hit(&ray)?;
             if self
                 .scene
