@@ -1,5 +1,6 @@
 //! How deep snow lies on the ground.
 
+use nemoral_assets::AssetParams;
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{Surface, SurfaceSample};
 
@@ -76,6 +77,24 @@ impl<S: Surface> Surface for SnowCover<'_, S> {
     }
 }
 
+/// The share of the snow of the open that reaches the ground under the crowns of a stand:
+/// 1 − 0.65 C for crowns that cover the share C of the ground (Varhola et al. 2010, "Forest canopy
+/// effects on snow accumulation and ablation"). They cover it at random, so that C = 1 − e^(−s),
+/// where s is the area of all crowns over the ground's. A bare crown counts as a third, as its wood
+/// holds about a third of the snow that a leafy one holds (our choice).
+pub(crate) fn share_under_crowns(stand: &AssetParams) -> f64 {
+    const HELD: f64 = 0.65;
+    const WOOD: f64 = 1.0 / 3.0;
+    let crowns = stand.species.iter().map(|of| {
+        let width_m = of.species.mean_crown_width_m(of.dbh_mean_m);
+        let (_, leafy) = of.species.shoot_in(stand.season.as_ref());
+        let holds = WOOD + (1.0 - WOOD) * leafy;
+        holds * std::f64::consts::FRAC_PI_4 * width_m * width_m * of.trees_per_ha / 10_000.0
+    });
+    let sum: f64 = crowns.sum();
+    1.0 - HELD * (1.0 - libm::exp(-sum))
+}
+
 /// Drifts of metres, about 1.
 fn drift(p: DVec2) -> f64 {
     let wave = |x: f64, y: f64| libm::sin(x + 1.3 * libm::sin(y));
@@ -86,4 +105,37 @@ fn drift(p: DVec2) -> f64 {
 fn smooth(from: f64, to: f64, x: f64) -> f64 {
     let t = ((x - from) / (to - from)).clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::InputFiles;
+    use crate::config::Preset;
+    use crate::world::library_recipe::LibraryRecipe;
+
+    /// The share of the snow of the open that lies in the wood of a preset, in summer or on a day.
+    fn under_crowns(preset: &str, day_of_year: u32) -> f64 {
+        let found = Preset::ALL.iter().find(|of| of.name == preset);
+        let mut config = found.expect("a preset").config();
+        config.season.day_of_year = day_of_year;
+        let recipe = LibraryRecipe::new(&config, &InputFiles::default());
+        let species = recipe.species().expect("known species");
+        share_under_crowns(&recipe.params(&species))
+    }
+
+    #[test]
+    fn snow_lies_half_as_deep_under_spruces_and_hardly_less_deep_under_bare_crowns() {
+        let winter = 20;
+        let spruce = under_crowns("spruce", winter);
+        assert!((0.44..0.56).contains(&spruce), "{spruce}");
+        let bare = under_crowns("beech", winter);
+        assert!((0.74..0.85).contains(&bare), "{bare}");
+        // A few wide crowns leave most of the ground open, in leaf, too.
+        let montado = under_crowns("montado", winter);
+        assert!((0.72..0.86).contains(&montado), "{montado}");
+        let mixed = under_crowns("boreal-birch-pine", winter);
+        assert!(spruce < mixed && mixed < bare, "{mixed}");
+        assert!(under_crowns("beech", 0) < bare - 0.1);
+    }
 }

@@ -14,6 +14,7 @@ use super::{ClimberShapes, LyingSnow, StandingTree, WorldAssets};
 use crate::Error;
 use crate::world::library_recipe::LibraryRecipe;
 use crate::world::models::ModelRecipe;
+use crate::world::snow::share_under_crowns;
 use crate::world::water::WaterMaterials;
 
 const SNOW: Domain = Domain::new("pipeline.snow");
@@ -52,7 +53,7 @@ impl WorldAssets {
             LyingSnow {
                 materials: Arc::make_mut(&mut library).add_snow(&snow_params, key.domain(SNOW)),
                 depth_m,
-                under_crowns: recipe.snow_under_crowns(&params),
+                under_crowns: share_under_crowns(&params),
             }
         });
         let snags = recipe.snag_share();
