@@ -27,7 +27,7 @@ use crate::recording::pose::{FramePose, pictures_s};
 use crate::recording::recording_context::RecordingContext;
 use crate::recording::scene::FrameScene;
 use crate::stages::assets::{AssetStage, LibraryStage};
-use crate::world::trajectory::{REACH_OF_WATER_M, obstacles, waters};
+use crate::world::trajectory::{WATER_REACH_M, obstacles, waters};
 use crate::world::windthrow::LOG_REACH_M;
 use crate::{Backend, Error, ForestPlan};
 
@@ -378,7 +378,7 @@ impl Recorder {
     /// a rock or a pond is one, a log or a stream is a row of them. Culverts have none.
     ///
     /// # Errors
-    /// As [`Recorder::inventory`], of the rectangle with what is up to 36 m around it.
+    /// As [`Recorder::inventory`], of the rectangle with what is up to 17 m around it.
     pub fn obstacles(&self, low_m: DVec2, high_m: DVec2) -> Result<Vec<Obstacle>, Error> {
         self.prepare()?;
         let reaches_in = |disk: &Obstacle| {
@@ -392,10 +392,10 @@ impl Recorder {
         })?;
         let runner = self.runner();
         if runner.get(self.forest.trajectory, ())?.has_water {
-            let reach_m = DVec2::splat(REACH_OF_WATER_M);
+            let reach_m = DVec2::splat(WATER_REACH_M);
             for chunk in self.chunks_in(low_m - reach_m, high_m + reach_m)? {
                 let ground = runner.get(self.forest.ground, chunk)?;
-                found.extend(waters(&ground).filter(reaches_in));
+                found.extend(waters(&ground, 0.0).filter(reaches_in));
             }
         }
         self.stay_near((low_m + high_m) / 2.0);

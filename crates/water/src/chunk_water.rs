@@ -215,6 +215,13 @@ impl ChunkWater {
         self.own_reaches().map(|reach| &reach.sections[..])
     }
 
+    /// The sections of streams whose middle is in the chunk, whichever chunk's their water is.
+    /// Where two reaches meet, each of them has one.
+    pub fn sections_in_chunk(&self) -> impl Iterator<Item = &CrossSection> {
+        let sections = self.reaches.iter().flat_map(|reach| &reach.sections);
+        sections.filter(|section| self.is_own(section.middle_m))
+    }
+
     /// Whether the ground at a place bends as beds and banks do, so that it has to be meshed
     /// finely.
     #[must_use]

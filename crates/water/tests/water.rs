@@ -261,6 +261,26 @@ fn it_is_known_how_far_surfaces_reach() {
 }
 
 #[test]
+fn every_section_is_known_in_the_chunk_where_it_is() {
+    let water = water(3);
+    let (mut own, mut of_others) = (0, 0);
+    for chunk in chunks() {
+        for section in water.near(chunk, 0.0).sections().flatten() {
+            let there = ChunkCoord::containing(section.middle_m, CHUNK_M);
+            let known = water.near(there, 0.0);
+            let is_known = known.sections_in_chunk().any(|other| other == section);
+            assert!(is_known, "{section:?} of {chunk}");
+            *(if there == chunk {
+                &mut own
+            } else {
+                &mut of_others
+            }) += 1;
+        }
+    }
+    assert!(own > 1000 && of_others > 100, "{own} {of_others}");
+}
+
+#[test]
 fn neighbours_agree_to_the_bit_in_any_order() {
     let (one, other) = (water(5), water(5));
     let all: Vec<ChunkCoord> = chunks().collect();

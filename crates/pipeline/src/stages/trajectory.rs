@@ -17,7 +17,7 @@ impl Stage<ForestTypes> for TrajectoryStage {
     type Inputs = (WorldEdge<GroundModel>,);
     type Output = RobotTrajectory;
     const ID: &'static str = "world.trajectory";
-    const VERSION: u32 = 8;
+    const VERSION: u32 = 9;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         self.0.fingerprint(hasher);

@@ -136,11 +136,10 @@ impl Obstacles for ChunkObstacles<'_> {
             }
         }
         if let Some(ground) = &self.ground {
-            for chunk in ChunkCoord::within(place_m, reach_m + REACH_OF_WATER_M, self.chunk_size_m)
-            {
+            for chunk in ChunkCoord::within(place_m, reach_m + WATER_REACH_M, self.chunk_size_m) {
                 let ground = ground.at(chunk)?;
                 out.extend(
-                    waters(&ground)
+                    waters(&ground, 0.0)
                         .filter(|disk| disk.position_m.distance(place_m) - disk.radius_m < reach_m),
                 );
             }
@@ -149,18 +148,22 @@ impl Obstacles for ChunkObstacles<'_> {
     }
 }
 
-/// How far the waters of a chunk reach into its neighbours, metres.
-pub(crate) const REACH_OF_WATER_M: f64 = 36.0;
+/// How far the disks of [`waters`] reach into neighbouring chunks, metres: their middles are in the
+/// chunk, and the largest pond ends 16.4 m from its middle. Surfaces of water reach farther
+/// ([`SURFACE_REACH_M`](nemoral_water::SURFACE_REACH_M)), as a stream's is that of the chunk in
+/// which a reach begins.
+pub const WATER_REACH_M: f64 = 17.0;
 /// How far a robot keeps from the water, besides its clearance, metres.
 const BANK_M: f64 = 0.3;
 
-/// What the streams and ponds of a chunk take of the ground: disks along streams, but in culverts,
-/// and a disk for each pond.
-pub(crate) fn waters(ground: &ChunkGround) -> impl Iterator<Item = Obstacle> {
+/// What the streams in a chunk that are deeper than this, and its ponds, take of the ground: disks
+/// along streams, but in culverts, and a disk for each pond.
+pub fn waters(ground: &ChunkGround, deeper_than_m: f64) -> impl Iterator<Item = Obstacle> {
     let water = ground.water();
-    let streams = water.into_iter().flat_map(|w| w.sections().flatten());
+    // What is farther from the chunk than some metres, its ground does not know.
+    let streams = water.into_iter().flat_map(ChunkWater::sections_in_chunk);
     let streams = streams
-        .filter(|s| ground.bank_m(s.middle_m) < 0.0)
+        .filter(move |s| s.depth_m > deeper_than_m && ground.bank_m(s.middle_m) < 0.0)
         .map(|s| Obstacle {
             position_m: s.middle_m,
             radius_m: s.half_m + BANK_M,

@@ -166,25 +166,44 @@ fn a_robot_must_not_drive_into_ponds_and_streams() {
     let sequence = layers.sequences().expect("sound").get(0).expect("one");
     let recorder = Recorder::new(sequence, Backend::Cpu, grown(), 2).expect("sound");
     let runner = VALLEY.runner(2);
-    let mut grounds = chunks().map(|at| {
-        let ground = runner.get(VALLEY.forest.ground, at).expect("a ground");
-        (at.origin_m(50.0), ground)
-    });
-    let (low_m, ground) = (grounds.find(|(_, ground)| !ponds(ground).is_empty())).expect("a pond");
-    let disks = recorder.obstacles(low_m, low_m + 50.0).expect("disks");
-    let is_one_about = |p: DVec2| disks.iter().any(|d| d.position_m == p && d.radius_m > 0.3);
-    for pond in ponds(&ground) {
-        assert!(is_one_about(pond), "no disk about the pond at {pond}");
+    let ground = |at: &ChunkCoord| runner.get(VALLEY.forest.ground, *at).expect("a ground");
+    let disks = |at: ChunkCoord| {
+        let low_m = at.origin_m(50.0);
+        recorder.obstacles(low_m, low_m + 50.0).expect("disks")
+    };
+    let with_ponds = chunks().find(|at| !ponds(&ground(at)).is_empty());
+    let with_ponds = with_ponds.expect("a pond");
+    let around_ponds = disks(with_ponds);
+    for pond in ponds(&ground(&with_ponds)) {
+        let is_there = around_ponds.iter().any(|d| d.position_m == pond);
+        assert!(is_there, "no disk about the pond at {pond}");
     }
-    let streams = ground
-        .water()
-        .into_iter()
-        .flat_map(|w| w.sections().flatten());
-    for p in streams.map(|section| section.middle_m) {
-        if ground.owns(p) && ground.bank_m(p) < 0.0 {
-            assert!(is_one_about(p), "no disk about the stream at {p}");
+    // The chunk with most of those streams that come from others.
+    let own = |ground: &ChunkGround| {
+        let sections = ground.water().map(|w| w.sections().flatten());
+        let middles = sections.into_iter().flatten().map(|s| s.middle_m);
+        middles.filter(|&p| ground.owns(p)).count()
+    };
+    let of_others = |at: &ChunkCoord| {
+        let ground = ground(at);
+        let all = ground.water().map_or(0, |w| w.sections_in_chunk().count());
+        all - own(&ground)
+    };
+    let entered = chunks().max_by_key(of_others).expect("25 chunks");
+    let along_streams = disks(entered);
+    let (entered_by, ground) = (of_others(&entered), ground(&entered));
+    let mut wet = 0;
+    for i in 0..250 * 250 {
+        let p = entered.origin_m(50.0) + DVec2::new(f64::from(i % 250), f64::from(i / 250)) * 0.2;
+        // Beside trails streams are in culverts, which have no disks.
+        if ground.bank_m(p) < 0.0 && ground.trail_edge_m(p) > 4.0 {
+            wet += 1;
+            let is_covered =
+                (along_streams.iter()).any(|disk| disk.position_m.distance(p) < disk.radius_m);
+            assert!(is_covered, "no disk over the water at {p}");
         }
     }
+    assert!(wet > 100 && entered_by > 10, "{wet} {entered_by}");
 }
 
 #[test]
