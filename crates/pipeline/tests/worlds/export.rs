@@ -215,14 +215,20 @@ fn water_is_cut_at_the_borders_of_a_region_whatever_chunk_has_it() {
     let entered = ChunkCoord::new(0, 1).square(1);
     let entered = entered.max_by(|a, b| of_others(*a).total_cmp(&of_others(*b)));
     let entered = entered.expect("nine chunks");
+    // From outside of the corner of the largest pond's chunk to the middle of that pond.
+    let ponds = ChunkCoord::new(0, 1).square(1).flat_map(|chunk| {
+        let ground = runner.get(recorder.forest().ground, chunk).expect("ground");
+        let ponds = ground.water().into_iter().flat_map(|water| water.ponds());
+        let ponds = ponds.map(|pond| (pond.widest_m(), pond.middle_m()));
+        let own = ponds.filter(|(_, middle_m)| ground.owns(*middle_m));
+        own.collect::<Vec<_>>()
+    });
+    let (_, pond_m) = (ponds.max_by(|a, b| a.0.total_cmp(&b.0))).expect("a pond");
+    let corner_m = ChunkCoord::containing(pond_m, size_m).origin_m(size_m);
     let at = DVec2::new;
     for (name, (low_m, high_m), least_m2) in [
         ("a pond", (at(25.0, 65.0), at(55.0, 95.0)), 50.0),
-        (
-            "the corner of its chunk",
-            (at(0.0, 40.0), at(60.0, 60.0)),
-            0.0,
-        ),
+        ("a quarter of a pond", (corner_m - 10.0, pond_m), 2.0),
         ("water of others", inside(entered), 0.0),
     ] {
         let expected_m2 = water_m2(low_m, high_m, &|_| true);
