@@ -7,7 +7,7 @@ use nemoral_pipeline::plan::Runner;
 use nemoral_pipeline::recording::scene::FrameScene;
 use nemoral_pipeline::world::cameras::CameraRig;
 use nemoral_pipeline::world::lidars::LidarRig;
-use nemoral_pipeline::world::trajectory::{LOG_REACH_M, obstacles};
+use nemoral_pipeline::world::trajectory::{LOG_REACH_M, WATER_REACH_M, obstacles, waters};
 use nemoral_pipeline::{Backend, ForestPlan, InputFiles};
 use nemoral_scene::glam::{DVec2, DVec3};
 use nemoral_scene::{ChunkCoord, MaterialLibrary, Ontology};
@@ -16,11 +16,13 @@ use super::Shared;
 use super::shadow_cache::ShadowCache;
 use crate::Error;
 
-/// Distance that is kept from stems, logs and rocks, metres.
+/// Distance that is kept from stems, logs, rocks and the banks of deep water, metres.
 const CLEARANCE_M: f64 = 0.3;
-/// How far what is in the way reaches into neighbouring chunks, metres: half of the longest log,
-/// and a metre for half of its width and the clearance.
-const REACH_M: f64 = LOG_REACH_M + 1.0;
+/// One wades through streams up to this depth, metres, but into no pond.
+const WADED_M: f64 = 0.4;
+/// How far what is in the way reaches into neighbouring chunks, metres: half of the longest log or
+/// of the widest pond, and a metre for half of a log's width and the clearance.
+const REACH_M: f64 = LOG_REACH_M.max(WATER_REACH_M) + 1.0;
 /// The names of the cameras of drafts, in the order of [`World::cameras`] after the first.
 const DRAFTS: [&str; 2] = ["drafts", "drafts by halves"];
 
@@ -136,19 +138,23 @@ impl World {
         keys(self) == keys(other) && self.config.chunks == other.config.chunks
     }
 
-    /// A place nearby that is clear of stems, logs and rocks: this one, if it is.
+    /// A place nearby that is clear of stems, logs, rocks and deep water: this one, if it is.
     pub(super) fn clear_of_obstacles(
         &self,
         shared: &Shared,
         mut place_m: DVec2,
     ) -> Result<DVec2, Error> {
         let size_m = self.config.chunks.size_m;
-        let objects = self.runner(shared, 1).demand(self.forest.objects);
+        let runner = self.runner(shared, 1);
+        let objects = runner.demand(self.forest.objects);
+        let grounds = runner.demand(self.forest.ground);
         // What one obstacle turns away may meet another.
         for _ in 0..3 {
             let mut moved = false;
             for chunk in ChunkCoord::within(place_m, REACH_M, size_m) {
-                for disk in objects.at(chunk)?.0.iter().flat_map(obstacles) {
+                let (objects, ground) = (objects.at(chunk)?, grounds.at(chunk)?);
+                let waters = waters(&ground, WADED_M);
+                for disk in objects.0.iter().flat_map(obstacles).chain(waters) {
                     let keep_m = disk.radius_m + CLEARANCE_M;
                     if disk.position_m.distance(place_m) < keep_m {
                         let away = (place_m - disk.position_m).normalize_or(DVec2::X);

@@ -10,8 +10,8 @@ use nemoral_pipeline::{
     Backend, ForestPlan, picture_of_classes, picture_of_instances, picture_of_scan,
 };
 use nemoral_realism::grown;
-use nemoral_scene::Ontology;
 use nemoral_scene::glam::DVec2;
+use nemoral_scene::{ChunkCoord, Ontology};
 use nemoral_view::{
     ForestParams, Handler, ImageKind, LiveForest, Method, Request, Routes, Value, Values,
     ViewImage, ViewRequest, Viewpoint,
@@ -265,6 +265,55 @@ fn nobody_stands_in_a_stem() {
         );
     }
     assert!(moved > 0, "some of 400 places are in stems");
+}
+
+/// The hills of `stream-valley`, with a pond in each hollow.
+#[test]
+#[ignore = "half a minute: .ci/full runs it"]
+fn nobody_stands_in_a_pond() {
+    let forest = forest(&[
+        "seed=7",
+        "terrain.scale_m=240",
+        "terrain.max_height_m=34",
+        "terrain.persistence=0.24",
+        "trails.enabled=false",
+        "water.ponds=1",
+    ]);
+    let request = request(&forest);
+    let config = forest.config(&request, false).expect("a config");
+    let config = Config::from_toml(&config).expect("a config that is allowed");
+    let plan = ForestPlan::new(&config).expect("a possible plan");
+    let store = Store::unlimited();
+    let runner = Runner::new(plan.plan(), &store, 2);
+    let mut ponds = 0;
+    for chunk in ChunkCoord::new(0, 1).square(3) {
+        let ground = runner.get(plan.ground, chunk).expect("a ground");
+        let found = ground.water().and_then(|water| water.ponds().next());
+        let Some(middle_m) = found.map(|pond| pond.middle_m()) else {
+            continue;
+        };
+        let mut there = ViewRequest {
+            kind: ImageKind::Depth,
+            size_px: (16, 16),
+            still: false,
+            ..request
+        };
+        there.viewpoint.position_m = middle_m + DVec2::new(0.4, 0.3);
+        let picture = forest
+            .picture(&there)
+            .expect("no error")
+            .expect("a picture");
+        let stands_m = picture.viewpoint.position_m;
+        let there = ChunkCoord::containing(stands_m, config.chunks.size_m);
+        let ground = runner.get(plan.ground, there).expect("a ground");
+        assert!(ground.bank_m(stands_m) > 0.0, "{stands_m}");
+        assert!(stands_m.distance(middle_m) < 20.0, "{stands_m}");
+        ponds += 1;
+        if ponds == 3 {
+            break;
+        }
+    }
+    assert!(ponds > 0, "there are ponds");
 }
 
 #[test]
