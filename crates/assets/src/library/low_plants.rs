@@ -8,7 +8,7 @@ use crate::ambient_occlusion::OcclusionParams;
 use crate::plant::seedling::seedling;
 use crate::plant::shrub::ShrubKind;
 use crate::plant::{floor, undergrowth};
-use crate::tree::individual_rank;
+use crate::tree::{FruitLook, individual_rank};
 
 const SHRUBS: Domain = Domain::new("assets.shrubs");
 const GRASS: Domain = Domain::new("assets.grass");
@@ -90,10 +90,18 @@ impl PlantGrower<'_> {
         })
     }
 
-    /// Patches of fallen twigs, cones and leaves.
+    /// Patches of fallen twigs, fruits and leaves of the stand's trees.
     pub(super) fn litter(&self) -> Vec<PlantAsset> {
+        let trees = self.params.species.iter();
+        let total: f64 = trees.clone().map(|of| of.trees_per_ha).sum();
+        let fruits: Vec<(FruitLook, f64)> = trees
+            .filter_map(|of| {
+                let share = of.trees_per_ha / total.max(f64::MIN_POSITIVE);
+                Some((of.species.litter_look().fruit?, share))
+            })
+            .collect();
         self.collect(LITTER, PATCHES, &|i, key| {
-            let shape = floor::litter(i, self.materials, &mut key.rng());
+            let shape = floor::litter(&fruits, self.materials, &mut key.rng());
             let radius_m = shape.reach_m();
             self.finish("litter", i, shape, radius_m)
         })

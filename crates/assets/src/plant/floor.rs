@@ -1,4 +1,4 @@
-//! What lies on the ground in three dimensions: twigs, cones, leaves.
+//! What lies on the ground in three dimensions: twigs, fruits, leaves.
 
 use std::f32::consts::TAU;
 
@@ -9,24 +9,28 @@ use nemoral_seed::{Draw, Rng};
 use super::shape::{Shape, around};
 use super::undergrowth::scatter;
 use crate::materials::WorldMaterials;
+use crate::tree::FruitLook;
 
 /// Radius of a litter patch, metres.
 const PATCH_M: f32 = 0.8;
 
-/// A patch of fallen twigs (3-14 mm thick), cones and curled leaves.
-pub(crate) fn litter(variant: u32, materials: &WorldMaterials, rng: &mut impl Rng) -> Shape {
+/// A patch of fallen twigs (3-14 mm thick), of cones, nuts and capsules, of each species by its
+/// share of the stand, and of curled leaves.
+pub(crate) fn litter(
+    fruits: &[(FruitLook, f64)],
+    materials: &WorldMaterials,
+    rng: &mut impl Rng,
+) -> Shape {
     let mut shape = Shape::default();
     for at in scatter(7 + rng.below(9), PATCH_M - 0.25, 0.08, rng) {
         twig(&mut shape, at, materials.fallen_twig, rng);
     }
-    // Cones lie where pines stand: in every other patch.
-    let cones = if variant.is_multiple_of(2) {
-        1 + rng.below(4)
-    } else {
-        0
-    };
-    for at in scatter(cones, PATCH_M - 0.1, 0.12, rng) {
-        cone(&mut shape, at, materials, rng);
+    for (look, share) in fruits {
+        let mean = share * look.per_m2 * f64::from(0.5 * TAU * PATCH_M * PATCH_M);
+        let count = mean as u32 + u32::from(rng.chance(mean.fract()));
+        for at in scatter(count, PATCH_M - 0.1, 0.12, rng) {
+            fruit(&mut shape, at, look, materials.cone, rng);
+        }
     }
     for at in scatter(30 + rng.below(40), PATCH_M - 0.12, 0.03, rng) {
         leaf(&mut shape, at, materials, rng);
@@ -72,38 +76,49 @@ fn crooked(
         .collect()
 }
 
-/// A pine cone of 9-16 cm on its side.
-fn cone(shape: &mut Shape, at: Vec2, materials: &WorldMaterials, rng: &mut impl Rng) {
-    let length = rng.range_f32(0.09, 0.16);
-    let thick = length * rng.range_f32(0.20, 0.27);
+/// A cone, nut or capsule.
+pub(super) fn fruit(
+    shape: &mut Shape,
+    at: Vec2,
+    of: &FruitLook,
+    material: MaterialId,
+    rng: &mut impl Draw,
+) {
+    let [least, most] = of.length_m.map(|l| l as f32);
+    let [slim, thick] = of.width_ratio.map(|r| r as f32);
+    let length = least + (most - least) * rng.unit_f32();
+    let ratio = slim + (thick - slim) * rng.unit_f32();
+    let scales = of.scales as f32;
+    // Small ones need few faces.
+    let (rings, sides) = if length < 0.045 { (6, 6) } else { (9, 10) };
     let egg = Egg {
         length,
-        thick,
+        thick: 0.5 * ratio * length / (1.0 + 0.5 * scales),
         heading: rng.range_f32(0.0, TAU),
-        rise: rng.range_f32(-0.1, 0.2),
-        open: rng.range_f32(0.12, 0.32),
-        rings: 10,
-        sides: 10,
+        rise: rng.range_f32(-0.08, 0.15),
+        open: scales * rng.range_f32(0.6, 1.0),
+        rings,
+        sides,
     };
-    egg.lay(shape, at, materials.cone);
+    egg.lay(shape, at, material);
 }
 
 /// An egg of whorled scales on its side: a cone, or, without scales, a nut.
-pub(super) struct Egg {
-    pub(super) length: f32,
+struct Egg {
+    length: f32,
     /// Its greatest radius.
-    pub(super) thick: f32,
-    pub(super) heading: f32,
+    thick: f32,
+    heading: f32,
     /// How much its axis rises.
-    pub(super) rise: f32,
+    rise: f32,
     /// How far scales stand off, as a share of the radius.
-    pub(super) open: f32,
-    pub(super) rings: u32,
-    pub(super) sides: u32,
+    open: f32,
+    rings: u32,
+    sides: u32,
 }
 
 impl Egg {
-    pub(super) fn lay(&self, shape: &mut Shape, at: Vec2, material: MaterialId) {
+    fn lay(&self, shape: &mut Shape, at: Vec2, material: MaterialId) {
         let Self {
             length,
             thick,

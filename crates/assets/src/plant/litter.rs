@@ -9,11 +9,11 @@ use glam::{Vec2, Vec3};
 use nemoral_scene::MaterialId;
 use nemoral_seed::{Draw, Key};
 
-use super::floor::{Egg, twig};
+use super::floor::{fruit, twig};
 use super::rock::{RockPlan, cobble_m, rock};
 use super::shape::{Shape, around};
 use crate::materials::LitterMaterials;
-use crate::tree::{FoliageCard, FruitLook, LitterBark, LitterLook};
+use crate::tree::{FoliageCard, LitterBark, LitterLook};
 
 /// The share of the leaves of a patch that are of its own species; the others are of any species of
 /// the stand.
@@ -245,27 +245,6 @@ fn strip(
     }
 }
 
-/// A cone, nut or capsule.
-fn fruit(shape: &mut Shape, at: Vec2, of: &FruitLook, material: MaterialId, rng: &mut impl Draw) {
-    let [least, most] = of.length_m.map(|l| l as f32);
-    let [slim, thick] = of.width_ratio.map(|r| r as f32);
-    let length = least + (most - least) * rng.unit_f32();
-    let ratio = slim + (thick - slim) * rng.unit_f32();
-    let scales = of.scales as f32;
-    // Small ones need few faces.
-    let (rings, sides) = if length < 0.045 { (6, 6) } else { (9, 10) };
-    let egg = Egg {
-        length,
-        thick: 0.5 * ratio * length / (1.0 + 0.5 * scales),
-        heading: rng.range_f32(0.0, TAU),
-        rise: rng.range_f32(-0.08, 0.15),
-        open: scales * rng.range_f32(0.6, 1.0),
-        rings,
-        sides,
-    };
-    egg.lay(shape, at, material);
-}
-
 /// A stone, a third of it in the ground.
 fn stone(shape: &mut Shape, at: Vec2, material: MaterialId, key: Key) {
     let mut rng = key.rng();
@@ -284,6 +263,7 @@ fn stone(shape: &mut Shape, at: Vec2, material: MaterialId, key: Key) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::tree::FruitLook;
     use proptest::prelude::*;
 
     fn image(height_m: f32) -> FoliageCard {

@@ -51,7 +51,7 @@ impl Stage<ForestTypes> for LibraryStage {
     type Inputs = ();
     type Output = Library;
     const ID: &'static str = "world.library";
-    const VERSION: u32 = 33;
+    const VERSION: u32 = 34;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         self.0.fingerprint(hasher);
@@ -81,7 +81,7 @@ impl Stage<ForestTypes> for AssetStage {
     type Inputs = (WorldEdge<Library>,);
     type Output = WorldAssets;
     const ID: &'static str = "world.assets";
-    const VERSION: u32 = 22;
+    const VERSION: u32 = 23;
 
     fn fingerprint(&self, hasher: &mut Hasher) {
         self.recipe.fingerprint(hasher);
