@@ -6,4 +6,8 @@ mod motion;
 mod optics;
 mod path_tracing;
 mod properties;
+mod radiance;
+mod shadows;
+mod still_life;
+mod truth;
 mod water;
