@@ -88,3 +88,45 @@ pub(crate) fn northward(way: WayKind, base: Arc<dyn Surface>) -> (Trails, Arc<Tr
     let (path, _) = trails.nearest(DVec2::ZERO, 20.0).expect("it is near");
     (trails, path)
 }
+
+/// All kinds of way, with their shares.
+pub(crate) fn all_ways() -> Vec<(WayKind, f64)> {
+    vec![
+        (WayKind::forest_road(), 1.0),
+        (WayKind::default(), 1.0),
+        (WayKind::skid_trail(), 1.0),
+        (WayKind::firebreak(), 0.5),
+        (WayKind::footpath(), 2.0),
+        (WayKind::deer_path(), 1.0),
+    ]
+}
+
+/// Trails of all kinds.
+pub(crate) fn mixed() -> TrailParams {
+    TrailParams {
+        spawn_probability: 0.1,
+        max_length_chunks: 14,
+        ways: all_ways(),
+        ..TrailParams::default()
+    }
+}
+
+/// Many trails of the default kind, some with branches, on hills.
+pub(crate) fn dense(seed: u64) -> Trails {
+    let params = TrailParams {
+        spawn_probability: 0.1,
+        max_length_chunks: 12,
+        fork_probability: 0.15,
+        ..TrailParams::default()
+    };
+    trails(params, seed, hills(0.3))
+}
+
+/// Points along a path, with arc lengths.
+pub(crate) fn points(path: &TrailPath, step_m: f64) -> impl Iterator<Item = (f64, DVec2)> + '_ {
+    let n = (path.length_m() / step_m) as usize;
+    (0..=n).map(move |i| {
+        let s = i as f64 / n as f64 * path.length_m();
+        (s, path.position_m(s))
+    })
+}
