@@ -5,8 +5,8 @@ use std::sync::Arc;
 use glam::{Mat3, Quat, Vec2, Vec3};
 use nemoral_raycast::{Blas, BuildQuality, Group};
 use nemoral_scene::{
-    AlphaMask, Card, ChunkCoord, Instance, InstancePlace, Material, MaterialId, MaterialLibrary,
-    Mesh, ObjectId, Prototype, Ray, Semantic, Triangle,
+    AlphaMask, Card, ChunkCoord, Hit, Instance, InstancePlace, Material, MaterialId,
+    MaterialLibrary, Mesh, ObjectId, Prototype, Ray, RayCaster, Semantic, Triangle,
 };
 use nemoral_seed::{Domain, Draw, Key, PhiloxRng};
 
@@ -218,4 +218,42 @@ pub(crate) fn rays(seed: u64, targets: &[Vec3], n: usize) -> Vec<Ray> {
             r
         })
         .collect()
+}
+
+/// What each ray meets.
+pub(crate) fn all(caster: &impl RayCaster, rays: &[Ray]) -> Vec<Option<Hit>> {
+    rays.iter().map(|r| caster.closest_hit(r)).collect()
+}
+
+/// Equal to the bit, the sign of zero included.
+pub(crate) fn bits(hits: &[Option<Hit>]) -> Vec<String> {
+    hits.iter().map(|h| format!("{h:?}")).collect()
+}
+
+/// A library of one opaque material.
+pub(crate) fn plain() -> MaterialLibrary {
+    let mut library = MaterialLibrary::new();
+    library.add(Material::plain("plain", Semantic::Rock, Vec3::ONE));
+    library
+}
+
+/// The material of [`plain`].
+pub(crate) const OPAQUE: MaterialId = MaterialId(0);
+
+/// A card of 1 m about the origin.
+pub(crate) fn square() -> Card {
+    Card {
+        corner: Vec3::new(-0.5, -0.5, 0.0),
+        edge_u: Vec3::X,
+        edge_v: Vec3::Y,
+        material: OPAQUE,
+    }
+}
+
+/// A scene of one shape at the origin.
+pub(crate) fn alone(blas: &Arc<Blas>, linear: Mat3) -> Groups {
+    vec![(
+        Vec3::ZERO,
+        Arc::new(Group::build(vec![place(blas, Vec3::ZERO, linear, 1)])),
+    )]
 }

@@ -4,4 +4,5 @@ mod common;
 mod fuzzed_scenes;
 mod parry_agreement;
 mod properties;
+mod shapes;
 mod watertight;
