@@ -2,6 +2,7 @@
 
 pub(crate) mod aberration;
 mod denoise;
+pub(crate) mod exposure;
 pub(crate) mod jpeg;
 pub(crate) mod lens;
 mod luma;

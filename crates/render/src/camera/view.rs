@@ -3,12 +3,13 @@
 use glam::{DVec2, DVec3, Vec3};
 use nemoral_scene::{Intrinsics, Ray, RigidTransform, Shutter, Twist};
 
+use super::exposure::Exposure;
 use super::metering::Metering;
 use super::precipitation::Precipitation;
 use super::processing::Processing;
 use super::sensor_noise::SensorNoise;
 use super::soiling::Soiling;
-use super::tone::{Exposure, ToneCurve};
+use super::tone::ToneCurve;
 use crate::error::{ParamError, check};
 
 /// One picture to take: a lens, a pose, a shutter, an exposure and a tone curve.
