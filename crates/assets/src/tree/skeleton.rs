@@ -1,19 +1,22 @@
 //! The course of the wood: axes of every order, without thickness.
 
+mod branching;
+mod centre_line;
+
 use std::f64::consts::TAU;
 
 use nemoral_scene::glam::{DVec2, DVec3};
 use nemoral_seed::{Domain, Draw, Key};
 
+use self::branching::{bent_up, insertion, nodes, walk};
+use self::centre_line::CentreLine;
 use super::edge::CrownBase;
 use super::envelope::Envelope;
 use super::{BranchLevel, Species, TreeSize};
 
-const STEM: Domain = Domain::new("assets.tree.stem");
 const BRANCH: Domain = Domain::new("assets.tree.branch");
 const LEADER: Domain = Domain::new("assets.tree.leader");
 const DEAD: Domain = Domain::new("assets.tree.dead");
-const SHAPE: Domain = Domain::new("assets.tree.shape");
 
 /// Breast height. The stem is not bent or stretched below it, so that its diameter stays as
 /// demanded.
@@ -79,53 +82,6 @@ pub(super) fn beside(direction: DVec3) -> DVec3 {
         .cross(DVec3::Z)
         .try_normalize()
         .unwrap_or(DVec3::X)
-}
-
-/// The stem's centre line: a lean, a sweep at the base, a slow winding.
-struct CentreLine {
-    lean: DVec2,
-    sweep: DVec2,
-    /// Height over which the basal sweep straightens.
-    sweep_m: f64,
-    /// Where it ends.
-    top_m: f64,
-    /// Amplitude vectors and phases of two windings of 0.7 and 2.3 turns.
-    windings: [(DVec2, f64, f64); 2],
-}
-
-impl CentreLine {
-    fn new(species: &Species, top_m: f64, lean: DVec2, key: Key) -> Self {
-        let mut rng = key.domain(STEM).rng();
-        let mut heading = |length: f64| {
-            let (sin, cos) = libm::sincos(rng.range_f64(0.0, TAU));
-            DVec2::new(cos, sin) * length * rng.range_f64(0.2, 1.0)
-        };
-        let sweep = heading(libm::tan(species.stem.sweep_deg.to_radians()));
-        let amplitude = species.stem.sinuosity * top_m;
-        let windings = [(heading(amplitude), 0.7), (heading(0.4 * amplitude), 2.3)];
-        Self {
-            lean,
-            sweep,
-            sweep_m: 0.08 * top_m,
-            top_m,
-            windings: windings.map(|(a, turns)| (a, turns * TAU, rng.range_f64(0.0, TAU))),
-        }
-    }
-
-    /// The centre at height z; straight down below the ground.
-    fn at(&self, z: f64) -> DVec3 {
-        let x = (z / self.top_m).max(0.0);
-        // The offset grows like tan(sweep) z at the foot, and a linear term brings it back to zero
-        // at the top.
-        let bend = |z: f64| 1.0 - libm::exp(-z.max(0.0) / self.sweep_m);
-        let bow = self.sweep_m * (bend(z) - x * bend(self.top_m));
-        let mut xy = self.lean * z.max(0.0) + self.sweep * bow;
-        for &(amplitude, rate, phase) in &self.windings {
-            // The windings are zero at the foot and at the top.
-            xy += amplitude * (4.0 * x * (1.0 - x).max(0.0) * libm::sin(rate * x + phase));
-        }
-        xy.extend(z)
-    }
 }
 
 /// Grows axes of one tree.
@@ -393,94 +349,4 @@ impl Grower<'_> {
             });
         }
     }
-}
-
-/// The branches of a parent's zone of length `span_m`: (number, distance from the zone's start,
-/// azimuth).
-fn nodes(level: &BranchLevel, span_m: f64, density: f64, key: Key) -> Vec<(u64, f64, f64)> {
-    let mut rng = key.domain(SHAPE).rng();
-    let spacing = level.node_spacing_m / density;
-    let mut azimuth = rng.range_f64(0.0, TAU);
-    if level.planar {
-        azimuth = if azimuth < 0.5 * TAU { 0.0 } else { 0.5 * TAU };
-    }
-    let jitter = if level.planar { 0.12 } else { 0.25 };
-    let mut at = rng.range_f64(0.1, 0.9) * spacing;
-    let mut out = Vec::new();
-    while at <= span_m {
-        let n = rng.between(level.per_node[0], level.per_node[1]);
-        for k in 0..n {
-            let whorl = TAU * f64::from(k) / f64::from(n) + rng.range_f64(-jitter, jitter);
-            // Branches of a whorl spring from slightly different heights.
-            let offset = if n > 1 {
-                rng.range_f64(-0.08, 0.08) * spacing
-            } else {
-                0.0
-            };
-            out.push((
-                out.len() as u64,
-                (at + offset).clamp(0.0, span_m),
-                azimuth + whorl,
-            ));
-        }
-        azimuth += level.divergence_deg.to_radians();
-        at += spacing * rng.range_f64(0.75, 1.25);
-    }
-    out
-}
-
-/// The direction in which a branch leaves its parent at relative position `t` of the zone.
-fn insertion(
-    level: &BranchLevel,
-    along: DVec3,
-    t: f64,
-    azimuth: f64,
-    rng: &mut impl Draw,
-) -> DVec3 {
-    let [base, tip] = level.insertion_deg;
-    let scatter = level.angle_sd_deg * rng.normal().clamp(-2.0, 2.0);
-    let angle = (base + (tip - base) * t + scatter)
-        .clamp(5.0, 120.0)
-        .to_radians();
-    let side = turn(beside(along), along, azimuth);
-    turn(along, side.cross(along).normalize_or(DVec3::X), -angle)
-}
-
-/// A direction bent towards the vertical by an angle (downwards if negative), never beyond it.
-fn bent_up(direction: DVec3, angle: f64) -> DVec3 {
-    let from_up = libm::acos(direction.z.clamp(-1.0, 1.0));
-    let angle = angle.clamp(from_up - std::f64::consts::PI, from_up);
-    turn(direction, beside(direction), angle)
-}
-
-/// The points of a branch: joints of equal length, bent, gnarled and zig-zagging.
-fn walk(level: &BranchLevel, start: DVec3, direction: DVec3, length: f64, key: Key) -> Vec<DVec3> {
-    let mut rng = key.domain(SHAPE).item(1).rng();
-    let joints = (length / level.joint_m).round().clamp(2.0, 14.0);
-    let mut direction = direction;
-    let mut position = start;
-    let mut points = vec![start];
-    let mut side = rng.range_f64(0.0, TAU);
-    for joint in 0..joints as u32 {
-        if joint > 0 {
-            let half = usize::from(2.0 * f64::from(joint) > joints);
-            let curve_deg = 2.0 * level.curve_deg[half] / (joints - 1.0);
-            direction = bent_up(direction, curve_deg.to_radians());
-            let gnarl = level.gnarl_deg.to_radians() * rng.normal().clamp(-2.0, 2.0);
-            let about = turn(beside(direction), direction, rng.range_f64(0.0, TAU));
-            direction = turn(direction, about, gnarl);
-            side += rng.range_f64(-0.5, 0.5);
-            let zigzag = level.zigzag_deg.to_radians() * if joint == 1 { 0.5 } else { 1.0 };
-            let sign = if joint % 2 == 0 { 1.0 } else { -1.0 };
-            direction = turn(
-                direction,
-                turn(beside(direction), direction, side),
-                sign * zigzag,
-            );
-            direction = direction.normalize_or(DVec3::Z);
-        }
-        position += direction * (length / joints);
-        points.push(position);
-    }
-    points
 }
