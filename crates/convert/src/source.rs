@@ -339,8 +339,8 @@ impl Source {
     ///
     /// # Errors
     /// [`Error::Dataset`], naming the file.
-    pub fn imu_texts(&self, sequence: u32) -> Result<Option<EurocFiles>, Error> {
-        Ok(self.dataset.imu_texts(sequence)?)
+    pub fn imu_files(&self, sequence: u32) -> Result<Option<EurocFiles>, Error> {
+        Ok(self.dataset.imu_files(sequence)?)
     }
 
     /// The body's pose in the world at each frame of the whole sequence, as a navigation system
