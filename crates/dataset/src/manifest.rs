@@ -37,6 +37,15 @@ pub struct Manifest {
     pub frames: Vec<FrameRecord>,
 }
 
+/// A `dataset.json` that was read.
+pub(crate) struct ManifestFile {
+    pub(crate) manifest: Manifest,
+    /// Whether it is unchanged since it was written.
+    pub(crate) is_untouched: bool,
+    /// BLAKE3 of its bytes, hexadecimal.
+    pub(crate) digest: String,
+}
+
 /// What a [`Manifest`] has beside its header, to be read.
 #[derive(Deserialize)]
 struct Lists {
@@ -176,17 +185,21 @@ impl Manifest {
         seal::stamp(&format!("{head}[\n{frames}\n  ]\n}}\n"))
     }
 
-    /// Reads and [validates](Self::validate) the manifest of a folder; the flag says whether it is
-    /// unchanged since it was written.
-    pub(crate) fn read(folder: &Folder) -> Result<(Self, bool), Error> {
+    /// Reads and [validates](Self::validate) the manifest of a folder.
+    pub(crate) fn read(folder: &Folder) -> Result<ManifestFile, Error> {
         let name = layout::inner(layout::MANIFEST);
         let path = name.below(folder.root());
         let text = folder.read_text(&name, limits::MANIFEST_BYTES)?;
-        Self::parse(&text).map_err(|message| Error::malformed(path, message))
+        let manifest = Self::parse(&text).map_err(|message| Error::malformed(path, message))?;
+        Ok(ManifestFile {
+            manifest,
+            is_untouched: seal::is_stamped(&text),
+            digest: blake3::hash(text.as_bytes()).to_hex().to_string(),
+        })
     }
 
     /// The same from text.
-    fn parse(text: &str) -> Result<(Self, bool), String> {
+    fn parse(text: &str) -> Result<Self, String> {
         if text.trim().is_empty() {
             return Err("is empty".to_owned());
         }
@@ -209,7 +222,7 @@ impl Manifest {
             frames: lists.frames,
         };
         manifest.validate().map_err(|e| e.to_string())?;
-        Ok((manifest, seal::is_stamped(text)))
+        Ok(manifest)
     }
 
     /// Checks that a [`Writer`](crate::Writer) could have written this manifest. After that its
