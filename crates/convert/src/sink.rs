@@ -23,7 +23,7 @@ use serde::de::DeserializeOwned;
 
 use crate::{Error, digest};
 use compare::{FileState, changed, compare, is_whole};
-use records::{Found, Manifest, Record, Records, inner, look, remove_leftovers, remove_state};
+use records::{Found, Manifest, Record, Records, inner, look, remove_state, remove_temporaries};
 pub(crate) use request::Request;
 
 /// What to do with a folder that holds a conversion.
@@ -219,7 +219,7 @@ impl Sink {
             && files.iter().all(|f| is_whole(&folder, f))
         {
             let _lock = records::lock_if_begun(&folder)?;
-            remove_leftovers(&folder)?;
+            remove_temporaries(&folder, None)?;
             remove_state(&folder)?;
             let bytes = files.iter().map(|f| f.bytes).sum();
             let files = files.len();
