@@ -10,14 +10,14 @@ use nemoral_convert::{
     laz_note,
 };
 use nemoral_dataset::{CloudFormat, CloudParams, CloudPoses, MergeParams, OpenMode};
-use nemoral_export::check_apart;
+use nemoral_export::{check_apart, check_name};
 use nemoral_pipeline::config::{
     Preset, SequenceConfig, Sequences, SiteFiles, annotated_toml, json_schema, reference_page,
 };
 use nemoral_pipeline::plan::{GraphFormat, Store};
 use nemoral_pipeline::{
-    Backend, ForestPlan, FrameSelection, GenerateParams, Observer, SequenceFrames, check,
-    check_png_name, estimate, generate, merge, preview, write_png,
+    Backend, ForestPlan, FrameSelection, GenerateParams, Observer, SequenceFrames, check, estimate,
+    generate, merge, preview, write_png,
 };
 use serde_json::json;
 
@@ -336,7 +336,7 @@ fn run_generate(
 }
 
 fn run_preview(a: &Preview, program: Option<&Path>) -> Result<bool, Failure> {
-    check_png_name(&a.out)?;
+    check_name(&a.out, "png")?;
     let SequenceConfig { config, inputs, .. } = load(&a.world)?.get(a.sequence)?;
     let asked = a.world.config.iter().map(|path| &**path);
     check_apart(&a.out, &asked.chain(inputs.paths()).collect::<Vec<_>>())?;

@@ -12,19 +12,19 @@
 mod compare;
 mod records;
 mod request;
+mod step;
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::io::{self, BufWriter, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use nemoral_dataset::FileRecord;
-use nemoral_files::{Folder, InnerPath, Lock, PathError, PendingFile, Syncer};
-use serde::de::DeserializeOwned;
+use nemoral_files::{Folder, InnerPath, Lock, Syncer};
 
 use crate::{Error, digest};
 use compare::{FileState, changed, compare, is_whole};
-use records::{Found, Manifest, Record, Records, inner, look, remove_leftovers, remove_state};
+use records::{Found, Manifest, Record, Records, inner, look, remove_state, remove_temporaries};
 pub(crate) use request::Request;
+pub use step::{FileStream, StepFiles, StepNotes};
 
 /// What to do with a folder that holds a conversion.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -67,110 +67,6 @@ pub(crate) enum OpenOutcome {
         /// Their size.
         bytes: u64,
     },
-}
-
-/// The notes of steps, on disk.
-#[derive(Clone, Debug)]
-pub struct StepNotes {
-    folder: Folder,
-}
-
-impl StepNotes {
-    /// What `make` returned at a step.
-    ///
-    /// # Errors
-    /// [`Error::Files`], and [`Error::Damaged`] if someone has changed it meanwhile.
-    pub fn of(&self, key: &str) -> Result<String, Error> {
-        let record = Record::read(&self.folder, key)?;
-        record.map(|r| r.note).ok_or_else(|| self.changed(key))
-    }
-
-    /// The same, read as JSON.
-    ///
-    /// # Errors
-    /// As [`StepNotes::of`], and if it is not what the step returned.
-    pub(crate) fn json<T: DeserializeOwned>(&self, key: &str) -> Result<T, Error> {
-        serde_json::from_str(&self.of(key)?).map_err(|_| self.changed(key))
-    }
-
-    fn changed(&self, key: &str) -> Error {
-        Error::Damaged {
-            path: self.folder.root().to_owned(),
-            cause: format!("the record of step {key} was changed"),
-        }
-    }
-}
-
-/// The files of one step, in memory.
-#[derive(Debug, Default)]
-pub struct StepFiles {
-    files: Vec<(InnerPath, Vec<u8>)>,
-    /// What is wrong with the first name that is none.
-    refused: Option<PathError>,
-}
-
-impl StepFiles {
-    /// Adds a file. If `path` is no inner path, the step fails.
-    pub fn put(&mut self, path: impl Into<String>, bytes: impl Into<Vec<u8>>) {
-        match InnerPath::new(path) {
-            Ok(path) => self.files.push((path, bytes.into())),
-            Err(e) if self.refused.is_none() => self.refused = Some(e),
-            Err(_) => {}
-        }
-    }
-
-    fn all(self) -> Result<Vec<(InnerPath, Vec<u8>)>, Error> {
-        match self.refused {
-            None => Ok(self.files),
-            Some(e) => Err(e.into()),
-        }
-    }
-}
-
-/// A file that is written piece by piece.
-pub struct FileStream {
-    inner: BufWriter<PendingFile>,
-    hasher: blake3::Hasher,
-    bytes: u64,
-    path: PathBuf,
-}
-
-impl std::fmt::Debug for FileStream {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("FileStream")
-            .field("path", &self.path)
-            .finish()
-    }
-}
-
-impl FileStream {
-    /// The number of bytes so far.
-    #[must_use]
-    pub fn position(&self) -> u64 {
-        self.bytes
-    }
-
-    /// Appends bytes.
-    ///
-    /// # Errors
-    /// [`Error::Files`].
-    pub fn put(&mut self, bytes: impl AsRef<[u8]>) -> Result<(), Error> {
-        let written = self.write_all(bytes.as_ref());
-        Ok(written.map_err(nemoral_files::Error::io(&self.path))?)
-    }
-}
-
-impl Write for FileStream {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        let n = self.inner.write(bytes)?;
-        self.hasher.update(&bytes[..n]);
-        self.bytes += n as u64;
-        Ok(n)
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        self.inner.flush()
-    }
 }
 
 impl Sink {
@@ -219,7 +115,7 @@ impl Sink {
             && files.iter().all(|f| is_whole(&folder, f))
         {
             let _lock = records::lock_if_begun(&folder)?;
-            remove_leftovers(&folder)?;
+            remove_temporaries(&folder, None)?;
             remove_state(&folder)?;
             let bytes = files.iter().map(|f| f.bytes).sum();
             let files = files.len();
@@ -295,29 +191,22 @@ impl Sink {
             return Ok(());
         }
         let path = inner(path)?;
-        let mut file = FileRecord {
+        let begun = FileRecord {
             path: path.clone(),
             bytes: 0,
             blake3: String::new(),
         };
-        self.refuse_others(&file)?;
+        self.refuse_others(&begun)?;
         // It says in which folder there may be a temporary file.
-        self.put_record(key, &file)?;
-        let target = path.below(self.folder.root());
-        let mut stream = FileStream {
-            inner: BufWriter::new(self.folder.begin(&path)?),
-            hasher: blake3::Hasher::new(),
-            bytes: 0,
-            path: target.clone(),
-        };
+        self.put_record(key, &begun)?;
+        let mut stream = FileStream::begin(&self.folder, &path)?;
         write(&mut stream)?;
-        file.bytes = stream.bytes;
-        file.blake3 = stream.hasher.finalize().to_hex().to_string();
-        let pending = stream
-            .inner
-            .into_inner()
-            .map_err(io::IntoInnerError::into_error)
-            .map_err(nemoral_files::Error::io(&target))?;
+        let (pending, bytes, blake3) = stream.end()?;
+        let file = FileRecord {
+            path,
+            bytes,
+            blake3,
+        };
         // The file gets its name after its checksum is recorded, so that it always has one.
         self.put_record(key, &file)?;
         pending.commit()?;

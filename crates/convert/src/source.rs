@@ -15,17 +15,13 @@ use nemoral_scene::{
     ChunkCoord, Flow, Image, ObjectBox, ObjectRecord, Ontology, RigidTransform, TreeRecord,
 };
 
-use crate::{Error, digest};
-
-/// The most bytes of a `dataset.json`.
-const MANIFEST_BYTES: u64 = 2 << 30;
+use crate::Error;
 
 /// A finished data set that is being converted. Every file that is read is compared with its
 /// checksum.
 #[derive(Clone, Debug)]
 pub struct Source {
     dataset: Dataset,
-    digest: String,
     monitor: ProgressMonitor,
     /// How many frames the monitor knows to be done.
     told: Arc<AtomicUsize>,
@@ -64,11 +60,8 @@ impl Source {
     /// # Errors
     /// As [`Dataset::open`].
     pub fn open(dir: &Path) -> Result<Self, Error> {
-        let dataset = Dataset::open(dir)?;
-        let manifest = nemoral_files::read(&dir.join("dataset.json"), MANIFEST_BYTES)?;
         Ok(Self {
-            dataset,
-            digest: digest(&manifest),
+            dataset: Dataset::open(dir)?,
             monitor: ProgressMonitor::default(),
             told: Arc::default(),
         })
@@ -118,7 +111,7 @@ impl Source {
     /// BLAKE3 of `dataset.json`, which has the checksums of all files.
     #[must_use]
     pub fn digest(&self) -> &str {
-        &self.digest
+        self.dataset.digest()
     }
 
     /// The program that made the data set, with its version.
@@ -339,8 +332,8 @@ impl Source {
     ///
     /// # Errors
     /// [`Error::Dataset`], naming the file.
-    pub fn imu_texts(&self, sequence: u32) -> Result<Option<EurocFiles>, Error> {
-        Ok(self.dataset.imu_texts(sequence)?)
+    pub fn imu_files(&self, sequence: u32) -> Result<Option<EurocFiles>, Error> {
+        Ok(self.dataset.imu_files(sequence)?)
     }
 
     /// The body's pose in the world at each frame of the whole sequence, as a navigation system

@@ -71,14 +71,14 @@ impl Dataset {
     /// # Errors
     /// [`Error::Io`] and [`Error::Malformed`].
     pub fn imu(&self, sequence: u32) -> Result<Vec<ImuReading>, Error> {
-        let Some(texts) = self.imu_texts(sequence)? else {
+        let Some(files) = self.imu_files(sequence)? else {
             return Ok(Vec::new());
         };
         let place = |name| self.root().join(layout::sequence_file(sequence, name));
         let [samples, _, states] = layout::IMU_FILES;
         readings(
-            (&place(samples), &texts.samples),
-            (&place(states), &texts.states),
+            (&place(samples), &files.samples),
+            (&place(states), &files.states),
         )
     }
 
@@ -95,7 +95,7 @@ impl Dataset {
     ///
     /// # Errors
     /// [`Error::Io`] and [`Error::Malformed`].
-    pub fn imu_texts(&self, sequence: u32) -> Result<Option<EurocFiles>, Error> {
+    pub fn imu_files(&self, sequence: u32) -> Result<Option<EurocFiles>, Error> {
         let spec = self.manifest().header.sequence(sequence);
         if spec.is_none_or(|spec| spec.imu.is_none()) {
             return Ok(None);

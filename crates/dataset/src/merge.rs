@@ -124,7 +124,7 @@ pub fn merge_with_progress(
         let tables = tables_of(&parts, sequence)?;
         let spec = writer.header().sequence(sequence);
         let spec = spec.expect("a manifest's tracks are of sequences");
-        let imu = measured[&sequence].0.imu_texts(sequence)?;
+        let imu = measured[&sequence].0.imu_files(sequence)?;
         let config = config_of(&parts, sequence)?;
         writer.put_sequence(spec, &config, drive, &tables, imu.as_ref())?;
     }

@@ -18,7 +18,7 @@ use crate::chunks::ChunkManager;
 use crate::config::Sequences;
 use crate::formats::{check_formats, probe_formats, write_formats};
 use crate::header::header;
-use crate::imu::imu_texts;
+use crate::imu::imu_files;
 use crate::plan::{Cache, ForestCoordinate, Hasher, Runner, Stage, Store};
 use crate::preflight::within_sequence;
 use crate::recording::pose::FramePose;
@@ -227,11 +227,11 @@ fn conclude(
     let frames = frames.filter(|f| f.0 == number).map(|f| f.1);
     let all = inventory(config, &world.forest, runner, frames)?;
     if config.imu.enabled {
-        let (texts, measured) = imu_texts(config, &world.forest, runner)?;
+        let (files, measured) = imu_files(config, &world.forest, runner)?;
         if let Some(note) = measured.range_note() {
             observer.note(&note);
         }
-        track.imu = Some(texts);
+        track.imu = Some(files);
     }
     let tables = WorldTables {
         trees: &all.trees,

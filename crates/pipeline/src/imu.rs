@@ -114,25 +114,25 @@ fn measure(
 }
 
 /// The files of a data set's unit.
-pub(crate) fn imu_texts(
+pub(crate) fn imu_files(
     config: &Config,
     forest: &ForestPlan,
     runner: &Runner<'_>,
 ) -> Result<(EurocFiles, MeasuredMotion), Error> {
     let manager = ChunkManager::new(config.chunks.clone());
-    let mut texts = EurocFiles {
+    let mut files = EurocFiles {
         samples: euroc::SAMPLES_HEADER.to_owned(),
         sensor: euroc::sensor_yaml(&config.imu.params(), &config.imu.body_from_imu()),
         states: euroc::STATES_HEADER.to_owned(),
     };
     let each = |motion: &ImuMotion, sample: &ImuSample| {
-        euroc::push_sample(&mut texts.samples, sample);
-        euroc::push_state(&mut texts.states, motion, sample);
+        euroc::push_sample(&mut files.samples, sample);
+        euroc::push_state(&mut files.states, motion, sample);
         Ok(())
     };
     let leave = |place_m| manager.evict(runner.store(), place_m, &[]);
     let measured = measure(config, forest, runner, each, leave)?;
-    Ok((texts, measured))
+    Ok((files, measured))
 }
 
 /// When the last scan has ended, seconds after the first frame.

@@ -89,6 +89,6 @@ pub use pictures::{
     picture_of_classes, picture_of_depth, picture_of_instances, picture_of_normals, picture_of_scan,
 };
 pub use pool::use_thread_pool;
-pub use preview::{check_png_name, preview, write_png};
+pub use preview::{preview, write_png};
 pub use recorder::{BodyState, InventoryItem, RecordedFrame, Recorder};
 pub use survey::{InventoryParams, InventoryPlots, Survey, SurveyParams};

@@ -56,27 +56,12 @@ pub fn preview(
     Ok(contact_sheet(image, &last, &ontology))
 }
 
-/// Refuses the name of a picture that does not end in `.png`, as only PNG is written.
-///
-/// # Errors
-/// If it has another extension or none.
-pub fn check_png_name(path: &Path) -> Result<(), Error> {
-    let ending = path.extension();
-    if ending.is_some_and(|ending| ending.eq_ignore_ascii_case("png")) {
-        return Ok(());
-    }
-    let path = path.display();
-    Err(Error::request(format!(
-        "{path}: pictures are PNG files: the name must end in .png"
-    )))
-}
-
 /// Writes an image as PNG, under its name only when it is whole.
 ///
 /// # Errors
-/// As [`check_png_name`], and if the file cannot be written.
+/// If the name does not end in `.png`, or the file cannot be written.
 pub fn write_png(image: &Image<[u8; 3]>, path: &Path) -> Result<(), Error> {
-    check_png_name(path)?;
+    nemoral_export::check_name(path, "png").map_err(|e| Error::request(e.to_string()))?;
     nemoral_dataset::write_png(path, image).map_err(Error::from)
 }
 

@@ -1,22 +1,21 @@
 //! Single frames in memory, in any order, along the robot's path or anywhere else.
 
-use std::collections::BTreeMap;
-use std::collections::btree_map::Entry;
+mod body_state;
+mod surroundings;
+
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use nemoral_dataset::SequenceSpec;
 use nemoral_render::CameraImages;
 use nemoral_scene::glam::DVec2;
-use nemoral_scene::{
-    Annotations, ChunkCoord, LidarPoint, ObjectRecord, RigidTransform, Surface, SurfaceSample,
-    TreeRecord, Twist,
-};
-use nemoral_seed::{Domain, Key};
-use nemoral_stand::SceneObject;
-use nemoral_trajectory::Obstacle;
+use nemoral_scene::{Annotations, ChunkCoord, LidarPoint, RigidTransform, Twist};
 
-use crate::chunks::{ChunkManager, chunks_of};
+pub use self::body_state::BodyState;
+pub use self::surroundings::InventoryItem;
+
+use self::body_state::noise_of;
+use crate::chunks::ChunkManager;
 use crate::config::{Config, SequenceConfig};
 use crate::header::sequence_spec;
 use crate::plan::{Cache, Runner, Stage, Store};
@@ -27,12 +26,7 @@ use crate::recording::pose::{FramePose, pictures_s};
 use crate::recording::recording_context::RecordingContext;
 use crate::recording::scene::FrameScene;
 use crate::stages::assets::{AssetStage, LibraryStage};
-use crate::world::trajectory::{WATER_REACH_M, obstacles, waters};
-use crate::world::windthrow::LOG_REACH_M;
 use crate::{Backend, Error, ForestPlan};
-
-/// The noise of what is observed without an index.
-const OBSERVATION: Domain = Domain::new("pipeline.observation");
 
 /// What the robot's sensors recorded at once.
 #[derive(Clone, Debug)]
@@ -45,46 +39,6 @@ pub struct RecordedFrame {
     pub annotations: Arc<Vec<Annotations>>,
     /// The points of each LiDAR.
     pub scans: Arc<Vec<Vec<LidarPoint>>>,
-}
-
-/// A place and a time at which the robot's sensors record.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BodyState {
-    /// The body's pose in the world at that time.
-    pub world_from_body: RigidTransform,
-    /// How the body moves around that time, in its own axes.
-    pub motion: Twist,
-    /// Seconds after the start of the sequence: it decides where scan patterns are.
-    pub time_s: f64,
-    /// The number that keys the sensors' noise; without one, pose and time do.
-    pub index: Option<u64>,
-}
-
-/// The greatest distance of a pose from the world's origin along each axis, metres.
-const FARTHEST_M: f64 = 1e8;
-
-impl BodyState {
-    fn check(&self) -> Result<(), Error> {
-        let RigidTransform {
-            rotation,
-            translation_m,
-        } = self.world_from_body;
-        if !rotation.is_normalized() {
-            let message = format!("rotation = {rotation}: must be a unit quaternion");
-            return Err(Error::request(message));
-        }
-        if translation_m.abs().max_element() > FARTHEST_M || !translation_m.is_finite() {
-            let message = format!("translation_m = {translation_m}: must be within 1e8 m");
-            return Err(Error::request(message));
-        }
-        if !(0.0..=1e9).contains(&self.time_s) {
-            return Err(Error::request(format!(
-                "time_s = {}: must be 0..=1e9",
-                self.time_s
-            )));
-        }
-        Ok(())
-    }
 }
 
 /// Records frames of a sequence in memory. It keeps the chunks around the last place, as
@@ -112,17 +66,6 @@ pub struct Recorder {
     /// Where the body recorded last.
     body_m: Mutex<Option<DVec2>>,
     threads: AtomicUsize,
-}
-
-/// An object of an inventory.
-#[derive(Clone, Debug)]
-pub struct InventoryItem {
-    /// The object.
-    pub record: ObjectRecord,
-    /// What a forester would measure, if it is a tree.
-    pub tree: Option<TreeRecord>,
-    /// Whether it lies on a trail, as stones do, and is no obstacle.
-    pub on_trail: bool,
 }
 
 /// A panic of another thread leaves the place consistent.
@@ -326,106 +269,6 @@ impl Recorder {
         Ok(Arc::new(scene))
     }
 
-    /// The ground at world positions, in their order: height and slope, and the signed distance to
-    /// the nearest edge of a trail, metres, negative on one.
-    ///
-    /// # Errors
-    /// If the ground there cannot be made.
-    pub fn ground(&self, places_m: &[DVec2]) -> Result<Vec<(SurfaceSample, f64)>, Error> {
-        let runner = self.runner();
-        let size_m = self.config().chunks.size_m;
-        let mut known = BTreeMap::new();
-        let mut samples = Vec::with_capacity(places_m.len());
-        for &place_m in places_m {
-            let chunk = ChunkCoord::containing(place_m, size_m);
-            let ground = match known.entry(chunk) {
-                Entry::Occupied(known) => known.into_mut(),
-                Entry::Vacant(new) => new.insert(runner.get(self.forest.ground, chunk)?),
-            };
-            let sample = Surface::sample(&**ground, place_m);
-            samples.push((sample, ground.trail_edge_m(place_m)));
-        }
-        if let Some(&place_m) = places_m.last() {
-            self.stay_near(place_m);
-        }
-        Ok(samples)
-    }
-
-    /// The objects whose feet are in a rectangle of the world, borders included, chunk by chunk in
-    /// order of their ids.
-    ///
-    /// # Errors
-    /// If their chunks cannot be made, or are more than [`Recorder::INVENTORY_CHUNKS`].
-    pub fn inventory(&self, low_m: DVec2, high_m: DVec2) -> Result<Vec<InventoryItem>, Error> {
-        self.prepare()?;
-        let assets = self.runner().get(self.forest.assets, ())?;
-        let mut found = Vec::new();
-        self.for_each_object(low_m, high_m, |object| {
-            let foot_m = object.position_m.truncate();
-            if foot_m.cmpge(low_m).all() && foot_m.cmple(high_m).all() {
-                found.push(InventoryItem {
-                    record: assets.object_record(object),
-                    tree: assets.tree_record(object),
-                    on_trail: object.on_trail,
-                });
-            }
-        })?;
-        self.stay_near((low_m + high_m) / 2.0);
-        Ok(found)
-    }
-
-    /// The disks that reach into a rectangle and that a robot must not drive into: a stem, a shrub,
-    /// a rock or a pond is one, a log or a stream is a row of them. Culverts have none.
-    ///
-    /// # Errors
-    /// As [`Recorder::inventory`], of the rectangle with what is up to 17 m around it.
-    pub fn obstacles(&self, low_m: DVec2, high_m: DVec2) -> Result<Vec<Obstacle>, Error> {
-        self.prepare()?;
-        let reaches_in = |disk: &Obstacle| {
-            let nearest_m = disk.position_m.clamp(low_m, high_m);
-            nearest_m.distance(disk.position_m) <= disk.radius_m
-        };
-        let reach_m = DVec2::splat(LOG_REACH_M);
-        let mut found = Vec::new();
-        self.for_each_object(low_m - reach_m, high_m + reach_m, |object| {
-            found.extend(obstacles(object).filter(reaches_in));
-        })?;
-        let runner = self.runner();
-        if runner.get(self.forest.trajectory, ())?.has_water {
-            let reach_m = DVec2::splat(WATER_REACH_M);
-            for chunk in self.chunks_in(low_m - reach_m, high_m + reach_m)? {
-                let ground = runner.get(self.forest.ground, chunk)?;
-                found.extend(waters(&ground, 0.0).filter(reaches_in));
-            }
-        }
-        self.stay_near((low_m + high_m) / 2.0);
-        Ok(found)
-    }
-
-    /// Visits the objects of all chunks that a rectangle meets.
-    fn for_each_object(
-        &self,
-        low_m: DVec2,
-        high_m: DVec2,
-        mut visit: impl FnMut(&SceneObject),
-    ) -> Result<(), Error> {
-        let runner = self.runner();
-        for chunk in self.chunks_in(low_m, high_m)? {
-            let objects = runner.get(self.forest.objects, chunk)?;
-            objects.0.iter().for_each(&mut visit);
-        }
-        Ok(())
-    }
-
-    /// The chunks that a rectangle meets, which may not be too many.
-    fn chunks_in(&self, low_m: DVec2, high_m: DVec2) -> Result<Vec<ChunkCoord>, Error> {
-        let most = ("rectangle", Self::INVENTORY_CHUNKS);
-        chunks_of((low_m, high_m), self.config().chunks.size_m, most)
-    }
-
-    /// The most chunks of a rectangle of which an inventory is made.
-    pub const INVENTORY_CHUNKS: i64 = 10_000;
-
     fn config(&self) -> &Config {
         &self.sequence.config
     }
@@ -467,16 +310,4 @@ impl Recorder {
         let place_m = body_m.unwrap_or(place_m);
         self.manager.evict(&self.store, place_m, &[]);
     }
-}
-
-/// The number that keys the noise of an observation whose state has no index.
-fn noise_of(state: &BodyState) -> u64 {
-    let rows = state.world_from_body.to_rows();
-    let numbers = rows.as_flattened().iter().chain([&state.time_s]);
-    // -0 is 0.
-    let mut key = Key::world(0).domain(OBSERVATION);
-    for number in numbers {
-        key = key.item((number + 0.0).to_bits());
-    }
-    key.to_u64()
 }

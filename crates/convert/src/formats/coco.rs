@@ -23,11 +23,12 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use nemoral_dataset::{Manifest, Split};
 use nemoral_scene::ObjectKind;
-use nemoral_scene::glam::DVec2;
 use png::{BitDepth, ColorType};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
+use crate::formats::object_kinds::ObjectKinds;
+use crate::formats::refuse_without_cameras;
 use crate::labels::Labels;
 use crate::{ClassMapping, Error, FileStream, Format, FrameRef, Sequence, Sink, Source, StepFiles};
 use crate::{png_encoding, rle};
@@ -71,7 +72,7 @@ struct Segment {
 
 impl Format for Coco {
     fn check(&self, manifest: &Manifest) -> Result<(), Error> {
-        needs_cameras("coco", manifest)?;
+        refuse_without_cameras("coco", manifest)?;
         Labels::of(&manifest.header.ontology, self.ontology.as_ref()).map(drop)
     }
 
@@ -80,7 +81,7 @@ impl Format for Coco {
         let mut parts: BTreeMap<Option<Split>, Vec<String>> = BTreeMap::new();
         for sequence in source.sequences() {
             let split = source.own_split(sequence.number);
-            let kinds = Kinds::of(source, sequence.number)?;
+            let kinds = ObjectKinds::of(source, sequence.number)?;
             for frame in source.frames(sequence.number) {
                 let key = format!("frame-{}", frame.name());
                 sink.step(&key, |files| {
@@ -163,56 +164,6 @@ fn write_lists(
     })
 }
 
-/// The places and kinds of a sequence's objects, by their ids in instance maps.
-///
-/// These ids come again every 16 chunks, so that several objects of a long drive have one.
-pub(super) struct Kinds(BTreeMap<u32, Vec<(DVec2, usize)>>);
-
-impl Kinds {
-    pub(super) fn of(source: &Source, sequence: u32) -> Result<Self, Error> {
-        let mut kinds: BTreeMap<u32, Vec<(DVec2, usize)>> = BTreeMap::new();
-        for object in source.objects(sequence)? {
-            let kind = ObjectKind::ALL.iter().position(|k| *k == object.kind);
-            if let Some(kind) = kind {
-                let of_id = kinds.entry(object.object.to_image_id()).or_default();
-                of_id.push((object.position_m.truncate(), kind));
-            }
-        }
-        Ok(Self(kinds))
-    }
-
-    /// Where the kind of an object that a picture shows stands in [`ObjectKind::ALL`]. Of several
-    /// with its id it is the one nearest to the body, as views reach less than 8 chunks far.
-    pub(super) fn kind(
-        &self,
-        format: &'static str,
-        instance: u32,
-        (frame, picture): (&FrameRef<'_>, &str),
-    ) -> Result<usize, Error> {
-        let body_m = frame.world_from_body().translation_m.truncate();
-        let of_id = self.0.get(&instance).into_iter().flatten();
-        let apart = |(at_m, _): &&(DVec2, usize)| at_m.distance_squared(body_m);
-        let nearest = of_id.min_by(|a, b| apart(a).total_cmp(&apart(b)));
-        let known = nearest.map(|(_, kind)| *kind);
-        known.ok_or_else(|| Error::Unsuitable {
-            format,
-            reason: format!("{picture} shows object {instance}, which instances.csv lacks"),
-        })
-    }
-}
-
-/// Refuses a data set without pictures.
-pub(super) fn needs_cameras(format: &'static str, manifest: &Manifest) -> Result<(), Error> {
-    let mut sequences = manifest.header.sequences.iter();
-    if sequences.any(|s| !s.cameras.is_empty()) {
-        return Ok(());
-    }
-    Err(Error::Unsuitable {
-        format,
-        reason: "the data set has no camera; make it with camera.enabled = true".to_owned(),
-    })
-}
-
 /// Puts a frame's pictures, and returns what is in them; of objects those of at least `min_px`
 /// pixels.
 fn frame_files(
@@ -220,7 +171,7 @@ fn frame_files(
     sequence: &Sequence<'_>,
     frame: &FrameRef<'_>,
     labels: &Labels,
-    (kinds, min_px): (&Kinds, u32),
+    (kinds, min_px): (&ObjectKinds, u32),
     files: &mut StepFiles,
 ) -> Result<Vec<Picture>, Error> {
     let mut pictures = Vec::new();

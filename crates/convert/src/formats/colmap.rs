@@ -18,8 +18,7 @@ use nemoral_dataset::Manifest;
 use nemoral_scene::glam::DQuat;
 use nemoral_scene::{Distortion, Intrinsics, RigidTransform};
 
-use crate::formats::coco::needs_cameras;
-use crate::formats::points;
+use crate::formats::{points, refuse_without_cameras};
 use crate::geometry::{line, relative, rows_line};
 use crate::{Error, Format, Sequence, Sink, Source};
 
@@ -29,7 +28,7 @@ pub(crate) struct Colmap;
 
 impl Format for Colmap {
     fn check(&self, manifest: &Manifest) -> Result<(), Error> {
-        needs_cameras("colmap", manifest)
+        refuse_without_cameras("colmap", manifest)
     }
 
     fn write(&self, source: &Source, sink: &mut Sink) -> Result<(), Error> {

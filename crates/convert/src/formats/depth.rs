@@ -19,7 +19,7 @@ use exr::prelude::{
 use nemoral_dataset::Manifest;
 use nemoral_scene::Image;
 
-use crate::formats::coco::needs_cameras;
+use crate::formats::refuse_without_cameras;
 use crate::{Error, Format, Sink, Source};
 
 /// The format, by the container of its files.
@@ -47,7 +47,7 @@ impl Depth {
 
 impl Format for Depth {
     fn check(&self, manifest: &Manifest) -> Result<(), Error> {
-        needs_cameras(self.extension(), manifest)
+        refuse_without_cameras(self.extension(), manifest)
     }
 
     fn write(&self, source: &Source, sink: &mut Sink) -> Result<(), Error> {

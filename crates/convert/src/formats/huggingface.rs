@@ -29,7 +29,7 @@ use serde::Serialize;
 use serde_json::json;
 use sha2::{Digest, Sha256};
 
-use crate::formats::coco::needs_cameras;
+use crate::formats::refuse_without_cameras;
 use crate::geometry::lens;
 use crate::labels::Labels;
 use crate::{ClassMapping, Error, Format, FrameRef, Sequence, Sink, Source, png_encoding};
@@ -51,7 +51,7 @@ impl HuggingFace {
 
 impl Format for HuggingFace {
     fn check(&self, manifest: &Manifest) -> Result<(), Error> {
-        needs_cameras("hf", manifest)?;
+        refuse_without_cameras("hf", manifest)?;
         self.labels(&manifest.header.ontology).map(drop)
     }
 

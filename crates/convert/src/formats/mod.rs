@@ -12,6 +12,7 @@ pub(crate) mod laz;
 mod mcap;
 mod nerfstudio;
 mod nuscenes;
+mod object_kinds;
 mod points;
 mod rellis;
 mod stereo;
@@ -187,6 +188,18 @@ impl FromStr for FormatName {
         let found = Self::ALL.into_iter().find(|f| f.name() == text);
         found.ok_or_else(|| format!("no such format; there are {}", names.join(", ")))
     }
+}
+
+/// Refuses a data set without pictures to a format that has them.
+fn refuse_without_cameras(format: &'static str, manifest: &Manifest) -> Result<(), Error> {
+    let mut sequences = manifest.header.sequences.iter();
+    if sequences.any(|s| !s.cameras.is_empty()) {
+        return Ok(());
+    }
+    Err(Error::Unsuitable {
+        format,
+        reason: "the data set has no camera; make it with camera.enabled = true".to_owned(),
+    })
 }
 
 /// Refuses times of frames that ROS' 32 bits of seconds do not hold, or that are before the start

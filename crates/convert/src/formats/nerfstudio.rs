@@ -19,8 +19,8 @@ use nemoral_scene::glam::{DQuat, DVec3};
 use nemoral_scene::{Distortion, Intrinsics, RigidTransform};
 use serde_json::{Value, json};
 
-use crate::formats::coco::needs_cameras;
 use crate::formats::colmap::{first_camera, pictures};
+use crate::formats::refuse_without_cameras;
 use crate::{Error, Format, Sink, Source};
 
 /// The format.
@@ -29,7 +29,7 @@ pub(crate) struct Nerfstudio;
 
 impl Format for Nerfstudio {
     fn check(&self, manifest: &Manifest) -> Result<(), Error> {
-        needs_cameras("nerfstudio", manifest)
+        refuse_without_cameras("nerfstudio", manifest)
     }
 
     fn write(&self, source: &Source, sink: &mut Sink) -> Result<(), Error> {

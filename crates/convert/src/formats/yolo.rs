@@ -14,7 +14,8 @@ use std::collections::BTreeMap;
 use nemoral_dataset::{Manifest, Split};
 use nemoral_scene::ObjectKind;
 
-use crate::formats::coco::{Kinds, needs_cameras};
+use crate::formats::object_kinds::ObjectKinds;
+use crate::formats::refuse_without_cameras;
 use crate::geometry::line;
 use crate::{Error, Format, Sink, Source};
 
@@ -27,12 +28,12 @@ pub(crate) struct Yolo {
 
 impl Format for Yolo {
     fn check(&self, manifest: &Manifest) -> Result<(), Error> {
-        needs_cameras("yolo", manifest)
+        refuse_without_cameras("yolo", manifest)
     }
 
     fn write(&self, source: &Source, sink: &mut Sink) -> Result<(), Error> {
         for sequence in source.sequences() {
-            let kinds = Kinds::of(source, sequence.number)?;
+            let kinds = ObjectKinds::of(source, sequence.number)?;
             for frame in source.frames(sequence.number) {
                 sink.step(&format!("frame-{}", frame.name()), |files| {
                     for (i, camera) in sequence.cameras.iter().enumerate() {

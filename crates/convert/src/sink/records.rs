@@ -197,12 +197,12 @@ impl Records {
         }
         let folders = self.folders();
         for below in &folders {
-            remove_temporaries(folder, below)?;
+            remove_temporaries(folder, Some(below))?;
         }
         for below in [STATE, STATE_STEPS] {
-            remove_temporaries(folder, &inner(below)?)?;
+            remove_temporaries(folder, Some(&inner(below)?))?;
         }
-        remove_leftovers(folder)?;
+        remove_temporaries(folder, None)?;
         // The innermost folders come first. A folder that is not empty contains files of others.
         for below in folders.iter().rev() {
             folder.remove_empty_folder(below)?;
@@ -289,21 +289,19 @@ fn lock(folder: &Folder) -> Result<Lock, Error> {
     Ok(folder.lock(&inner(STATE_LOCK)?)?)
 }
 
-/// Removes what a process that was killed has left at the top.
-pub(super) fn remove_leftovers(folder: &Folder) -> Result<(), Error> {
-    for entry in folder.entries()? {
+/// Removes the temporary files that a process that was killed has left in a folder, or at the top.
+pub(super) fn remove_temporaries(folder: &Folder, below: Option<&InnerPath>) -> Result<(), Error> {
+    let entries = match below {
+        Some(below) => folder.entries_of(below)?,
+        None => folder.entries()?,
+    };
+    for entry in entries {
         if entry.kind == EntryKind::File && is_temporary_name(&entry.name) {
-            remove_named(folder, entry.name)?;
-        }
-    }
-    Ok(())
-}
-
-/// Removes the same from a folder below.
-fn remove_temporaries(folder: &Folder, below: &InnerPath) -> Result<(), Error> {
-    for entry in folder.entries_of(below)? {
-        if entry.kind == EntryKind::File && is_temporary_name(&entry.name) {
-            remove_named(folder, format!("{below}/{}", entry.name))?;
+            let name = match below {
+                Some(below) => format!("{below}/{}", entry.name),
+                None => entry.name,
+            };
+            remove_named(folder, name)?;
         }
     }
     Ok(())

@@ -402,7 +402,7 @@ fn write_drive(
             .map(estimated)
             .collect(),
         lines: drive.lines.clone(),
-        imu: spec.imu.as_ref().map(imu_texts),
+        imu: spec.imu.as_ref().map(imu_files),
     };
     let (trees, objects) = (trees(), [objects(), twins()].concat());
     let world = WorldTables {
@@ -420,13 +420,13 @@ pub(crate) fn estimated(index: u64) -> RigidTransform {
     pose
 }
 
-/// The true velocity of the unit of [`imu_texts`], m/s.
+/// The true velocity of the unit of [`imu_files`], m/s.
 pub(crate) const UNIT_VELOCITY_M_S: DVec3 = DVec3::new(0.1, 0.2, 0.3);
 
 /// What a unit says of the drive of five, twenty times a second: the times of its readings are its
 /// angular rates, and its true poses are those of the body with its mount.
-fn imu_texts(unit: &ImuSpec) -> EurocFiles {
-    let mut texts = EurocFiles {
+fn imu_files(unit: &ImuSpec) -> EurocFiles {
+    let mut files = EurocFiles {
         sensor: "gyroscope_noise_density: 0.00016968 # rad / s / sqrt(Hz)\n\
                  gyroscope_random_walk: 0.000019393 # rad / s^2 / sqrt(Hz)\n\
                  accelerometer_noise_density: 0.002 # m / s^2 / sqrt(Hz)\n\
@@ -442,15 +442,15 @@ fn imu_texts(unit: &ImuSpec) -> EurocFiles {
             true_pose.rotation,
             UNIT_VELOCITY_M_S,
         );
-        let _ = writeln!(texts.samples, "{time_ns},{time_ns},0,0.5,0,0.25,9.75");
+        let _ = writeln!(files.samples, "{time_ns},{time_ns},0,0.5,0,0.25,9.75");
         let _ = writeln!(
-            texts.states,
+            files.states,
             "{time_ns},{},{},{},{},{},{},{},{},{},{},0,0,0.01,0,0,0.02",
             p.x, p.y, p.z, q.w, q.x, q.y, q.z, v.x, v.y, v.z
         );
         time_ns += 50_000_000;
     }
-    texts
+    files
 }
 
 /// A data set of frames 1, 2 and 4, converted.

@@ -213,9 +213,10 @@ impl Cloud {
             Some(folder) if !folder.as_os_str().is_empty() => folder.to_owned(),
             _ => PathBuf::from("."),
         };
-        let is_one = trees.file_name() == trajectory.file_name()
+        let is_named_so = trees.file_name() == trajectory.file_name()
             && nemoral_files::is_same(&folder(trees), &folder(trajectory));
-        if is_one {
+        // Some file systems know a file by several names: in capitals and in small letters.
+        if is_named_so || nemoral_files::is_same(trees, trajectory) {
             let allowed = "another file than that of the trees";
             return Err(Error::invalid("trajectory", trajectory.display(), allowed));
         }

@@ -31,9 +31,9 @@ fn dictionary(width: usize, height: usize) -> Vec<u8> {
         .into_bytes()
 }
 
-/// The image, if the file is what [`encode`] makes.
+/// The image, if the file is what [`encode`] makes of depth: 0 or more, maybe infinite.
 pub(crate) fn decode(path: &Path, bytes: &[u8], size: Size) -> Result<Image<f32>, Error> {
-    parse(bytes)
+    let image = parse(bytes)
         .filter(|image| (image.width(), image.height()) == size)
         .ok_or_else(|| {
             Error::malformed(
@@ -43,7 +43,14 @@ pub(crate) fn decode(path: &Path, bytes: &[u8], size: Size) -> Result<Image<f32>
                     size.1, size.0
                 ),
             )
-        })
+        })?;
+    let depths_m = 0.0..=f32::INFINITY;
+    if let Some(i) = image.pixels().iter().position(|z| !depths_m.contains(z)) {
+        let (column, row, z) = (i % size.0, i / size.0, image.pixels()[i]);
+        let message = format!("depth = {z} m in column {column}, row {row}: must be 0 or more");
+        return Err(Error::malformed(path, message));
+    }
+    Ok(image)
 }
 
 fn parse(bytes: &[u8]) -> Option<Image<f32>> {
@@ -79,5 +86,21 @@ mod tests {
             assert!(decode(Path::new("x"), &bytes[..bytes.len() - 1], (w, h)).is_err());
         }
         assert!(decode(Path::new("x"), b"\x93NUMPY\x01\x00\xff", (1, 1)).is_err());
+    }
+
+    #[test]
+    fn what_is_no_depth_is_refused_by_its_pixel() {
+        let read = |z| {
+            let image = Image::new(3, 2, vec![1.0, 0.0, f32::INFINITY, -0.0, 5.0, z]);
+            decode(Path::new("x.npy"), &encode(&image), (3, 2))
+        };
+        for z in [0.0, 1e-9, f32::INFINITY] {
+            assert_eq!(*read(z).expect("a depth").at(2, 1), z);
+        }
+        for z in [f32::NAN, -1e-9, f32::NEG_INFINITY] {
+            let error = read(z).expect_err("no depth").to_string();
+            let told = format!("x.npy: depth = {z} m in column 2, row 1: must be 0 or more");
+            assert_eq!(error, told);
+        }
     }
 }

@@ -48,9 +48,9 @@ pub(crate) fn look(folder: &Folder) -> Result<Content, Error> {
     };
     let finished = is_finished.then(|| Manifest::read(folder)).transpose();
     match (finished, header) {
-        (Ok(Some((manifest, _))), header) => Ok(Content::Dataset {
-            header: Box::new(header.unwrap_or_else(|| manifest.header.clone())),
-            finished: Some(Box::new(manifest)),
+        (Ok(Some(file)), header) => Ok(Content::Dataset {
+            header: Box::new(header.unwrap_or_else(|| file.manifest.header.clone())),
+            finished: Some(Box::new(file.manifest)),
         }),
         // The run continues from the records of frames and makes a new `dataset.json`.
         (Ok(None) | Err(_), Some(header)) => Ok(Content::Dataset {

@@ -19,6 +19,7 @@ pub struct Dataset {
     manifest: Manifest,
     /// Whether `dataset.json` is unchanged since it was written.
     is_untouched: bool,
+    digest: String,
 }
 
 /// The message about a `dataset.json` that was changed.
@@ -43,11 +44,12 @@ impl Dataset {
             };
             return Err(Error::malformed(dir, message));
         }
-        let (manifest, is_untouched) = Manifest::read(&folder)?;
+        let file = Manifest::read(&folder)?;
         let mut dataset = Self {
             folder,
-            manifest,
-            is_untouched,
+            manifest: file.manifest,
+            is_untouched: file.is_untouched,
+            digest: file.digest,
         };
         // It is for human readers only; `check` reports what is wrong with it. Those of sequences
         // may be too many for memory.
@@ -67,6 +69,12 @@ impl Dataset {
     #[must_use]
     pub fn is_untouched(&self) -> bool {
         self.is_untouched
+    }
+
+    /// BLAKE3 of `dataset.json` as it was opened, hexadecimal. It has the checksums of all files.
+    #[must_use]
+    pub fn digest(&self) -> &str {
+        &self.digest
     }
 
     /// Whether this path leads to a file of the data set, or to a place where only its files may

@@ -3,10 +3,12 @@
 use std::fs;
 use std::path::Path;
 
-use nemoral_dataset::{Agreement, CheckReport, ClassAgreement, Dataset, JudgedAgreement, check};
+use nemoral_dataset::{
+    Agreement, CheckReport, ClassAgreement, Dataset, DepthFormat, JudgedAgreement, check,
+};
 use nemoral_scene::glam::DVec3;
 
-use crate::common::{header, reseal, write};
+use crate::common::{header, reseal, small, write};
 
 const TREES: &str = "sequences/00/trees.csv";
 const LABELS: &str = "sequences/00/labels/000001.label";
@@ -296,6 +298,39 @@ fn wrong_ids_are_found() {
         "{report}"
     );
     assert_eq!(report.problems.len(), 3, "{report}");
+}
+
+#[test]
+fn what_is_no_depth_is_found() {
+    const DEPTH: &str = "sequences/00/depth/000001.npy";
+    let dir = tempfile::tempdir().expect("a folder");
+    let mut header = small();
+    header.sequences[0].depth_format = DepthFormat::Npy;
+    write(dir.path(), &header, &[0, 1]);
+    let path = dir.path().join(DEPTH);
+    let sound = fs::read(&path).expect("read");
+    let with = |z: f32| {
+        let mut bytes = sound.clone();
+        // The second pixel of the last row.
+        let at = bytes.len() - 4 * (header.sequences[0].cameras[0].intrinsics.width as usize - 1);
+        bytes[at..at + 4].copy_from_slice(&z.to_le_bytes());
+        fs::write(&path, bytes).expect("write");
+        reseal(dir.path(), DEPTH);
+        report(dir.path())
+    };
+    for z in [f32::NAN, -3.5] {
+        let report = with(z);
+        let row = header.sequences[0].cameras[0].intrinsics.height - 1;
+        let told = format!("000001.npy: depth = {z} m in column 1, row {row}: must be 0 or more");
+        let problems = about(&report, "sequences/00 frame 000001");
+        let [problem] = &problems[..] else {
+            panic!("{report}");
+        };
+        assert!(problem.ends_with(&told), "{problem}");
+    }
+    // What is farther than a format holds is infinitely far.
+    let far = with(f32::INFINITY);
+    assert!(about(&far, "sequences/00 frame 000001").is_empty(), "{far}");
 }
 
 #[test]

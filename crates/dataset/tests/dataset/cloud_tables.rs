@@ -304,3 +304,16 @@ fn times_of_laz_are_later_by_the_least_number_of_seconds_that_makes_all_positive
         assert_eq!(spec.las_time_shift_s(), shift_s, "{half_scan_s:?}");
     }
 }
+
+/// A link stands for a folder whose names may be in capitals or in small letters.
+#[cfg(unix)]
+#[test]
+fn two_names_of_one_file_are_one() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let [trees, trajectory] = ["trees.csv", "trajectory.csv"].map(|name| dir.path().join(name));
+    Cloud::check_apart(&trees, &trajectory).expect("two files");
+    std::fs::write(&trees, "").expect("written");
+    std::os::unix::fs::symlink(&trees, &trajectory).expect("linked");
+    let error = Cloud::check_apart(&trees, &trajectory).expect_err("one file");
+    assert!(error.to_string().contains("another file"), "{error}");
+}

@@ -10,4 +10,7 @@ mod mirror;
 mod motorised;
 mod patterns;
 mod properties;
+mod pulse_errors;
 mod scan_mirror;
+mod walls;
+mod weather;

@@ -102,7 +102,7 @@ fn keys_are_as_they_were() {
 /// Keys depend on the content of files and not on their names.
 #[test]
 fn files_count_by_what_is_in_them() {
-    const BEECH: &str = include_str!("../../assets/species/beech.toml");
+    const BEECH: &str = include_str!("../../../assets/species/beech.toml");
     let folder = tempfile::tempdir().expect("a folder");
     let sky = |name: &str, blue: f32| {
         let image = image::Rgb32FImage::from_pixel(16, 8, image::Rgb([1.0, 1.0, blue]));

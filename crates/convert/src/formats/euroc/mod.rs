@@ -25,9 +25,8 @@ mod states;
 use nemoral_dataset::Manifest;
 use nemoral_scene::RigidTransform;
 
-use crate::formats::coco::needs_cameras;
 use crate::formats::mcap::stamp_ns;
-use crate::formats::{refuse_times_beyond, refuse_times_that_do_not_rise};
+use crate::formats::{refuse_times_beyond, refuse_times_that_do_not_rise, refuse_without_cameras};
 use crate::geometry::relative;
 use crate::{Error, Format, FrameRef, Sequence, Sink, Source, StepFiles};
 use calibration::Lens;
@@ -38,7 +37,7 @@ pub(crate) struct Euroc;
 
 impl Format for Euroc {
     fn check(&self, manifest: &Manifest) -> Result<(), Error> {
-        needs_cameras("euroc", manifest)?;
+        refuse_without_cameras("euroc", manifest)?;
         for sequence in &manifest.header.sequences {
             for camera in &sequence.cameras {
                 Lens::of(sequence.number, camera)?;

@@ -30,18 +30,18 @@ pub(super) fn put(
     let number = sequence.number;
     // Tables that are not those of a unit are refused.
     source.imu(number)?;
-    let unit = sequence.imu.zip(source.imu_texts(number)?);
-    let states = if let Some((unit, texts)) = unit {
+    let unit = sequence.imu.zip(source.imu_files(number)?);
+    let states = if let Some((unit, recorded)) = unit {
         let place = |name: &str| source.root().join(format!("sequences/{number:02}/{name}"));
-        let densities = densities(place("imu0/sensor.yaml"), &texts.sensor)?;
+        let densities = densities(place("imu0/sensor.yaml"), &recorded.sensor)?;
         let sensor = calibration::unit_yaml(unit, &densities);
         files.put(format!("{number:02}/mav0/imu0/sensor.yaml"), sensor);
-        let samples = later(place("imu0/data.csv"), &texts.samples, SAMPLES_HEADER)?;
+        let samples = later(place("imu0/data.csv"), &recorded.samples, SAMPLES_HEADER)?;
         files.put(format!("{number:02}/mav0/imu0/data.csv"), samples);
         let kalibr = calibration::kalibr_unit_yaml(unit, &densities);
         files.put(format!("{number:02}/imu.yaml"), kalibr);
         let states = place("state_groundtruth_estimate0/data.csv");
-        later(states, &texts.states, STATES_HEADER)?
+        later(states, &recorded.states, STATES_HEADER)?
     } else {
         states_of(frames, source.track(number))
     };

@@ -31,8 +31,7 @@ mod tables;
 use nemoral_dataset::Manifest;
 use nemoral_scene::Distortion;
 
-use crate::formats::coco::needs_cameras;
-use crate::formats::{refuse_times_beyond, refuse_times_that_do_not_rise};
+use crate::formats::{refuse_times_beyond, refuse_times_that_do_not_rise, refuse_without_cameras};
 use crate::{ClassMapping, Error, Format, FrameRef, Sink, Source, StepFiles};
 use classes::Classes;
 use scenes::{Scene, Tokens, scenes};
@@ -57,7 +56,7 @@ fn unsuitable(reason: String) -> Error {
 
 impl Format for NuScenes {
     fn check(&self, manifest: &Manifest) -> Result<(), Error> {
-        needs_cameras(FORMAT, manifest)?;
+        refuse_without_cameras(FORMAT, manifest)?;
         Classes::of(&manifest.header.ontology, self.ontology.as_ref())?;
         for sequence in &manifest.header.sequences {
             let number = sequence.number;
