@@ -29,12 +29,12 @@ pub fn config(preset: &str, pulses: u32) -> Result<Config, Error> {
 /// # Errors
 /// If there is no such preset, or a setting is refused.
 pub fn settings(preset: &str, settings: &[String]) -> Result<Config, Error> {
-    ConfigLayers {
+    let layers = ConfigLayers {
         preset: Some(preset.to_owned()),
         file: None,
         settings: settings.to_vec(),
-    }
-    .load()
+    };
+    Ok(layers.load()?)
 }
 
 /// A forest whose chunks around frame 0 are already computed.

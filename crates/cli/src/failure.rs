@@ -25,6 +25,12 @@ impl From<Error> for Failure {
     }
 }
 
+impl From<nemoral_pipeline::config::Error> for Failure {
+    fn from(error: nemoral_pipeline::config::Error) -> Self {
+        Error::from(error).into()
+    }
+}
+
 impl From<nemoral_dataset::Error> for Failure {
     fn from(error: nemoral_dataset::Error) -> Self {
         Error::from(error).into()

@@ -113,11 +113,8 @@ mod tests {
 
     #[test]
     fn the_three_states_of_figure_2() {
-        let chunks = Chunks {
-            visible_radius_m: 100.0,
-            delete_radius_m: 200.0,
-            ..Chunks::default()
-        };
+        let mut chunks = Chunks::default();
+        (chunks.visible_radius_m, chunks.delete_radius_m) = (100.0, 200.0);
         let manager = ChunkManager::new(chunks);
         let robot = DVec2::new(25.0, 25.0);
         let state = |x| manager.state(ChunkCoord::new(x, 0), robot);

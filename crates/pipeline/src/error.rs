@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use nemoral_plan::StageError;
 
-use crate::config::ConfigErrors;
+use crate::config::{self, ConfigErrors};
 use crate::coordinate::ForestCoordinate;
 
 /// An error of the pipeline. Cheap to clone: several waiting threads may get the same one.
@@ -147,6 +147,17 @@ impl From<nemoral_convert::Error> for Error {
 impl From<nemoral_files::Error> for Error {
     fn from(error: nemoral_files::Error) -> Self {
         Self::Read(Arc::new(error))
+    }
+}
+
+impl From<config::Error> for Error {
+    fn from(error: config::Error) -> Self {
+        match error {
+            config::Error::Config(errors) => Self::Config(errors),
+            config::Error::Read(error) => Self::Read(error),
+            config::Error::Request(message) => Self::Request(message),
+            other => Self::request(other.to_string()),
+        }
     }
 }
 

@@ -142,8 +142,7 @@ impl ForestPlan {
         inputs: &InputFiles,
         backend: Backend,
     ) -> Result<Self, Error> {
-        config.check_values()?;
-        inputs.check(config)?;
+        config.check_values(inputs)?;
         let world = Key::world(config.seed);
         let mut plan = Plan::new(world);
         let of_world = WorldNodes::add_to(&mut plan, config, inputs, &backend);

@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use crate::config::{Config, InputPath, sky_image};
+use crate::config::{Config, InputPath};
 use crate::{Error, InputFiles};
 
 /// A sky image.
@@ -14,5 +14,6 @@ pub fn sky(path: &Path) -> Result<(), Error> {
     let mut config = Config::default();
     config.sky.image = InputPath::from(&*path.to_string_lossy());
     let inputs = InputFiles::read(&config)?;
-    sky_image(&config.sky, &inputs).map(drop)
+    config.sky.photograph(&inputs)?;
+    Ok(())
 }

@@ -3,14 +3,15 @@
 use std::collections::BTreeMap;
 
 use nemoral_dataset::{
-    CameraSpec, DatasetHeader, DepthFormat, FileRecord, ImuSpec, LidarSpec, SequenceSpec,
+    CameraSpec, DatasetHeader, DepthFormat, FileRecord, ImuSpec, LidarSpec, SequenceSpec, SiteSpec,
 };
 
-use crate::config::{self, Config, SEQUENCE_UP, SequenceConfig, Sequences};
+use crate::config::{self, Config, SequenceConfig, Sequences};
 use crate::recording::pose::half_scan_s;
 use crate::world::cameras::intrinsics;
 use crate::world::lidars::LidarRecipe;
-use crate::{Backend, Error, ForestPlan};
+use crate::world::sensor_name;
+use crate::{Backend, Error, ForestPlan, InputFiles};
 
 /// The header, which has everything that decides the bytes of a data set.
 ///
@@ -51,6 +52,18 @@ fn imu_spec(imu: &config::Imu) -> ImuSpec {
     }
 }
 
+/// Where the world of a config lies on the earth; `None` if nothing of it is somebody's site.
+pub(crate) fn site_spec(config: &Config, inputs: &InputFiles) -> Result<Option<SiteSpec>, Error> {
+    let site = &config.site;
+    let epsg = config.site_epsg(inputs)?;
+    let files = [&site.stems.path, &site.terrain.path, &site.trails.path];
+    let is_site = epsg.is_some() || files.iter().any(|path| !path.is_empty());
+    Ok(is_site.then_some(SiteSpec {
+        epsg,
+        origin_m: [site.origin_x_m, site.origin_y_m, site.terrain.origin_z_m],
+    }))
+}
+
 /// What decides the bytes of a sequence.
 pub(crate) fn sequence_spec(
     sequence: &SequenceConfig,
@@ -68,7 +81,7 @@ pub(crate) fn sequence_spec(
         });
     let camera = |(path, camera): (String, &config::Camera)| {
         Ok::<_, Error>(CameraSpec {
-            name: config::sensor_name(&path).to_owned(),
+            name: sensor_name(&path).to_owned(),
             intrinsics: intrinsics(&path, camera)?,
             body_from_camera: camera.body_from_camera(),
             annotations: camera.annotation_kinds(),
@@ -78,7 +91,7 @@ pub(crate) fn sequence_spec(
         })
     };
     let lidar = |(path, lidar): (String, &config::Lidar)| LidarSpec {
-        name: config::sensor_name(&path).to_owned(),
+        name: sensor_name(&path).to_owned(),
         body_from_lidar: lidar.body_from_lidar(),
         deskewed: lidar.deskew,
         pointing_errors: lidar.errors.angular_deg > 0.0,
@@ -87,28 +100,15 @@ pub(crate) fn sequence_spec(
     let rigs = (LidarRecipe::all(config, &sequence.inputs).iter())
         .map(LidarRecipe::make)
         .collect::<Result<Vec<_>, _>>()?;
-    let json = |value: &toml::Value| serde_json::to_value(value).expect("TOML is plain data");
-    // What is written does not depend on where the files lay.
-    let carried = |path: &str| sequence.inputs.carried_name(path);
-    let drawn = sequence.drawn.iter().map(|(key, value)| {
-        match value.as_str().filter(|_| config::most_bytes(key) > 0) {
-            Some(path) => (key.clone(), carried(path).into()),
-            None => (key.clone(), json(value)),
-        }
-    });
     let inputs = (sequence.inputs.carried().into_iter())
         .map(|(path, bytes)| FileRecord::of(path, &bytes))
         .collect();
-    let from_sequence = |path: &str| match carried(path) {
-        name if name.is_empty() => name,
-        name => format!("{SEQUENCE_UP}{name}"),
-    };
     Ok(SequenceSpec {
         number: sequence.number,
         seed: config.seed,
         split: sequence.split,
-        drawn: serde_json::Value::Object(drawn.collect()).into(),
-        site: config.place(&sequence.inputs)?,
+        drawn: serde_json::Value::Object(sequence.drawn_as_carried()).into(),
+        site: site_spec(config, &sequence.inputs)?,
         chunk_size_m: config.chunks.size_m,
         has_deadwood: config.deadwood.has_objects(),
         has_estimated_poses: config.navigation.enabled,
@@ -123,10 +123,11 @@ pub(crate) fn sequence_spec(
         imu: config.imu.enabled.then(|| imu_spec(&config.imu)),
         stage_keys: stage_keys.collect(),
         inputs,
-        config: (serde_json::to_value(config.with_files(&carried)))
+        // What is written does not depend on where the files lay.
+        config: (serde_json::to_value(sequence.as_carried()))
             .expect("a config is plain data")
             .into(),
-        config_toml: config.with_files(&from_sequence).to_toml(),
+        config_toml: sequence.to_toml(),
     })
 }
 
@@ -135,21 +136,58 @@ mod tests {
     use super::*;
     use crate::config::ConfigLayers;
 
+    fn sequences(settings: &[&str]) -> Sequences {
+        let layers = ConfigLayers {
+            settings: settings.iter().map(|s| (*s).to_owned()).collect(),
+            ..ConfigLayers::default()
+        };
+        layers.sequences().expect("a request")
+    }
+
+    fn header_of(settings: &[&str]) -> DatasetHeader {
+        header(&sequences(settings), &Backend::Cpu).expect("a header")
+    }
+
     #[test]
     fn a_sequence_says_how_long_its_longest_scan_takes() {
-        let half_scan_s = |settings: &[&str]| {
-            let layers = ConfigLayers {
-                settings: settings.iter().map(|s| (*s).to_owned()).collect(),
-                ..ConfigLayers::default()
-            };
-            let sequences = layers.sequences().expect("a request");
-            let header = header(&sequences, &Backend::Cpu).expect("a header");
-            header.sequences[0].half_scan_s
-        };
+        let half_scan_s = |settings: &[&str]| header_of(settings).sequences[0].half_scan_s;
         // 240,000 pulses a second.
         assert_eq!(half_scan_s(&["lidar.pulses=24000"]), Some(0.05));
         let second = ["lidar.pulses=24000", "lidars.rear.pulses=480000"];
         assert_eq!(half_scan_s(&second), Some(1.0));
         assert_eq!(half_scan_s(&["lidar.enabled=false"]), None);
+    }
+
+    #[test]
+    fn a_world_with_files_or_a_code_lies_somewhere() {
+        let origin = ["site.origin_x_m=553220", "site.origin_y_m=4450330"];
+        let height = "site.terrain.origin_z_m=73";
+        let place = |settings: &[&str]| {
+            let settings = [&origin[..], settings].concat();
+            let only = sequences(&settings).get(0).expect("one");
+            site_spec(&only.config, &only.inputs).expect("a place")
+        };
+        assert_eq!(place(&[height]), None);
+        let origin_m = [553_220.0, 4_450_330.0, 73.0];
+        let at = |epsg| Some(SiteSpec { epsg, origin_m });
+        let dir = tempfile::tempdir().expect("a folder");
+        let path = dir.path().join("trails.geojson");
+        let lines = r#"{"type":"FeatureCollection","features":[{"type":"Feature","geometry":
+            {"type":"LineString","coordinates":[[553196,4450288],[553195,4450352]]}}]}"#;
+        nemoral_files::write(&path, lines.as_bytes()).expect("written");
+        let trails = format!("site.trails.path={}", path.display());
+        assert_eq!(place(&[&trails, height]), at(None));
+        assert_eq!(place(&["site.epsg=25829", height]), at(Some(25_829)));
+        // The header of a data set has it.
+        let here = header_of(&["site.epsg=25829", "site.origin_x_m=7"]);
+        let origin_m = [7.0, 0.0, 0.0];
+        let epsg = Some(25_829);
+        assert_eq!(here.sequences[0].site, Some(SiteSpec { epsg, origin_m }));
+        let invented = header_of(&["site.origin_x_m=7"]);
+        assert_eq!(invented.sequences[0].site, None);
+        assert_eq!(
+            invented.sequences[0].stage_keys,
+            here.sequences[0].stage_keys
+        );
     }
 }

@@ -24,6 +24,10 @@ const IMU: Domain = Domain::new("pipeline.imu");
 /// The most samples that are made of a drive, some days of them.
 const MOST_SAMPLES: f64 = 1e8;
 
+/// The most samples that are kept in memory, as those of a data set's sequence are: seven hours at
+/// 200 Hz.
+const MOST_KEPT: f64 = 5e6;
+
 /// Rates and forces beyond these, 2000 °/s and 16 g, are beyond a unit's range.
 const MOST_RAD_S: f64 = 34.9;
 const MOST_M_S2: f64 = 157.0;
@@ -146,8 +150,16 @@ pub(crate) fn refuse_too_many(
     trajectory: &RobotTrajectory,
     lidars: &[LidarRig],
 ) -> Result<(), Error> {
-    let too_many = config.too_many_in(end_s(config, trajectory, lidars));
-    too_many.map_or(Ok(()), |message| Err(Error::request(message)))
+    let (last_s, rate_hz) = (end_s(config, trajectory, lidars), config.imu.rate_hz);
+    if last_s * rate_hz < MOST_KEPT {
+        return Ok(());
+    }
+    Err(Error::request(format!(
+        "imu.rate_hz = {rate_hz}: must be at most {:.1} with {} frames in {last_s:.0} s: a \
+         sequence has at most {MOST_KEPT:e} samples",
+        (MOST_KEPT / last_s * 10.0).floor() / 10.0,
+        config.frames
+    )))
 }
 
 impl Recorder {

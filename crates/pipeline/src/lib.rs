@@ -16,8 +16,7 @@
 //! # Ok::<(), nemoral_pipeline::Error>(())
 //! ```
 //!
-//! - [`config`]: requests in layers (preset, file, settings), checked key by key by one definition
-//!   of each key.
+//! - [`config`]: requests in layers (preset, file, settings), which are `nemoral-config`.
 //! - [`plan`]: the engine, `nemoral-plan`, at the coordinates of a forest.
 //! - [`stages`]: thin adapters from the stage crates to the plan.
 //! - [`world`]: the content of a world, made from a config.
@@ -40,8 +39,6 @@ struct Readme;
 mod backend;
 mod check;
 mod chunks;
-pub mod config;
-mod convex_hull;
 mod coordinate;
 mod error;
 mod estimate;
@@ -55,7 +52,6 @@ pub mod fuzz;
 mod generate;
 mod header;
 mod imu;
-mod inputs;
 mod pictures;
 pub mod plan;
 mod pool;
@@ -66,7 +62,6 @@ mod recorder;
 pub mod recording;
 mod scene_anywhere;
 mod sequence_tables;
-mod site;
 pub mod stages;
 mod survey;
 pub mod world;
@@ -84,7 +79,8 @@ pub use frames::{FrameSelection, SequenceFrames};
 pub use generate::{FrameWritten, GenerateParams, Observer, RunTimings, generate};
 pub use header::header;
 pub use imu::MeasuredMotion;
-pub use inputs::{InputFile, InputFiles};
+pub use nemoral_config as config;
+pub use nemoral_config::{InputFile, InputFiles};
 pub use pictures::{
     picture_of_classes, picture_of_depth, picture_of_instances, picture_of_normals, picture_of_scan,
 };

@@ -2,9 +2,8 @@
 
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, RigidTransform};
-use nemoral_trajectory::{Body, PathPose};
+use nemoral_trajectory::{Body, PathPose, forward_of_heading};
 
-use crate::config::forward;
 use crate::plan::Runner;
 use crate::recording::scene::FrameScene;
 use crate::recording::visible_reach::VisibleReach;
@@ -25,7 +24,7 @@ impl ForestPlan {
         let chunk = ChunkCoord::containing(place_m, self.reach.chunk_size_m);
         let path_pose = PathPose::Level {
             position_m: place_m,
-            forward: forward(heading_deg),
+            forward: forward_of_heading(heading_deg),
         };
         // A level body has no wheels.
         let body = Body {

@@ -186,6 +186,12 @@ impl From<nemoral_dataset::Error> for Failure {
     }
 }
 
+impl From<nemoral_pipeline::config::Error> for Failure {
+    fn from(error: nemoral_pipeline::config::Error) -> Self {
+        nemoral_pipeline::Error::from(error).into()
+    }
+}
+
 impl From<nemoral_convert::Error> for Failure {
     fn from(error: nemoral_convert::Error) -> Self {
         nemoral_pipeline::Error::from(error).into()

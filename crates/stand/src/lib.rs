@@ -14,7 +14,7 @@
 //! - [`Undergrowth`]: the chance of a patch of low plants, and which grows there, by the light.
 //! - [`Communities`]: swards and thickets that close over the ground, by light, moisture and slope.
 //! - [`GroundConditions`]: how wet, sunny and deep the ground of a place is, from any
-//!   [`Surface`](nemoral_scene::Surface).
+//!   [`Surface`](nemoral_scene::Surface); [`outcrop_chance`]: how readily rock crops out of it.
 //! - [`Seedlings`]: the chance of a tree seedling.
 //! - [`LowPlant`]: a patch or seedling as one of several shapes on the slope of its ground.
 //! - [`Litter`]: where what the trees shed lies, and how deep; [`GroundPlane`]: the plane that a
@@ -23,6 +23,7 @@
 //!   ground.
 //! - [`SceneObjects`]: what has an id in a chunk, numbered and stood on the ground; [`StandLayer`]
 //!   names the woody layers.
+//! - [`convex_hull`] and [`area_around_m2`]: the ground that given trees stand on.
 //!
 //! All lengths are metres; world positions are x east, y north, z up.
 //!
@@ -46,6 +47,7 @@
 //! ```
 
 mod communities;
+mod convex_hull;
 mod error;
 mod fallen_stems;
 mod field;
@@ -60,6 +62,7 @@ mod litter;
 mod low_plants;
 mod lying_stem;
 mod occluders;
+mod outcrops;
 mod quantiles;
 mod scene_objects;
 mod seedlings;
@@ -73,6 +76,7 @@ struct Readme;
 pub use communities::{
     COMMUNITY_FIELD, Communities, CommunityCover, CommunityParams, CommunitySite, SWARD_FIELD,
 };
+pub use convex_hull::{area_around_m2, convex_hull};
 pub use error::Error;
 pub use fallen_stems::{FallenStem, StemKind, StemScale, fallen_stems, mean_volume_m3, settle};
 pub use field::{FieldParams, ScalarField};
@@ -89,6 +93,9 @@ pub use litter::{Litter, LitterSite, LitterSurface};
 pub use low_plants::{LOW_PLANT_VARIATION, LowPlant};
 pub use lying_stem::{LyingPose, LyingStem, StemSupport, roll_rad};
 pub use occluders::{occluders_of_objects, occluders_of_plants};
+pub use outcrops::{
+    OUTCROP_CELL_M, least_soil_effect_of_outcrops, most_outcropping_rocks, outcrop_chance,
+};
 pub use scene_objects::{
     LyingPlacement, MeasuredSize, OBJECT_VARIATION, ObjectSite, ObjectSize, SceneObject,
     SceneObjects,

@@ -31,6 +31,12 @@ pub enum Error {
     Pipeline(#[from] nemoral_pipeline::Error),
 }
 
+impl From<nemoral_pipeline::config::Error> for Error {
+    fn from(error: nemoral_pipeline::config::Error) -> Self {
+        Self::Pipeline(error.into())
+    }
+}
+
 impl Error {
     pub(crate) fn value(name: &str, value: impl ToString, allowed: impl Into<String>) -> Self {
         // What a stranger wrote is not repeated at length.

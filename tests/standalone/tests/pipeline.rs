@@ -14,7 +14,7 @@ fn config(settings: &[&str]) -> Result<Config, Error> {
         file: None,
         settings: settings.iter().map(|&s| s.to_owned()).collect(),
     };
-    layers.load()
+    Ok(layers.load()?)
 }
 
 #[test]

@@ -35,6 +35,9 @@ const STAGES: [&str; 16] = [
 /// The crates that read data sets and know how they are made no more than their readers do.
 const READERS: [&str; 2] = ["nemoral-convert", "nemoral-report"];
 
+/// The crate of requests, which knows what their tables mean to the stages, and grows nothing.
+const CONFIG: &str = "nemoral-config";
+
 /// The engine of plans, which depends on files alone.
 const PLAN: &str = "nemoral-plan";
 
@@ -184,6 +187,13 @@ fn the_pipeline_wires_and_the_program_only_asks() {
         pipeline.is_superset(&BTreeSet::from(STAGES)),
         "{pipeline:?}"
     );
+    assert!(pipeline.contains(CONFIG), "{pipeline:?}");
+    // This includes its tests and examples.
+    let config = find(&all, CONFIG).ours(&["normal", "build", "dev"]);
+    let mut allowed = BTreeSet::from(STAGES);
+    allowed.extend(LEAVES);
+    allowed.extend([PLAN, "nemoral-convert"]);
+    assert!(config.is_subset(&allowed), "{config:?}");
     let cli = find(&all, "nemoral-cli").ours(&["normal", "build"]);
     let mut allowed = BTreeSet::from(READERS);
     allowed.extend([
@@ -210,6 +220,9 @@ fn the_pipeline_wires_and_the_program_only_asks() {
             "{}",
             package.name
         );
+        // Others get it from the pipeline.
+        let wires = package.name == "nemoral-pipeline";
+        assert!(wires || !known.contains(CONFIG), "{}", package.name);
     }
     let view = find(&all, "nemoral-view").ours(&["normal", "build"]);
     assert_eq!(view, BTreeSet::from(["nemoral-pipeline", "nemoral-scene"]));
@@ -219,6 +232,7 @@ fn the_pipeline_wires_and_the_program_only_asks() {
         .chain(LEAVES)
         .chain(READERS)
         .chain([
+            CONFIG,
             PLAN,
             PYTHON,
             "nemoral-pipeline",

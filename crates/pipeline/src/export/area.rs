@@ -8,10 +8,10 @@ use nemoral_scene::{ChunkCoord, Instance, MaterialLibrary, Prototype};
 use nemoral_water::SURFACE_REACH_M;
 
 use crate::chunks::chunks_of;
-use crate::config::extent_m;
+use crate::config::Site;
 use crate::plan::Runner;
 use crate::world::water::{is_water, water_instance};
-use crate::{Error, Recorder};
+use crate::{Error, InputFiles, Recorder};
 
 /// How far from the world's origin a region may be, metres.
 const FARTHEST_M: f64 = 1e7;
@@ -169,6 +169,23 @@ impl Recorder {
         }
         Ok(waters)
     }
+}
+
+/// The south-west and the north-east corner of all that a site's files have, in the world, metres;
+/// `None` without files.
+fn extent_m(site: &Site, inputs: &InputFiles) -> Result<Option<[DVec2; 2]>, Error> {
+    let mut places_m: Vec<DVec2> = (site.trail_lines_m(inputs)?.into_iter().flatten()).collect();
+    let stems = site.stem_map(inputs)?.into_iter().flatten();
+    places_m.extend(stems.map(|stem| site.position_m(&stem)));
+    if let Some(map) = site.height_map(inputs)? {
+        let origin_m = DVec2::new(site.origin_x_m, site.origin_y_m);
+        let corners = [(0, map.rows - 1), (map.columns - 1, 0)];
+        let place = |(column, row)| DVec2::from(map.post_m(column, row)) - origin_m;
+        places_m.extend(corners.map(place));
+    }
+    let corners = |[low, high]: [DVec2; 2], place: &DVec2| [low.min(*place), high.max(*place)];
+    let first = places_m.first().copied();
+    Ok(first.map(|first| places_m.iter().fold([first; 2], corners)))
 }
 
 /// The part of a chunk's ground or water in a rectangle, which is relative to the chunk's corner;

@@ -16,6 +16,7 @@ use serde_json::json;
 
 use super::plots::{InventoryPlots, Plots, plots_csv};
 use super::{Survey, SurveyParams};
+use crate::header::site_spec;
 use crate::{Error, Recorder};
 
 /// How the trees and the dead wood of an inventory are counted.
@@ -157,7 +158,7 @@ impl Recorder {
     /// Where the world lies on maps.
     fn map_frame(&self) -> Result<MapFrame, Error> {
         let sequence = self.sequence();
-        let site = sequence.config.place(&sequence.inputs)?;
+        let site = site_spec(&sequence.config, &sequence.inputs)?;
         Ok(site.map_or_else(MapFrame::default, |site| MapFrame {
             origin_m: site.origin_m.into(),
             epsg: site.epsg,

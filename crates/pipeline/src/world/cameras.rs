@@ -12,7 +12,9 @@ use nemoral_scene::{AnnotationKinds, Intrinsics, ParamError, RigidTransform, Shu
 use nemoral_seed::{Domain, Key};
 
 use super::library_recipe::LibraryRecipe;
-use crate::config::{self, Camera, Config, sky_image, sky_params};
+use super::sensor_name;
+use super::sky_params::sky_params;
+use crate::config::{self, Camera, Config};
 use crate::plan::{Encode, Encoder, Hasher};
 use crate::{Backend, Error, InputFiles, Renderer};
 
@@ -98,7 +100,7 @@ impl CameraRig {
         let (tone, lens) = camera.tone_and_lens();
         let of_lens = |e: ParamError| Error::request(format!("{path}.vignetting: {e}"));
         lens.check_for(&intrinsics).map_err(of_lens)?;
-        let name = config::sensor_name(path);
+        let name = sensor_name(path);
         let serial = world.domain(SPECIMEN).domain(Domain::new(name));
         Ok(Self {
             name: name.to_owned(),
@@ -212,7 +214,7 @@ impl CameraRecipe {
         let moon = self.moon.place(&self.sun)?;
         let sky = sky_params(&self.sun, moon, &self.sky, &self.weather, foliage);
         let sun = self.sun.place()?;
-        match sky_image(&self.sky, &self.inputs)? {
+        match self.sky.photograph(&self.inputs)? {
             None => Lighting::new(&sun, &sky),
             Some(image) => Lighting::photographed(&sun, &sky, &image, self.sky.image_gain),
         }

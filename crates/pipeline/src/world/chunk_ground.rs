@@ -13,9 +13,9 @@ use nemoral_water::{ChunkWater, Puddle, WaterKind, puddle_surfaces};
 use super::conditions::Conditions;
 use super::ground::TerrainField;
 use super::meadows::Meadows;
+use super::plot::Plot;
 use super::windthrow::WindthrownTree;
-use crate::config::way_model::SKID_TRAIL;
-use crate::site::Plot;
+use crate::config;
 
 /// How far from the edge of a wood twigs and branches still fall, metres.
 const CROWN_M: f64 = 6.0;
@@ -270,7 +270,7 @@ impl ChunkGround {
     /// Whether a place is on a skid trail.
     pub(crate) fn is_skid_trail(&self, world_m: DVec2) -> bool {
         let way = self.carved.as_ref().and_then(|g| g.way_number(world_m));
-        way == Some(SKID_TRAIL)
+        way == Some(config::Trails::SKID_TRAIL)
     }
 
     /// The surface of the trail at a world position.

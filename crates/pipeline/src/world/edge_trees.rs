@@ -38,11 +38,8 @@ mod tests {
     use proptest::prelude::*;
 
     fn meadows(edge_trees: f64) -> Meadows {
-        let of = config::Meadows {
-            share: 0.5,
-            edge_trees,
-            ..config::Meadows::default()
-        };
+        let mut of = config::Meadows::default();
+        (of.share, of.edge_trees) = (0.5, edge_trees);
         (Meadows::new(&of, None, Key::world(4)).expect("valid")).expect("there are some")
     }
 

@@ -16,11 +16,11 @@ use super::communities::community_params;
 use super::litter::{GroundHeights, LitterLayer, LitterPatch, Stems};
 use super::outcrops::bareness;
 use super::patch::Patch;
+use super::ways::skid_brash;
 
 use super::chunk_ground::ChunkGround;
 use super::ground::TerrainField;
 use crate::Error;
-use crate::config::way_model::skid_brash;
 use crate::config::{self, Config};
 use crate::plan::{Encode, Encoder};
 

@@ -20,14 +20,13 @@ use rayon::prelude::*;
 use super::chunk_ground::ChunkGround;
 use super::conditions::{ConditionEffects, Conditions};
 use super::meadows::Meadows;
+use super::plot::Plot;
 use super::puddles::{PUDDLE_REACH_M, Puddles};
 use super::terrain_with_trails::TerrainWithTrails;
 use super::windthrow::{LOG_REACH_M, WindthrownTree};
-use crate::config::TerrainNoise;
-use crate::config::way_model::{TRACK, trail_params};
+use crate::Error;
+use crate::config::{self, TerrainNoise};
 use crate::pool::in_pool;
-use crate::site::Plot;
-use crate::{Error, config};
 
 /// How far outside of its chunk a ground is valid, metres, because robots, light and placement look
 /// over the border.
@@ -131,16 +130,16 @@ impl GroundModel {
             }
         };
         let trails = if trails.enabled || !lines_m.is_empty() {
-            let mut params = trail_params(trails);
+            let mut params = trails.params();
             if !trails.enabled {
                 // Those along the lines are all that there are.
                 params.spawn_probability = 0.0;
                 for (number, (_, share)) in params.ways.iter_mut().enumerate() {
-                    *share = f64::from(u8::from(number == TRACK));
+                    *share = f64::from(u8::from(number == config::Trails::TRACK));
                 }
             }
             let trails = Trails::new(params, chunk_size_m, world, Arc::clone(&base));
-            let trails = trails.and_then(|trails| trails.along(&lines_m, TRACK));
+            let trails = trails.and_then(|trails| trails.along(&lines_m, config::Trails::TRACK));
             Some(Arc::new(trails.map_err(Error::of_stage)?))
         } else {
             None
@@ -408,6 +407,7 @@ fn terrain_of(of: &config::Terrain, world: Key) -> Result<Arc<dyn Surface>, Erro
         TerrainNoise::PerlinSurflet => {
             Arc::new(PerlinTerrain::new(params, world).map_err(Error::of_stage)?)
         }
+        noise => unreachable!("{} has no terrain here", noise.word()),
     };
     if of.gully_depth_m <= 0.0 {
         return Ok(base);

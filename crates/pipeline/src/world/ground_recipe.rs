@@ -4,9 +4,9 @@ use nemoral_seed::Key;
 use nemoral_stand::Hemisphere;
 
 use super::ground::{GroundModel, GroundTables, SiteGround};
-use crate::config::{self, Config, height_map, lines_m, posts};
+use super::plot::Plot;
+use crate::config::{self, Config};
 use crate::plan::{Encode, Encoder, Hasher};
-use crate::site::Plot;
 use crate::{Error, InputFiles};
 
 /// How a config wants the ground to be, and the files that it names.
@@ -49,11 +49,11 @@ impl GroundRecipe {
     /// The ground of a world.
     pub(crate) fn make(&self, world: Key) -> Result<GroundModel, Error> {
         let (site, inputs) = (&self.site, &self.inputs);
-        let map = height_map(site, inputs)?;
+        let map = site.height_map(inputs)?;
         let of_site = SiteGround {
             plot: Plot::new(site, inputs, self.dbh_mean_m, self.chunk_size_m)?,
-            posts: map.map(|map| (posts(&map, site), site.terrain.blend_m)),
-            lines_m: lines_m(site, inputs)?,
+            posts: map.map(|map| (site.height_posts(&map), site.terrain.blend_m)),
+            lines_m: site.trail_lines_m(inputs)?,
         };
         let tables = GroundTables {
             terrain: &self.terrain,

@@ -8,10 +8,9 @@ use nemoral_scene::{PlantCommunity, TrailSurfaceKind};
 use nemoral_seed::Key;
 
 use super::communities::community_params;
-use crate::config::way_model::{has_wayside, skid_brash, surfaces};
-use crate::config::{self, Config};
+use super::ways::{has_wayside, skid_brash, surfaces};
+use crate::config::{self, Config, MeasuredStems, SiteSpecies};
 use crate::plan::{Encode, Encoder, Hasher};
-use crate::site::{MeasuredStems, SiteSpecies};
 use crate::{Error, InputFiles};
 
 /// The plants that are to be grown.
@@ -74,51 +73,8 @@ impl Encode for LibraryRecipe {
             tree_models,
             inputs: _,
         } = self;
-        let config::Assets {
-            // It is in the context of the stage that grows the plants.
-            seed: _,
-            individuals,
-            trunk_radius_m,
-            dbh_mean_m,
-            dbh_shape,
-            dbh_min_m,
-            dbh_max_m,
-            maritime_pine,
-            eucalyptus,
-            english_oak,
-            scots_pine,
-            norway_spruce,
-            douglas_fir,
-            cork_oak,
-            beech,
-            silver_birch,
-            own_species,
-            own_share,
-            snags,
-            // The frequency of a shrub does not change how it is grown.
-            gorse: _,
-            heather: _,
-            bramble: _,
-        } = assets;
-        encoder.field("individuals", individuals);
-        encoder.field("trees_per_ha", trees_per_ha);
-        encoder.field("trunk_radius_m", trunk_radius_m);
-        encoder.field("dbh_mean_m", dbh_mean_m);
-        encoder.field("dbh_shape", dbh_shape);
-        encoder.field("dbh_min_m", dbh_min_m);
-        encoder.field("dbh_max_m", dbh_max_m);
-        encoder.field("maritime_pine", maritime_pine);
-        encoder.field("eucalyptus", eucalyptus);
-        encoder.field("english_oak", english_oak);
-        encoder.field("scots_pine", scots_pine);
-        encoder.field("norway_spruce", norway_spruce);
-        encoder.field("douglas_fir", douglas_fir);
-        encoder.field("cork_oak", cork_oak);
-        encoder.field("beech", beech);
-        encoder.field("silver_birch", silver_birch);
-        encoder.field("own_species", own_species);
-        encoder.field("own_share", own_share);
-        encoder.field("snags", snags);
+        // The seed is in the context of the stage that grows the plants.
+        assets.encode_grown(*trees_per_ha, encoder);
         encoder.field("saplings", saplings);
         encoder.field("seedlings", seedlings);
         encoder.field("deadwood", deadwood);
@@ -289,7 +245,7 @@ impl LibraryRecipe {
 
     /// As [`SiteSpecies::all`].
     pub(crate) fn species(&self) -> Result<Vec<(Species, f64)>, Error> {
-        self.of_site().all()
+        Ok(self.of_site().all()?)
     }
 
     /// As [`SiteSpecies::measured`].
@@ -298,12 +254,12 @@ impl LibraryRecipe {
         species: &[(Species, f64)],
         key: Key,
     ) -> Result<MeasuredStems, Error> {
-        self.of_site().measured(species, key)
+        Ok(self.of_site().measured(species, key)?)
     }
 
     /// An error in the stem map.
     pub(crate) fn of_stems(&self, message: &str) -> Error {
-        self.of_site().of_stems(message)
+        self.of_site().of_stems(message).into()
     }
 
     fn of_site(&self) -> SiteSpecies<'_> {

@@ -5,7 +5,8 @@ use nemoral_lidar_noise::RangeNoiseSampler;
 use nemoral_scene::RigidTransform;
 use nemoral_seed::Key;
 
-use crate::config::{self, Config, Lidar, Weather, refused_at};
+use super::sensor_name;
+use crate::config::{Config, Lidar, Weather};
 use crate::plan::{Encode, Encoder, Hasher};
 use crate::{Error, InputFiles};
 
@@ -35,12 +36,17 @@ impl LidarRig {
         let scanner = Scanner::new(params, lidar.scan_pattern(path, inputs)?);
         let noise = RangeNoiseSampler::new(lidar.range_noise());
         Ok(Self {
-            name: config::sensor_name(path).to_owned(),
+            name: sensor_name(path).to_owned(),
             body_from_lidar: lidar.body_from_lidar(),
             scanner: scanner.map_err(|e| refused_at(path, e))?,
             noise: RangeModelAdapter(noise.map_err(|e| refused_at(&format!("{path}.noise"), e))?),
         })
     }
+}
+
+/// An error of the table at `path`.
+fn refused_at(path: &str, why: impl std::fmt::Display) -> Error {
+    Error::request(format!("{path}: {why}"))
 }
 
 /// A noise model of lidar-noise behind the port of lidar.

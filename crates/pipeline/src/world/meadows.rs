@@ -9,7 +9,7 @@ use nemoral_seed::{Domain, Key};
 use nemoral_stand::StandLayer;
 use nemoral_terrain::{NoiseTerrain, TerrainParams};
 
-use crate::site::Plot;
+use super::plot::Plot;
 use crate::{Error, config};
 
 const MEADOWS: Domain = Domain::new("pipeline.meadows");
@@ -155,10 +155,8 @@ mod tests {
     use super::*;
 
     fn meadows(change: impl Fn(&mut config::Meadows)) -> config::Meadows {
-        let mut of = config::Meadows {
-            share: 0.4,
-            ..config::Meadows::default()
-        };
+        let mut of = config::Meadows::default();
+        of.share = 0.4;
         change(&mut of);
         of
     }
@@ -206,7 +204,7 @@ mod tests {
 
     #[test]
     fn no_meadow_reaches_into_a_stem_map() {
-        let plot = Arc::new(crate::site::plot::tests::plot(
+        let plot = Arc::new(crate::world::plot::tests::plot(
             &[[0.0, 0.0], [40.0, 0.0], [40.0, 40.0], [0.0, 40.0]],
             3.0,
         ));

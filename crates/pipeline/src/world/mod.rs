@@ -28,7 +28,9 @@ pub(crate) mod object_sites;
 pub(crate) mod outcrops;
 pub mod patch;
 pub(crate) mod placement;
+pub(crate) mod plot;
 pub(crate) mod puddles;
+pub(crate) mod sky_params;
 pub(crate) mod snow;
 pub(crate) mod stream_stones;
 pub(crate) mod surface_roots;
@@ -37,4 +39,10 @@ pub mod trajectory;
 pub(crate) mod trajectory_recipe;
 pub mod uncovered;
 pub mod water;
+pub(crate) mod ways;
 pub(crate) mod windthrow;
+
+/// The name of the sensor whose table is at `path`: its last part.
+pub(crate) fn sensor_name(path: &str) -> &str {
+    path.rsplit_once('.').map_or(path, |(_, name)| name)
+}

@@ -12,7 +12,7 @@ use nemoral_placement::DiskKind;
 use nemoral_scene::{DecayStage, ObjectKind, Prototype};
 use nemoral_stand::{ObjectSize, StemKind, StemScale};
 
-use crate::config::{self, Config, SLACK};
+use crate::config::{self, Config};
 use crate::plan::{Encode, Encoder, Hasher};
 use crate::{Error, InputFiles};
 
@@ -83,7 +83,7 @@ impl ModelRecipe {
             let wrong = |e: &dyn fmt::Display| Error::request(format!("models.{name}: {e}"));
             let file = self.inputs.get(&wanted.file);
             let file = file.ok_or_else(|| wrong(&"it names no file"))?;
-            let kind = wanted.kind.to_import();
+            let kind = import::ModelKind::from(wanted.kind);
             let model = file.model(kind).map_err(|e| wrong(&e))?;
             let notes = model.notes.iter();
             added
@@ -156,6 +156,9 @@ impl ModelRecipe {
         Ok((Arc::new(all), added))
     }
 }
+
+/// Sums of decimal fractions are off by this at most.
+const SLACK: f64 = 1e-9;
 
 /// No copy of what is grown is larger: see [`ObjectSize::Grown`] and [`StemScale::GROWN`].
 const LARGEST_GROWN: f64 = 1.2;

@@ -14,8 +14,8 @@ use super::edge_trees::light_from;
 use super::ground::GroundModel;
 use super::meadows::Meadows;
 use super::placement::SHRUB_CORE;
+use super::plot::PLOT_LAYER;
 use super::stream_stones::boulders;
-use crate::site::PLOT_LAYER;
 
 /// The objects of a chunk in the order of their numbers: rocks, woody plants, stones on trails,
 /// boulders in streams, then logs, thrown stems and root plates.

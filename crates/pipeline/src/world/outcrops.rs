@@ -4,7 +4,7 @@ use nemoral_placement::{CoverKind, DiskKind, GroundCover, GroundCoverParams, Sit
 use nemoral_scene::glam::DVec2;
 use nemoral_scene::{ChunkCoord, Surface};
 use nemoral_seed::{Domain, Draw, Key};
-use nemoral_stand::{FieldParams, GroundConditions, ScalarField};
+use nemoral_stand::{FieldParams, OUTCROP_CELL_M, ScalarField, outcrop_chance};
 
 use super::chunk_ground::ChunkGround;
 use super::ground::TerrainField;
@@ -14,14 +14,8 @@ use crate::Error;
 const ROCKS: Domain = Domain::new("pipeline.outcrops.rocks");
 const CLUMPS: Domain = Domain::new("pipeline.outcrops.clumps");
 
-/// Side of the cells of which each may hold a rock, and their greatest jitter, in cells.
-const CELL_M: f64 = 2.0;
+/// The greatest jitter of a rock in its cell, in cells.
 const JITTER: f64 = 0.9;
-/// Rocks are where the soil is thinner than the first, metres, and most where it is thinner than
-/// the second.
-const THIN_M: [f64; 2] = [0.3, 0.05];
-/// Slopes on which there are few, and on which there are most.
-const STEEP: [f64; 2] = [0.12, 0.5];
 
 /// The field by which rocks crop out in clusters.
 const CLUMP_FIELD: FieldParams = FieldParams {
@@ -31,24 +25,10 @@ const CLUMP_FIELD: FieldParams = FieldParams {
     persistence: 0.5,
 };
 
-/// The most rocks of a chunk, for the limit on its objects: clumps leave a third of it free.
-pub(crate) fn most_rocks(share: f64, chunk_size_m: f64) -> f64 {
-    0.7 * share * chunk_size_m * chunk_size_m / (CELL_M * CELL_M)
-}
-
-/// The effect of the depth of soil up to which no ground is thin enough for an outcrop.
-pub(crate) fn least_soil_effect() -> f64 {
-    1.0 - THIN_M[0] / GroundConditions::NEUTRAL.soil_m
-}
-
 /// How readily rock crops out at a place, 0..=1.
 pub(crate) fn bareness(ground: &ChunkGround, p: DVec2) -> f64 {
-    let thin = (THIN_M[0] - ground.conditions(p).soil_m) / (THIN_M[0] - THIN_M[1]);
-    if thin <= 0.0 {
-        return 0.0;
-    }
-    let steep = (ground.sample(p).gradient.length() - STEEP[0]) / (STEEP[1] - STEEP[0]);
-    thin.min(1.0) * (0.3 + 0.7 * steep.clamp(0.0, 1.0))
+    let slope = || ground.sample(p).gradient.length();
+    outcrop_chance(ground.conditions(p).soil_m, slope)
 }
 
 /// The rocks that crop out in a chunk. They may lie on each other.
@@ -64,7 +44,7 @@ pub(crate) fn outcrops(
     }
     let grid = GroundCoverParams {
         chunk_size_m,
-        cell_m: CELL_M,
+        cell_m: OUTCROP_CELL_M,
         jitter: JITTER,
         varieties: varieties.iter().map(cover).collect(),
     };

@@ -16,10 +16,10 @@ use super::assets::{StandingTree, WorldAssets};
 use super::chunk_ground::ChunkGround;
 use super::ground::GroundModel;
 use super::meadows::at_edges;
+use super::plot::PLOT_LAYER;
 use crate::Error;
 use crate::config::{self, Config};
 use crate::plan::{Encode, Encoder};
-use crate::site::PLOT_LAYER;
 
 /// The config key of the number of plants of a layer, below `placement`.
 const fn layer_key(layer: StandLayer) -> &'static str {

@@ -5,12 +5,12 @@ use std::sync::Arc;
 use nemoral_scene::glam::DVec2;
 use nemoral_seed::Key;
 use nemoral_trajectory::{
-    Body, FlightLines, Path, RecordedTrajectory, Stations, ThereAndBack, Trajectory, Wander,
+    Body, FlightLines, Gait, Path, RecordedTrajectory, Stations, ThereAndBack, Trajectory, Wander,
 };
 
 use super::ground::GroundModel;
 use super::trajectory::{RobotTrajectory, TrailLine};
-use crate::config::{self, ANY_WAY, Config, RobotPath, WAYS};
+use crate::config::{self, Config, RobotPath};
 use crate::plan::{Encode, Encoder, Hasher};
 use crate::{Error, InputFiles};
 
@@ -54,7 +54,7 @@ impl TrajectoryRecipe {
                 let found = ground
                     .trails()
                     .and_then(|t| {
-                        let way = WAYS[1..].iter().position(|word| *word == trail.way);
+                        let way = trail.way_number();
                         t.nearest_where(start_m, trail.search_radius_m, |path| {
                             !path.id().is_branch() && way.is_none_or(|way| path.way_number() == way)
                         })
@@ -65,9 +65,9 @@ impl TrajectoryRecipe {
                 match found {
                     Some(line) => Path::ThereAndBack(line),
                     None => {
-                        let kind = match trail.way.as_str() {
-                            ANY_WAY => "trail".to_owned(),
-                            way => way.replace('_', " "),
+                        let kind = match trail.way_number() {
+                            None => "trail".to_owned(),
+                            Some(_) => trail.way.replace('_', " "),
                         };
                         note = Some(format!(
                             "no {kind} within {} m of ({}, {}): the robot wanders instead",
@@ -104,6 +104,7 @@ impl TrajectoryRecipe {
                 note = below_ground(&recording, ground);
                 Path::Recording(recording)
             }
+            other => unreachable!("{other:?} has no trajectory here"),
         };
         Ok(RobotTrajectory {
             trajectory: Trajectory {
@@ -113,13 +114,26 @@ impl TrajectoryRecipe {
                     wheelbase_m: r.wheelbase_m,
                     track_m: r.track_m,
                 },
-                gait: r.gait(),
+                gait: gait_of(r),
             },
             note,
             has_water: ground.has_beds(),
             chunk_size_m: self.chunk_size_m,
         })
     }
+}
+
+/// A walker's sway; `None` if the robot rolls.
+fn gait_of(robot: &config::Robot) -> Option<Gait> {
+    let gait = &robot.gait;
+    (gait.step_m > 0.0).then(|| Gait {
+        step_m: gait.step_m,
+        bob_m: gait.bob_m,
+        sway_m: gait.sway_m,
+        pitch_rad: gait.pitch_deg.to_radians(),
+        roll_rad: gait.roll_deg.to_radians(),
+        hip_m: gait.hip_m,
+    })
 }
 
 /// What a user should know about poses that are deep in the ground.

@@ -5,7 +5,7 @@ use std::sync::Mutex;
 use std::sync::atomic::AtomicBool;
 
 use nemoral_dataset::{Dataset, OpenMode};
-use nemoral_pipeline::config::{ConfigLayers, Sequences};
+use nemoral_pipeline::config::{self, ConfigLayers, Sequences};
 use nemoral_pipeline::{
     Backend, Error, FrameSelection, FrameWritten, GenerateParams, Observer, SequenceFrames,
     generate,
@@ -13,7 +13,7 @@ use nemoral_pipeline::{
 use nemoral_realism::grown;
 
 /// The sequences of the preset `demo` with these settings.
-pub(crate) fn sequences(settings: &[&str]) -> Result<Sequences, Error> {
+pub(crate) fn sequences(settings: &[&str]) -> Result<Sequences, config::Error> {
     let layers = ConfigLayers {
         preset: Some("demo".to_owned()),
         settings: settings.iter().map(|&s| s.to_owned()).collect(),

@@ -3,7 +3,7 @@
 use nemoral_stand::MeasuredSize;
 
 use super::StandingTree;
-use crate::site::{MeasuredStem, MeasuredStems, ModelStem};
+use crate::config::{MeasuredStem, MeasuredStems, ModelStem};
 use crate::world::models::WorldModels;
 
 /// A tree of a stem map as an object.

@@ -20,7 +20,7 @@ use super::assets::WorldAssets;
 use super::lidars::LidarRig;
 use super::litter::LitterPatch;
 use super::trajectory::{RobotTrajectory, Surroundings};
-use crate::config::{self, BalanceTarget, Config};
+use crate::config::{self, BalanceTarget, Config, CountedSurfaces};
 use crate::plan::{Encode, Encoder, Hasher};
 use crate::pool::in_pool;
 use crate::recording::scene::{FrameScene, Geometry};
@@ -99,10 +99,11 @@ impl BalanceRecipe {
             inputs: inputs.clone(),
         };
         // Litter hides nothing, so it is looked for only where it is asked for.
-        let is_asked_for = recipe
-            .targets()
-            .iter()
-            .any(|t| t.counts.any(&LitterPatch::PARTS));
+        let is_litter = |counts: &CountedSurfaces| match counts {
+            CountedSurfaces::Of(these) => these.iter().any(|s| LitterPatch::PARTS.contains(s)),
+            CountedSurfaces::OnTrunks(_) | CountedSurfaces::NearObstacles(_) => false,
+        };
+        let is_asked_for = recipe.targets().iter().any(|t| is_litter(&t.counts));
         if !is_asked_for {
             recipe.reach.litter_radius_m = None;
         }

@@ -5,7 +5,7 @@ use nemoral_scene::{MaterialLibrary, Ray, RigidTransform, Semantic, SurfaceHit};
 
 use super::super::lidars::LidarRig;
 use crate::Error;
-use crate::config::{BalanceTarget, Config, Counts};
+use crate::config::{BalanceTarget, Config, CountedSurfaces};
 use crate::recording::scene::FrameScene;
 
 /// How many rays a view is known by, about.
@@ -122,7 +122,7 @@ struct OfMaterial {
 
 impl TargetTable {
     pub(crate) fn new(targets: &[BalanceTarget], near_m: f64, materials: &MaterialLibrary) -> Self {
-        let bits = |counts: &dyn Fn(&Counts) -> bool| {
+        let bits = |counts: &dyn Fn(&CountedSurfaces) -> bool| {
             let of = |(t, target): (usize, &BalanceTarget)| {
                 if counts(&target.counts) { 1 << t } else { 0 }
             };
@@ -132,13 +132,15 @@ impl TargetTable {
             let (what, on) = (material.semantic, material.support);
             OfMaterial {
                 anywhere: bits(&|counts| match counts {
-                    Counts::Of(these) => these.contains(&what),
-                    Counts::OnTrunks(climber) => *climber == what && on == Some(Semantic::Stem),
-                    Counts::NearObstacles(_) => false,
+                    CountedSurfaces::Of(these) => these.contains(&what),
+                    CountedSurfaces::OnTrunks(climber) => {
+                        *climber == what && on == Some(Semantic::Stem)
+                    }
+                    CountedSurfaces::NearObstacles(_) => false,
                 }),
                 near: bits(&|counts| match counts {
-                    Counts::NearObstacles(these) => these.contains(&what),
-                    Counts::Of(_) | Counts::OnTrunks(_) => false,
+                    CountedSurfaces::NearObstacles(these) => these.contains(&what),
+                    CountedSurfaces::Of(_) | CountedSurfaces::OnTrunks(_) => false,
                 }),
                 is_ground: material.ground,
             }
