@@ -217,7 +217,7 @@ impl GroundModel {
         let (Some(plot), Some(trails)) = (&self.plot, &self.trails) else {
             return 0;
         };
-        let in_chunk = |(chunk, _)| {
+        let in_chunk = |chunk| {
             let edges = trails.edges_near(chunk, 1.0);
             let on_trail = |&&tree: &&usize| {
                 let place = plot.place(tree);

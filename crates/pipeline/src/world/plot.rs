@@ -84,6 +84,11 @@ impl Plot {
         self.note.as_deref()
     }
 
+    /// The chunks with trees.
+    pub(crate) fn chunks(&self) -> impl Iterator<Item = ChunkCoord> {
+        self.by_chunk.keys().map(|&[x, y]| ChunkCoord::new(x, y))
+    }
+
     /// The numbers of the trees of a chunk, from 0 in the file's order.
     pub(crate) fn in_chunk(&self, chunk: ChunkCoord) -> &[usize] {
         let trees = self.by_chunk.get(&[chunk.x, chunk.y]);
