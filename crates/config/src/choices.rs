@@ -12,7 +12,6 @@ macro_rules! choices {
     )+) => { $(
         $( #[doc = $doc] )+
         #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize, serde::Serialize)]
-        #[non_exhaustive]
         pub enum $name {
             $( $( #[doc = $variant_doc] )+ #[serde(rename = $word)] $variant, )+
         }

@@ -8,7 +8,6 @@ use crate::schema::{encode_variants, section};
 /// The optics of a camera.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case")]
-#[non_exhaustive]
 pub enum CameraOptics {
     /// By its field of view.
     Fov(CameraFov),
@@ -69,7 +68,6 @@ section! {
 /// The lens of a camera.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case")]
-#[non_exhaustive]
 pub enum CameraLens {
     /// No distortion.
     Pinhole(CameraPinhole),

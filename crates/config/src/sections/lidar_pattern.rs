@@ -10,7 +10,6 @@ use crate::{InputPath, MirrorKind, SpinningHead};
 /// The scan pattern.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case")]
-#[non_exhaustive]
 pub enum LidarPattern {
     /// Repeating lines.
     Lines(LidarLines),

@@ -25,7 +25,6 @@ section! {
 /// The sun's position.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case")]
-#[non_exhaustive]
 pub enum SunPosition {
     /// By angles.
     Angles(SunAngles),

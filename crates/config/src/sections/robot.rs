@@ -46,7 +46,6 @@ section! {
 /// The path of the robot.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case")]
-#[non_exhaustive]
 pub enum RobotPath {
     /// Along the nearest trail, there and back.
     Trail(PathTrail),

@@ -407,7 +407,6 @@ fn terrain_of(of: &config::Terrain, world: Key) -> Result<Arc<dyn Surface>, Erro
         TerrainNoise::PerlinSurflet => {
             Arc::new(PerlinTerrain::new(params, world).map_err(Error::of_stage)?)
         }
-        noise => unreachable!("{} has no terrain here", noise.word()),
     };
     if of.gully_depth_m <= 0.0 {
         return Ok(base);

@@ -104,7 +104,6 @@ impl TrajectoryRecipe {
                 note = below_ground(&recording, ground);
                 Path::Recording(recording)
             }
-            other => unreachable!("{other:?} has no trajectory here"),
         };
         Ok(RobotTrajectory {
             trajectory: Trajectory {
